@@ -1,0 +1,44 @@
+"""The errors themselves."""
+
+import pickle
+
+import pytest
+
+from vibopt.errors import InputError, NotProven, QuantityError, UnknownName, VibOptError
+
+
+def test_an_input_error_holds_all_mistakes() -> None:
+    error = InputError(["one.", "two."])
+    assert error.messages == ("one.", "two.")
+    assert str(error) == "one.\ntwo."
+    assert InputError("one.").messages == ("one.",)
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [(VibOptError, 1), (InputError, 2), (QuantityError, 2), (UnknownName, 2), (NotProven, 5)]
+)
+def test_each_error_has_its_exit_code(kind: type[VibOptError], code: int) -> None:
+    assert kind.exit_code == code
+
+
+@pytest.mark.parametrize("error", [InputError(["one.", "two."]), QuantityError("has no unit."), NotProven("no gap.")])
+def test_errors_survive_the_way_between_processes(error: VibOptError) -> None:
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is type(error)
+    assert str(again) == str(error)
+
+
+def test_a_quantity_error_is_a_value_error() -> None:
+    assert issubclass(QuantityError, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "text"),
+    [
+        ("mont", ["mount", "press"], 'unknown link "mont". Did you mean "mount"?'),
+        ("xyz", ["mount", "press"], 'unknown link "xyz". Known: mount, press.'),
+        ("xyz", [], 'unknown link "xyz".'),
+    ],
+)
+def test_an_unknown_name_shows_the_way_out(name: str, known: list[str], text: str) -> None:
+    assert str(UnknownName.among("link", name, known)) == text

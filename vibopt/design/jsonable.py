@@ -1,0 +1,119 @@
+"""A design as strict JSON: SI values with their unit, and the text as shown."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from math import isinf, isnan
+from typing import Any
+
+from vibopt.design.design import Checked, Chosen, Conflict, Design, Price, Shown
+
+INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
+
+
+def as_json(design: Design) -> dict[str, Any]:
+    """The answer as plain data.
+
+    Infinite values are the texts "infinite" and "minus infinite", a value that does not exist is None:
+    strict JSON has no words for them.
+    """
+    return {
+        "name": design.scene.name,
+        "title": design.scene.title,
+        "status": design.status,
+        "claim": design.claim,
+        "reason": design.reason,
+        "goal": _goal(design),
+        "variables": {path: _chosen(one) for path, one in design.variables.items()},
+        "limits": {name: _checked(one) for name, one in design.limits.items()},
+        "measures": {name: _checked(one) for name, one in design.measures.items()},
+        "set": None if design.found is None else [[plain(low), plain(high)] for low, high in design.found],
+        "conflict": None if design.conflict is None else _conflict(design.conflict),
+        "model": plain(design.model),
+        "method": design.method,
+        "timings": plain(design.timings),
+        "notes": list(design.notes),
+        "details": plain(design.details),
+    }
+
+
+def text_of(data: object) -> str:
+    """Any answer as strict JSON text, two blanks a level; what JSON cannot say is said in words."""
+    return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def plain(data: object) -> Any:
+    """Dataclasses, arrays, numbers and containers as JSON has them."""
+    if data is None or isinstance(data, (bool, int, str)):
+        return data
+    if isinstance(data, float):
+        return number(data)
+    if isinstance(data, Design):
+        return as_json(data)
+    if is_dataclass(data) and not isinstance(data, type):
+        return {one.name: plain(getattr(data, one.name)) for one in fields(data)}
+    if isinstance(data, Mapping):
+        return {str(key): plain(one) for key, one in data.items()}
+    if isinstance(data, (list, tuple, set, frozenset)):
+        return [plain(one) for one in data]
+    if hasattr(data, "tolist"):
+        return plain(data.tolist())
+    return str(data)
+
+
+def number(value: float) -> float | str | None:
+    """A float that strict JSON can hold, or the word for it; None where there is no value."""
+    if isnan(value):
+        return None
+    if isinf(value):
+        return INFINITE if value > 0 else MINUS_INFINITE
+    return float(value)
+
+
+def _goal(design: Design) -> dict[str, Any] | None:
+    if design.goal is None:
+        return None
+    name, shown = design.goal
+    sense = design.scene.goal.sense if design.scene.goal is not None else ""
+    return {"name": name, "sense": sense, **plain(shown)}
+
+
+def _chosen(chosen: Chosen) -> dict[str, Any]:
+    return {**plain(chosen.value), "at_bound": chosen.at_bound}
+
+
+def _checked(checked: Checked) -> dict[str, Any]:
+    limit = checked.limit
+    bound = {} if limit is None else {
+        "side": checked.side,
+        "limit": number(limit.value),
+        "limit_shown": limit.shown,
+        "margin": number(checked.margin),
+        "active": bool(checked.active),
+        "met": bool(checked.met),
+    }
+    return {
+        "response": checked.response,
+        "place": checked.place,
+        **plain(checked.value),
+        **bound,
+        "worst_at": plain(checked.worst_at),
+        **({} if limit is None else {"price": _price(checked.price)}),
+    }
+
+
+def _price(price: Price | None) -> dict[str, Any] | None:
+    return None if price is None else {key: plain(getattr(price, key)) for key in ("loosened", "goal", "until", "words")}
+
+
+def _conflict(conflict: Conflict) -> dict[str, Any]:
+    return {
+        "limits": list(conflict.limits),
+        "loosenings": [{"limit": name, "from": plain(now), "to": plain(then)} for name, now, then in conflict.loosenings],
+        "proof": conflict.proof,
+    }
+
+
+__all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "number", "plain", "text_of"]

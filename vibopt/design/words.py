@@ -1,0 +1,172 @@
+"""A design in words: verdict, margins, places, what was assumed.  Shared by terminal, figures and report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite
+
+from vibopt.design.design import Checked, Design, Shown
+from vibopt.excitations import Excitation
+from vibopt.forms import Amplitude
+from vibopt.responses import Response
+from vibopt.scene.scene import MAXIMISE, Scene, Variable
+from vibopt.units import plain, show
+from vibopt.units.spelling import split_detector
+from vibopt.values.fields import Fact, rule_of
+
+SIDES = {"at_most": "at most", "at_least": "at least", "outside": "outside"}
+ENDS = {"from": "at the lower end of its range", "to": "at the upper end of its range"}
+PLACES = ("into", "through", "of", "across")
+
+_PLAIN = {
+    "optimal": "",
+    "feasible": "all limits hold; that nothing better exists is not proven",
+    "met": "all limits hold",
+    "violated": "the machine breaks {broken}",
+    "infeasible": "no design meets all limits",
+    "unbounded": "the goal has no best value",
+    "unproven": "no design was found, and none was proven impossible",
+    "check_failed": "a method claimed this design, the independent check refused it",
+}
+
+
+def place_of(response: Response) -> str:
+    """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
+    return next((f"{key} {getattr(response, key)}" for key in PLACES if getattr(response, key, None)), "")
+
+
+def spoken(response: str, place: str = "") -> str:
+    """A response with its place: "transmitted force into ground"."""
+    return f"{response.replace('_', ' ')} {place}".rstrip()
+
+
+def goal_words(design: Design) -> str:
+    """What was made best, and how far: "greatest stiffness of mount is 6.957 MN/m"."""
+    if design.goal is None or design.scene.goal is None:
+        return ""
+    best = "greatest" if design.scene.goal.sense == MAXIMISE else "least"
+    response = design.scene.goal.response
+    return f"{best} {spoken(response.response, place_of(response))} is {design.goal[1].shown}"
+
+
+def verdict(design: Design) -> str:
+    """The first line of every answer, without its proof."""
+    if design.found is not None and design.status in ("optimal", "met", "feasible"):
+        return f"{design.status}: {found_words(design)}"
+    broken = listed([f'"{name}"' for name, one in design.limits.items() if not one.met])
+    said = _PLAIN[design.status].format(broken=broken or "a limit")
+    if design.status == "met" and not design.limits:
+        said = "no limit was set; the measures below are what was asked"
+    return f"{design.status}: {'; '.join(filter(None, (goal_words(design), said)))}"
+
+
+def found_words(design: Design) -> str:
+    """The intervals of `find_all`: "56.49 rad/s or less, or 78.4 to 1518 rad/s" is left to the table."""
+    count = len(design.found or ())
+    asked = f"all limits hold for {design.scene.find_all} in"
+    return f"{asked} {count} interval{'s' * (count != 1)}" if count else f"no {design.scene.find_all} meets all limits"
+
+
+def interval(low: Shown, high: Shown) -> str:
+    """One interval, "540 rpm to 749 rpm"; one point alone."""
+    return low.shown if low.value == high.value else f"{low.shown} to {high.shown}"
+
+
+def margin_words(checked: Checked) -> str:
+    """How much of the bound is left over: "48 %"; "" where a share makes no sense."""
+    if not isfinite(checked.margin):
+        return ""
+    percent = 100.0 * checked.margin
+    return f"{plain(0.0 if abs(percent) < 1e-4 else percent, 2 if abs(percent) < 10 else 3)} %"
+
+
+def state_words(checked: Checked) -> str:
+    """ACTIVE, BROKEN or nothing."""
+    if not checked.met:
+        return "BROKEN"
+    return "ACTIVE" if checked.active else ""
+
+
+def at_words(worst_at: Mapping[str, Shown]) -> str:
+    """Where the worst is reached: "1437 rpm"; with several excitations each by name."""
+    if len(worst_at) == 1:
+        return next(iter(worst_at.values())).shown
+    return ", ".join(f"{name} {one.shown}" for name, one in worst_at.items())
+
+
+def value_at(checked: Checked) -> str:
+    """Value and place of the worst: "infinite at 954 rpm"."""
+    at = at_words(checked.worst_at)
+    return f"{checked.value.shown} at {at}" if at else checked.value.shown
+
+
+def range_words(variable: Variable) -> str:
+    """What may be chosen: "10 kN/m to 1 GN/m", "one of 1 MN/m, 2 MN/m"."""
+    if variable.choice.options:
+        return "one of " + ", ".join(show(one, variable.unit, variable.dimension) for one in variable.choice.options)
+    low, high = (show(end, variable.unit, variable.dimension) for end in (variable.low, variable.high))
+    whole = "whole, " if variable.choice.whole else ""
+    if not isfinite(variable.high):
+        return f"{whole}{low} or more" if variable.low > 0 else f"{whole}any"
+    return f"{whole}{low} to {high}" if variable.low > 0 else f"{whole}up to {high}"
+
+
+def model_words(design: Design) -> str:
+    """Degrees of freedom declared and used."""
+    if design.model.why:
+        return design.model.why
+    count = design.model.declared_dof
+    return f"{count} degree{'s' * (count != 1)} of freedom declared, {'it is' if count == 1 else 'all are'} needed"
+
+
+def loosening_words(design: Design) -> list[str]:
+    """Per limit of a conflict, the smallest step that mends it: "start_up 20 mm -> 24 mm"."""
+    if design.conflict is None:
+        return []
+    return [f"{name} {now.shown} -> {then.shown}" for name, now, then in design.conflict.loosenings]
+
+
+def listed(words: list[str], last: str = "and") -> str:
+    """"a, b and c"."""
+    return f" {last} ".join(filter(None, (", ".join(words[:-1]), words[-1]))) if words else ""
+
+
+def notes_of(scene: Scene) -> list[str]:
+    """Readings of units and assumptions that an answer rests on."""
+    notes = list(scene.notes)
+    if _says_amplitude(scene):
+        notes.append("An amplitude is peak (pk, zero to peak) unless pp or rms is written behind its unit.")
+    for name, excitation in scene.excitations.items():
+        varies = _varies(excitation)
+        if varies:
+            notes.append(f"{name}: {varies}")
+    return notes
+
+
+def _says_amplitude(scene: Scene) -> bool:
+    """Whether an amplitude is given or bounded without a word that says peak, pp or rms."""
+    given = [getattr(one, key) for one in scene.excitations.values() for key in _amplitudes(one)]
+    if any(isinstance(one, Fact) and not split_detector(one.unit)[1] for one in given):
+        return True
+    bounds = [bound for one in scene.limits.values() if one.amplitude for bound in (one.at_most, one.at_least)]
+    return any(bound is not None and bound.detector is None for bound in bounds) or any(
+        one.amplitude and not one.unit for one in scene.measures.values()
+    )
+
+
+def _amplitudes(excitation: Excitation) -> list[str]:
+    rules = {key: rule_of(type(excitation), key) for key in type(excitation).model_fields}
+    return [key for key, rule in rules.items() if rule is not None and rule.amplitude]
+
+
+def _varies(excitation: Excitation) -> str:
+    """How its amplitude goes with speed, as the file says."""
+    variation = excitation.variation
+    what = {"base_motion": "the motion"}.get(excitation.kind, "the force")
+    if isinstance(variation, Amplitude):
+        return f"{what} follows the table given for it, linear between its rows."
+    if variation == "constant":
+        return f"{what} keeps its amplitude at every speed (varies = \"constant\")."
+    if variation is not None:
+        return f"the amplitude of {what} grows with {str(variation).replace('^2', ' squared')} (varies = \"{variation}\")."
+    return ""

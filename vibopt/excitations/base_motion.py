@@ -1,0 +1,35 @@
+"""Harmonic motion of a base."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import model_validator
+
+from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.forms import FloatArray, Line
+from vibopt.values import Fact, number, word
+
+
+class BaseMotion(Excitation):
+    """`kind = "base_motion"`: amplitude of displacement, velocity or acceleration, peak."""
+
+    displacement: Fact | None = number("length", amplitude=True, choice=False)
+    velocity: Fact | None = number("velocity", amplitude=True, choice=False)
+    acceleration: Fact | None = number("acceleration", amplitude=True, choice=False)
+    varies: Varies = None
+    amplitude_at: OneSpeed | None = None
+    family: ClassVar[str] = "bases"
+
+    @model_validator(mode="after")
+    def _one_of_three(self) -> BaseMotion:
+        given = [one for one in (self.displacement, self.velocity, self.acceleration) if one is not None]
+        if len(given) != 1:
+            raise word('needs one of displacement, velocity and acceleration. Write displacement = "1 mm".')
+        return self
+
+    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
+        for power, given in ((0, self.displacement), (-1, self.velocity), (-2, self.acceleration)):
+            if given is not None:
+                return (unit_line(1.0, direction, 0.0, self.shape(given.value, power)),)
+        return ()

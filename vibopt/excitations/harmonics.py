@@ -1,0 +1,45 @@
+"""A periodic force: several harmonics (orders) of one speed."""
+
+from __future__ import annotations
+
+from pydantic import model_validator
+
+from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.forms import FloatArray, Line
+from vibopt.values import Fact, Table, number, word
+
+
+class Harmonic(Table):
+    """One order: force [N] peak at `order` times the speed, leading by `phase`."""
+
+    order: Fact = number("ratio", choice=False, required=True)
+    amplitude: Fact = number("force", amplitude=True, choice=False, required=True)
+    phase: Fact | None = number("angle", choice=False, sign="any")
+
+
+class Harmonics(Excitation):
+    """`kind = "harmonics"`: sum of F_h cos(h w t + phase_h)."""
+
+    harmonics: tuple[Harmonic, ...]
+    varies: Varies = None
+    amplitude_at: OneSpeed | None = None
+
+    @model_validator(mode="after")
+    def _orders_differ(self) -> Harmonics:
+        orders = [one.order.value for one in self.harmonics]
+        if not orders:
+            raise word('has no harmonics. Write harmonics = [{ order = 1, amplitude = "18 kN" }].')
+        if len(set(orders)) < len(orders):
+            raise word("gives an order twice. Add the two as phasors and give the order once.")
+        return self
+
+    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
+        return tuple(
+            unit_line(
+                one.order.value,
+                direction,
+                one.phase.value if one.phase is not None else 0.0,
+                self.shape(one.amplitude.value),
+            )
+            for one in self.harmonics
+        )

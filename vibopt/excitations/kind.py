@@ -1,0 +1,188 @@
+"""What all excitations have in common: a place, speeds, and how the amplitude varies with speed."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import BeforeValidator, WithJsonSchema
+
+from vibopt.errors import QuantityError
+from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
+from vibopt.units import read_quantity
+from vibopt.values import SpeedRange, Table, read_speeds
+from vibopt.values.fields import complaint
+from vibopt.values.speeds import ROTATION
+
+POWERS = {"constant": 0, "speed": 1, "speed^2": 2}
+_EVER = 1e15
+
+
+def _speeds(given: object) -> object:
+    if isinstance(given, SpeedRange):
+        return given
+    try:
+        if isinstance(given, dict):
+            return _unknown_speed(given)
+        return read_speeds(given)
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+
+
+def _unknown_speed(given: dict[str, object]) -> SpeedRange:
+    """{ from, to } for a speed: a range whose speeds `find_all` looks for."""
+    unknown = [key for key in given if key not in ("from", "to")]
+    if unknown or not given:
+        raise QuantityError('is no range of speeds. Write { from = "0 rpm", to = "3000 rpm" }.')
+    low = read_speeds(given["from"]) if "from" in given else None
+    high = read_speeds(given["to"]) if "to" in given else None
+    some = high or low
+    if some is None or (low is not None and high is not None and low.dimension != high.dimension):
+        raise QuantityError("mixes speeds of rotation with vehicle speeds. Write both ends of one kind.")
+    ends = (low.bands[0].low if low else 0.0, high.bands[-1].high if high else math.inf)
+    if ends[0] >= ends[1]:
+        raise QuantityError("is an empty or reversed range. Write the lower speed first.")
+    return SpeedRange((Band(*ends),), some.dimension, some.unit, asked=True)
+
+
+Speeds = Annotated[
+    SpeedRange,
+    BeforeValidator(_speeds),
+    WithJsonSchema({"description": 'speed, list or range, for example "800..2000 rpm"'}),
+]
+
+
+def _one_speed(given: object) -> object:
+    speeds = _speeds(given)
+    if isinstance(speeds, SpeedRange) and not speeds.is_one_speed:
+        raise complaint('is a range, but one speed is needed here. Write "2000 rpm".')
+    return speeds
+
+
+OneSpeed = Annotated[
+    SpeedRange, BeforeValidator(_one_speed), WithJsonSchema({"type": "string", "description": 'one speed, "2000 rpm"'})
+]
+
+
+def _varies(given: object) -> object:
+    if isinstance(given, Amplitude):
+        return given
+    if isinstance(given, str):
+        if given.replace("²", "^2").replace("**", "^") in POWERS:
+            return given.replace("²", "^2").replace("**", "^")
+        raise complaint(
+            'is not a way of varying that vibopt knows. Write "constant", "speed", "speed^2" '
+            'or a table [["0 rpm", 0.0], ["3000 rpm", 1.0]].'
+        )
+    return _varies_table(given)
+
+
+def _varies_table(given: object) -> Amplitude:
+    rows = given if isinstance(given, list) else []
+    if len(rows) < 2 or not all(isinstance(row, list) and len(row) == 2 for row in rows):
+        raise complaint('is not a table of at least two rows [speed, factor]. Write [["0 rpm", 0.0], ["3000 rpm", 1.0]].')
+    try:
+        speeds = [read_speeds(row[0]) for row in rows]
+        factors = [read_quantity(row[1], "ratio").value for row in rows]
+    except QuantityError as error:
+        raise complaint(f"has a row that cannot be read: it {error}") from None
+    at = [one.bands[0].low for one in speeds]
+    if any(one.dimension != ROTATION or not one.is_one_speed for one in speeds):
+        raise complaint("has a row without one speed of rotation. Write each row as [\"1500 rpm\", 0.4].")
+    if any(b <= a for a, b in zip(at, at[1:], strict=False)):
+        raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")
+    pieces = []
+    for (a, b), (fa, fb) in zip(zip(at, at[1:], strict=False), zip(factors, factors[1:], strict=False), strict=True):
+        slope = (fb - fa) / (b - a)
+        pieces.append(Piece(Band(a, b), fa - slope * a, slope))
+    return Amplitude(tuple(pieces))
+
+
+Varies = Annotated[
+    Any,
+    BeforeValidator(_varies),
+    WithJsonSchema({"anyOf": [{"enum": list(POWERS)}, {"type": "array", "description": "rows [speed, factor]"}]}),
+]
+
+
+class Excitation(Table):
+    """Common words of `[excitations.NAME]`.
+
+    Subclasses say where they act and give their lines.
+    """
+
+    kind: str
+    on: str
+    speed: Speeds
+    family: ClassVar[str] = "bodies"
+    of_vehicle: ClassVar[bool] = False
+    inherent: ClassVar[bool] = False
+
+    @property
+    def variation(self) -> str | Amplitude | None:
+        """`varies` as read; None where the file does not say."""
+        return getattr(self, "varies", None)
+
+    def own_bands(self) -> tuple[Band, ...]:
+        """Own speeds of the excitation [rad/s]."""
+        return tuple(self.to_rotation(band) for band in self.speed.bands)
+
+    def to_rotation(self, band: Band) -> Band:
+        """A band in the unit of `speed` as angular rates [rad/s]."""
+        return band
+
+    def from_rotation(self, omega: float) -> float:
+        """The speed, as the file counts it [SI], that belongs to `omega` [rad/s]."""
+        return omega
+
+    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
+        """Harmonics of the excitation; `direction` (n_coords,) is the unit row of `on`."""
+        raise NotImplementedError
+
+    @property
+    def known_bands(self) -> tuple[Band, ...]:
+        """Speeds at which the amplitude is known [rad/s]."""
+        variation = self.variation
+        if isinstance(variation, Amplitude):
+            return (Band(variation.pieces[0].band.low, variation.pieces[-1].band.high),)
+        if variation is not None or self.inherent:
+            return (Band(0.0, _EVER),)
+        return self.own_bands()
+
+    def shape(self, amplitude: float, power: int = 0) -> Amplitude:
+        """Amplitude against speed: given at its own speed, varied as the file says.
+
+        `power` is the extra power of the frequency by which a velocity or an acceleration
+        becomes a displacement (-1, -2).
+        """
+        variation = self.variation
+        if isinstance(variation, Amplitude):
+            scaled = [
+                Piece(piece.band, piece.constant * amplitude, piece.slope * amplitude, power)
+                for piece in variation.pieces
+            ]
+            return Amplitude(tuple(scaled))
+        grows = POWERS[variation] if isinstance(variation, str) else 0
+        at = self._reference() if grows else 1.0
+        everywhere = Band(0.0, math.inf)
+        return Amplitude((Piece(everywhere, amplitude / at**grows, 0.0, grows + power),))
+
+    def _reference(self) -> float:
+        """Speed [rad/s] at which the amplitude is given."""
+        given: SpeedRange | None = getattr(self, "amplitude_at", None)
+        return given.bands[0].low if given is not None else self.own_bands()[0].low
+
+    @property
+    def needs_reference(self) -> bool:
+        """Whether the file must say to which speed the amplitude belongs."""
+        grows = isinstance(self.variation, str) and POWERS[self.variation] > 0
+        return grows and getattr(self, "amplitude_at", None) is None and not self.speed.is_one_speed
+
+
+def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Amplitude) -> Line:
+    """A line along `direction`, leading by `phase` [rad]."""
+    return Line(order, direction * np.exp(1j * phase), amplitude)
+
+
+__all__ = ["Excitation", "OneSpeed", "Speeds", "Varies", "unit_line"]

@@ -1,0 +1,40 @@
+"""A rotating unbalance on a body."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from pydantic import model_validator
+
+from vibopt.excitations.kind import Excitation, unit_line
+from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
+from vibopt.values import Fact, number, word
+
+
+class Unbalance(Excitation):
+    """`kind = "unbalance"`: force m e w^2 [N] peak, by its nature at every speed."""
+
+    unbalance: Fact | None = number("unbalance", choice=False)
+    rotating_mass: Fact | None = number("mass", choice=False)
+    radius: Fact | None = number("length", choice=False)
+    inherent: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Unbalance:
+        pair = (self.rotating_mass is not None, self.radius is not None)
+        if (self.unbalance is not None) == any(pair) or any(pair) != all(pair):
+            raise word('needs either unbalance or both rotating_mass and radius. Write unbalance = "0.2 kg m".')
+        return self
+
+    @property
+    def product(self) -> float:
+        """Mass times eccentricity [kg m]."""
+        if self.unbalance is not None:
+            return self.unbalance.value
+        assert self.rotating_mass is not None and self.radius is not None
+        return self.rotating_mass.value * self.radius.value
+
+    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
+        amplitude = Amplitude((Piece(Band(0.0, math.inf), self.product, 0.0, 2),))
+        return (unit_line(1.0, direction, 0.0, amplitude),)

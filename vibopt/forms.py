@@ -1,0 +1,159 @@
+"""What a limit is made of once the words are gone: arrays, and no functions.
+
+A response lowers itself to one of the forms below.  A method says which forms it takes.
+Speeds and frequencies are in rad/s, amplitudes are peak values in SI units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+Combine = Literal["sum", "rss", "peak"]
+Sense = Literal["greatest", "least"]
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """Closed interval of speeds [rad/s]; one speed when `low == high`."""
+
+    low: float
+    high: float
+
+    @property
+    def is_point(self) -> bool:
+        return self.low == self.high
+
+    def holds(self, speed: float, slack: float = 1e-12) -> bool:
+        """Whether `speed` [rad/s] lies in the band, rounding allowed for."""
+        room = slack * max(abs(self.low), abs(self.high), 1e-300)
+        return self.low - room <= speed <= self.high + room
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """On `band`, amplitude = (constant + slope * speed) * speed**power."""
+
+    band: Band
+    constant: float
+    slope: float = 0.0
+    power: int = 0
+
+    def at(self, speed: FloatArray) -> FloatArray:
+        """Amplitude at each speed [rad/s], same shape as `speed`."""
+        value: FloatArray = self.constant + self.slope * speed
+        return value * speed**self.power if self.power else value
+
+
+@dataclass(frozen=True, slots=True)
+class Amplitude:
+    """How an excitation's amplitude depends on speed, piece by piece."""
+
+    pieces: tuple[Piece, ...]
+
+    def at(self, speed: FloatArray) -> FloatArray:
+        """Amplitude at each speed [rad/s], shape of `speed`; signed factors allowed."""
+        speed = np.asarray(speed, dtype=float)
+        if len(self.pieces) == 1:
+            return self.pieces[0].at(speed)
+        ends = np.array([piece.band.high for piece in self.pieces[:-1]])
+        which = np.searchsorted(ends, speed, side="left")
+        value = np.empty_like(speed)
+        for index, piece in enumerate(self.pieces):
+            chosen = which == index
+            value[chosen] = piece.at(speed[chosen])
+        return value
+
+    def breaks(self) -> tuple[float, ...]:
+        """Speeds [rad/s] at which one piece ends and the next begins."""
+        return tuple(piece.band.high for piece in self.pieces[:-1])
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One harmonic of an excitation: frequency = order * speed.
+
+    vector
+        Shape (n_coords,), complex: force on free coordinates, displacement on bases, for amplitude 1.
+    amplitude
+        Peak amplitude against the speed.
+    """
+
+    order: float
+    vector: ComplexArray
+    amplitude: Amplitude
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One excitation as a limit sees it: its lines, and the speeds to look at."""
+
+    name: str
+    lines: tuple[Line, ...]
+    bands: tuple[Band, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """Row that reads a response off the motion: (row + sum_t signs_t z_t b_t) . u * (i omega)**power.
+
+    `z_t` is the dynamic stiffness of term t.  row (n_coords,), signs (n_terms,).
+    With `shared_by` naming a link, the value is divided by the number of its mounts.
+    """
+
+    row: FloatArray
+    signs: FloatArray
+    power: int = 0
+    shared_by: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Modulus:
+    """Combined modulus of linear responses under equilibrium D(p) u = f, over bands of speeds.
+
+    With `rigid_link` named, the value is the modulus with that link made rigid divided by the
+    modulus as it is (insertion loss).
+    """
+
+    output: Output
+    drives: tuple[Drive, ...]
+    combine: Combine
+    rigid_link: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class StaticRow:
+    """Response under the weights alone, static stiffness: row . u [m]."""
+
+    row: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class ModeFrequency:
+    """Undamped natural frequency number `mode` (1 is the lowest) [rad/s]; 0 means each of them."""
+
+    mode: int
+
+
+@dataclass(frozen=True, slots=True)
+class ModeDamping:
+    """Damping ratio of the `mode`-th least damped mode (1 is the least)."""
+
+    mode: int
+
+
+@dataclass(frozen=True, slots=True)
+class Monomials:
+    """Sum of scale_j * prod_i x_i**exponents_ji.  scale (n,), exponents (n, n_vars)."""
+
+    scale: FloatArray
+    exponents: FloatArray
+
+
+Form = Modulus | StaticRow | ModeFrequency | ModeDamping | Monomials

@@ -1,0 +1,1 @@
+"""Mechanical models at a given design: matrices, motion, modes, exact peaks."""

@@ -1,0 +1,68 @@
+"""Several harmonics as one number: sum of amplitudes, root of sum of squares, true peak over time."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import gcd, lcm
+
+import numpy as np
+
+from vibopt.forms import Combine, ComplexArray, FloatArray
+
+
+def combined(lines: list[ComplexArray], orders: tuple[float, ...], combine: Combine) -> FloatArray:
+    """Combine complex amplitudes, each of one shape, into one non-negative array of that shape."""
+    if len(lines) == 1:
+        return np.abs(lines[0])
+    moduli = np.abs(np.array(lines))
+    if combine == "sum":
+        total: FloatArray = moduli.sum(axis=0)
+        return total
+    if combine == "rss":
+        return np.sqrt((moduli**2).sum(axis=0))
+    return _true_peak(np.array(lines), orders)
+
+
+def _true_peak(lines: ComplexArray, orders: tuple[float, ...]) -> FloatArray:
+    """Greatest |sum_h Re(A_h e^{i h s})| over one period of s, lines of shape (n_lines, ...)."""
+    numbers = _whole_orders(orders)
+    if numbers is None:
+        total: FloatArray = np.abs(lines).sum(axis=0)
+        return total
+    shape = lines.shape[1:]
+    flat = lines.reshape(len(numbers), -1)
+    infinite = ~np.isfinite(np.abs(flat)).all(axis=0)
+    flat = np.where(infinite, 0.0, flat)
+    count = 16 * int(numbers.max())
+    angle = 2.0 * np.pi * np.arange(count) / count
+    signal = np.einsum("hj,ht->jt", flat, np.exp(1j * np.outer(numbers, angle))).real
+    best = _refined(flat, numbers, angle, np.abs(signal))
+    return np.where(infinite, np.inf, best).reshape(shape)
+
+
+def _refined(flat: ComplexArray, numbers: FloatArray, angle: FloatArray, size: FloatArray) -> FloatArray:
+    """Newton from the highest samples of each signal."""
+    best = np.zeros(flat.shape[1])
+    for column in np.argsort(size, axis=1)[:, -6:].T:
+        s = angle[column]
+        for _ in range(6):
+            turn = flat * np.exp(1j * numbers[:, None] * s)
+            first = -(numbers[:, None] * turn.imag).sum(axis=0)
+            second = -(numbers[:, None] ** 2 * turn.real).sum(axis=0)
+            safe = np.abs(second) > 1e-300
+            s = s - np.clip(np.where(safe, first / np.where(safe, second, 1.0), 0.0), -0.1, 0.1)
+        value = np.abs((flat * np.exp(1j * numbers[:, None] * s)).sum(axis=0).real)
+        best = np.maximum(best, value)
+    return np.maximum(best, size.max(axis=1))
+
+
+def _whole_orders(orders: tuple[float, ...]) -> FloatArray | None:
+    """Orders as whole multiples of their common base; None when there is no sensible one."""
+    parts = [Fraction(order).limit_denominator(1000) for order in orders]
+    if any(abs(float(part) - order) > 1e-12 * order for part, order in zip(parts, orders, strict=True)):
+        return None
+    common = lcm(*[part.denominator for part in parts])
+    whole = [int(part * common) for part in parts]
+    base = gcd(*whole)
+    numbers = np.array([n // base for n in whole], dtype=float)
+    return numbers if numbers.max() <= 500 else None

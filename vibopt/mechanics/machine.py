@@ -1,0 +1,260 @@
+"""The machine as built: numbers only, assembled straight from bodies and links.
+
+This is the second road.  It shares no matrices with `Model`: it is put together link by link,
+works in real arithmetic, and reads forces off the balance of inertia where it can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.mechanics.constants import GRAVITY
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """One link as built, whole group: N/m, N s/m, loss factor, static stiffness N/m, number of mounts."""
+
+    name: str
+    ends: tuple[str, str]
+    stiffness: float
+    damping: float
+    loss_factor: float
+    static_stiffness: float
+    count: float
+    damping_ratio: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Steady motion at each speed.
+
+    points
+        Complex peak displacement per point, shape of `omega` [m].
+    forces
+        Complex external force per body [N].
+    omega
+        Frequency [rad/s].
+    """
+
+    points: dict[str, ComplexArray]
+    forces: dict[str, ComplexArray]
+    omega: FloatArray
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Masses [kg] by body, joints, names of moving bases."""
+
+    masses: dict[str, float]
+    joints: tuple[Joint, ...]
+    bases: tuple[str, ...] = ()
+
+    def shake(
+        self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> Motion:
+        """Motion under forces [N] on bodies and motions [m] of bases, each of the shape of `omega`.
+
+        Solved in real arithmetic for the cosine and the sine part of every displacement.
+        """
+        names = list(self.masses)
+        n, count = len(names), omega.size
+        flat = np.ravel(omega)
+        matrix = np.zeros((count, 2 * n, 2 * n))
+        right = np.zeros((count, 2 * n))
+        for i, name in enumerate(names):
+            inertia = self.masses[name] * flat**2
+            matrix[:, i, i] -= inertia
+            matrix[:, n + i, n + i] -= inertia
+            force = np.ravel(forces.get(name, np.zeros(omega.shape)))
+            right[:, i] += force.real
+            right[:, n + i] += np.imag(force)
+        for joint in self.joints:
+            self._add_joint(joint, names, flat, matrix, right, bases)
+        both = _solve_real(matrix, right)
+        points = {name: (both[:, i] + 1j * both[:, n + i]).reshape(omega.shape) for i, name in enumerate(names)}
+        for base in self.bases:
+            points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
+        return Motion(points, forces, omega)
+
+    def _add_joint(
+        self,
+        joint: Joint,
+        names: list[str],
+        omega: FloatArray,
+        matrix: FloatArray,
+        right: FloatArray,
+        bases: dict[str, ComplexArray],
+    ) -> None:
+        n = len(names)
+        spring = np.full(omega.shape, joint.stiffness)
+        dash = omega * joint.damping + joint.stiffness * joint.loss_factor
+        for here, there in (joint.ends, joint.ends[::-1]):
+            if here not in self.masses:
+                continue
+            i = names.index(here)
+            matrix[:, i, i] += spring
+            matrix[:, i, n + i] -= dash
+            matrix[:, n + i, i] += dash
+            matrix[:, n + i, n + i] += spring
+            if there in self.masses:
+                j = names.index(there)
+                matrix[:, i, j] -= spring
+                matrix[:, i, n + j] += dash
+                matrix[:, n + i, j] -= dash
+                matrix[:, n + i, n + j] -= spring
+            elif there in bases:
+                y = np.ravel(bases[there])
+                right[:, i] += spring * y.real - dash * y.imag
+                right[:, n + i] += dash * y.real + spring * y.imag
+
+    def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
+        """Force of the whole joint on its second end [N], positive along the coordinate."""
+        a, b = (self.position(end, motion) for end in joint.ends)
+        stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * motion.omega * joint.damping
+        force: ComplexArray = stiff * (a - b)
+        return force
+
+    def position(self, point: str, motion: Motion) -> ComplexArray:
+        if point == GROUND or point not in motion.points:
+            return np.zeros(motion.omega.shape, dtype=complex)
+        return motion.points[point]
+
+    def force_into(self, place: str, motion: Motion) -> ComplexArray:
+        """Dynamic force of all joints into a body, base or the ground [N].
+
+        Into a body: its inertia force less what acts on it from outside.  Into the only support
+        of what hangs on it: all external forces less all inertia forces.  Else joint by joint.
+        """
+        if place in self.masses:
+            return self._inertia(place, motion) - self._external(place, motion)
+        group = self._hanging_on(place)
+        if group is None:
+            into = [joint for joint in self.joints if place in joint.ends]
+            signs = [1.0 if joint.ends[1] == place else -1.0 for joint in into]
+            zero = np.zeros(motion.omega.shape, dtype=complex)
+            return sum((s * self.joint_force(j, motion) for s, j in zip(signs, into, strict=True)), zero)
+        total = np.zeros(motion.omega.shape, dtype=complex)
+        for body in group:
+            total = total + self._external(body, motion) - self._inertia(body, motion)
+        return total
+
+    def _inertia(self, body: str, motion: Motion) -> ComplexArray:
+        """Mass times acceleration [N]."""
+        return -self.masses[body] * motion.omega**2 * motion.points[body]
+
+    def _external(self, body: str, motion: Motion) -> ComplexArray:
+        return motion.forces.get(body, np.zeros(motion.omega.shape, dtype=complex))
+
+    def _hanging_on(self, place: str) -> set[str] | None:
+        """Bodies connected with `place` when it is their only support; None where it is not."""
+        group: set[str] = set()
+        todo = [place]
+        while todo:
+            here = todo.pop()
+            for joint in self.joints:
+                if here in joint.ends:
+                    there = joint.ends[0] if joint.ends[1] == here else joint.ends[1]
+                    if there in self.masses and there not in group:
+                        group.add(there)
+                        todo.append(there)
+                    elif there not in self.masses and there != place:
+                        return None
+        return group
+
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K and hysteretic stiffness over the bodies, each (n, n)."""
+        names = list(self.masses)
+        n = len(names)
+        mass = np.diag([self.masses[name] for name in names])
+        damping, stiffness, hysteretic = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+        for joint in self.joints:
+            at = [names.index(end) for end in joint.ends if end in self.masses]
+            for target, value in (
+                (damping, joint.damping),
+                (stiffness, joint.stiffness),
+                (hysteretic, joint.stiffness * joint.loss_factor),
+            ):
+                for i in at:
+                    target[i, i] += value
+                if len(at) == 2:
+                    target[at[0], at[1]] -= value
+                    target[at[1], at[0]] -= value
+        return mass, damping, stiffness, hysteretic
+
+    def poles(self) -> ComplexArray:
+        """Complex frequencies of free motion [rad/s], shape (2 n,), time factor e^{i w t}."""
+        mass, damping, stiffness, hysteretic = self.matrices()
+        n = len(self.masses)
+        inverse = np.diag(1.0 / np.diag(mass))
+        complex_stiffness = stiffness + 1j * hysteretic
+        size = np.sqrt(np.abs(inverse @ complex_stiffness).max() + np.abs(inverse @ damping).max() ** 2)
+        if size == 0.0:
+            return np.zeros(2 * n, dtype=complex)
+        if not damping.any():
+            root = np.sqrt(np.diag(inverse))
+            squares = np.linalg.eigvals(root[:, None] * complex_stiffness * root) if hysteretic.any() else (
+                np.linalg.eigvalsh(root[:, None] * stiffness * root).astype(complex)
+            )
+            half = np.sqrt(squares)
+            return np.concatenate([half, -half])
+        state = np.zeros((2 * n, 2 * n), dtype=complex)
+        state[:n, n:] = np.eye(n)
+        state[n:, :n] = -inverse @ complex_stiffness / size**2
+        state[n:, n:] = -inverse @ damping / size
+        rates: ComplexArray = np.linalg.eigvals(state) * size
+        return -1j * rates
+
+    def natural_frequencies(self) -> FloatArray:
+        """Undamped natural frequencies, ascending [rad/s], shape (n_bodies,), by singular values.
+
+        K = B diag(k) B^T, so the frequencies are the singular values of M^-1/2 B diag(k)^1/2:
+        no squares are taken and small ones keep their digits.
+        """
+        names = list(self.masses)
+        columns = np.zeros((len(names), max(len(self.joints), len(names))))
+        for j, joint in enumerate(self.joints):
+            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
+                if end in self.masses:
+                    columns[names.index(end), j] = sign * np.sqrt(joint.stiffness)
+        roots = np.sqrt(np.array([self.masses[name] for name in names]))
+        return np.sort(np.linalg.svd(columns / roots[:, None], compute_uv=False))
+
+    def sag(self) -> dict[str, float] | None:
+        """Displacement of every point under the weights [m], down positive; None when nothing holds it."""
+        names = list(self.masses)
+        flexibility_free = np.zeros((len(names), len(names)))
+        load = np.array([self.masses[name] * GRAVITY for name in names])
+        for joint in self.joints:
+            at = [names.index(end) for end in joint.ends if end in self.masses]
+            for i in at:
+                flexibility_free[i, i] += joint.static_stiffness
+            if len(at) == 2:
+                flexibility_free[at[0], at[1]] -= joint.static_stiffness
+                flexibility_free[at[1], at[0]] -= joint.static_stiffness
+        if np.linalg.matrix_rank(flexibility_free, tol=1e-15 * np.abs(flexibility_free).max(initial=0.0)) < len(names):
+            return None
+        down = np.linalg.solve(flexibility_free, load)
+        return dict(zip(names, down.tolist(), strict=True))
+
+
+def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve each system, rows scaled; a singular one gives inf."""
+    scale = np.abs(matrix).max(axis=-1, keepdims=True)
+    scale[scale == 0.0] = 1.0
+    matrix, right = matrix / scale, right / scale[..., 0]
+    try:
+        return np.linalg.solve(matrix, right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        rows = []
+        for one, load in zip(matrix, right, strict=True):
+            try:
+                rows.append(np.linalg.solve(one, load))
+            except np.linalg.LinAlgError:
+                rows.append(np.full(load.shape, np.inf))
+        return np.array(rows)

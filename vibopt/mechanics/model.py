@@ -1,0 +1,162 @@
+"""The mechanical model: rank-one terms whose coefficients are monomials of the design variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, Drive, FloatArray
+from vibopt.mechanics.monomial import Monomial
+
+INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """coefficient * b b^T with coefficient = scale * prod_i x_i**exponents_i.
+
+    kind
+        INERTIA [kg], STIFFNESS [N/m], DAMPING [N s/m] or HYSTERETIC (imaginary stiffness) [N/m].
+    vector
+        b, shape (n_coords,).
+    static_scale
+        `scale` where only weights act; static and dynamic stiffness differ for rubber.
+    owner
+        Name of the body or link that it belongs to.
+    """
+
+    kind: int
+    vector: FloatArray
+    scale: float
+    exponents: FloatArray
+    owner: str
+    static_scale: float
+
+
+@dataclass(frozen=True)
+class Model:
+    """Linear model M, C, K on named coordinates, affine in its terms.
+
+    points
+        Per body or base the row that reads its displacement, shape (n_coords,).
+    n_free
+        Number of free coordinates.
+    terms
+        The rank-one terms.
+    links
+        Per link the signed incidence vector, shape (n_coords,): row . u is its extension [m].
+    ends
+        Per link its two ends, as in the file ("ground" has no coordinate).
+    counts
+        Per link the number of identical mounts in it.
+    ratios
+        Per link that has one, its damping ratio.
+    basis
+        Coordinates of the full model from these, shape (n_full, n_coords); empty where they are the same.
+    """
+
+    points: dict[str, FloatArray]
+    n_free: int
+    terms: tuple[Term, ...]
+    links: dict[str, FloatArray] = field(default_factory=dict)
+    ends: dict[str, tuple[str, str]] = field(default_factory=dict)
+    counts: dict[str, Monomial] = field(default_factory=dict)
+    ratios: dict[str, Monomial] = field(default_factory=dict)
+    basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @cached_property
+    def kinds(self) -> FloatArray:
+        """Kind of each term, shape (n_terms,)."""
+        return np.array([term.kind for term in self.terms], dtype=int)
+
+    @cached_property
+    def vectors(self) -> FloatArray:
+        """b of each term, shape (n_terms, n_coords)."""
+        return np.array([term.vector for term in self.terms], dtype=float)
+
+    @cached_property
+    def scales(self) -> FloatArray:
+        return np.array([term.scale for term in self.terms], dtype=float)
+
+    @cached_property
+    def static_scales(self) -> FloatArray:
+        return np.array([term.static_scale for term in self.terms], dtype=float)
+
+    @cached_property
+    def exponents(self) -> FloatArray:
+        """Shape (n_terms, n_vars)."""
+        return np.array([term.exponents for term in self.terms], dtype=float)
+
+    @property
+    def n_vars(self) -> int:
+        return int(self.exponents.shape[1])
+
+    def values(self, x: FloatArray, *, static: bool = False) -> FloatArray:
+        """Coefficient of each term at design `x`, shape (..., n_terms) for x (..., n_vars)."""
+        scales = self.static_scales if static else self.scales
+        powers = np.where(self.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** self.exponents)
+        value: FloatArray = scales * powers.prod(axis=-1)
+        return value
+
+    def slopes(self, x: FloatArray) -> FloatArray:
+        """d(log coefficient)/d(log x) is constant; this is d(coefficient)/dx, shape (n_terms, n_vars)."""
+        return self.values(x)[:, None] * self.exponents / np.asarray(x)[None, :]
+
+    def matrix(self, kind: int, p: FloatArray) -> FloatArray:
+        """Sum of the terms of one kind, shape (n_coords, n_coords), at coefficients p (n_terms,)."""
+        chosen = self.kinds == kind
+        vectors = self.vectors[chosen]
+        total: FloatArray = (vectors.T * p[chosen]) @ vectors
+        return total
+
+    @property
+    def n_coords(self) -> int:
+        """Free coordinates and those of moving bases."""
+        return int(self.terms[0].vector.shape[0])
+
+    def moves(self, place: str) -> bool:
+        """Whether a place is a body or a base of this model, and not the ground."""
+        return place in self.points
+
+    def weights(self, p: FloatArray) -> FloatArray:
+        """Mass that gravity acts on per coordinate [kg], shape (n_coords,), at coefficients p (n_terms,).
+
+        Every body's own row points along gravity, so each inertia term weighs on its own coordinate.
+        """
+        chosen = self.kinds == INERTIA
+        total: FloatArray = p[chosen] @ self.vectors[chosen]
+        return total
+
+    def on_basis(self, basis: FloatArray) -> Model:
+        """The model on fewer free coordinates, u_free = basis @ v; basis (n_free, n_new)."""
+        n_base = self.n_coords - self.n_free
+        whole = np.zeros((self.n_coords, basis.shape[1] + n_base))
+        whole[: self.n_free, : basis.shape[1]] = basis
+        whole[self.n_free :, basis.shape[1] :] = np.eye(n_base)
+        return replace(
+            self,
+            points={name: row @ whole for name, row in self.points.items()},
+            n_free=basis.shape[1],
+            terms=tuple(replace(term, vector=term.vector @ whole) for term in self.terms),
+            links={name: row @ whole for name, row in self.links.items()},
+            basis=whole,
+        )
+
+    def carry(self, drive: Drive) -> Drive:
+        """An excitation written for the full coordinates, on these."""
+        if not self.basis.size:
+            return drive
+        lines = tuple(replace(line, vector=line.vector @ self.basis) for line in drive.lines)
+        return replace(drive, lines=lines)
+
+
+def factors(kinds: FloatArray, omega: FloatArray) -> ComplexArray:
+    """Frequency factor of each term, shape (..., n_terms): -w^2, 1, i w, i."""
+    omega = np.asarray(omega, dtype=complex)[..., None]
+    table = [-(omega**2), np.ones_like(omega), 1j * omega, np.full_like(omega, 1j)]
+    result = np.empty(omega.shape[:-1] + (len(kinds),), dtype=complex)
+    for kind, column in enumerate(table):
+        result[..., kinds == kind] = column
+    return result

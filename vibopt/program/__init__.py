@@ -1,0 +1,1 @@
+"""The question as data: variables, limits as forms with bounds, and a goal."""

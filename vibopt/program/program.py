@@ -1,0 +1,93 @@
+"""A program: minimise or maximise a form, subject to forms within bounds, over a box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Form, Monomials
+from vibopt.mechanics.model import Model
+
+Side = Literal["at_most", "at_least", "outside"]
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """form <= bound, form >= bound, or every value of it outside (bound, upper) [SI].
+
+    name
+        Name of the limit in the file.
+    model
+        The smallest model that this form needs.
+    side
+        In terms of the form: an isolation of at least 80 % is a transmissibility of at most 0.2.
+    complement
+        The user's value is one minus the form's value.
+    """
+
+    name: str
+    model: Model
+    form: Form
+    side: Side
+    bound: float
+    upper: float = 0.0
+    complement: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What is made best: sense is +1 to minimise the form and -1 to maximise it."""
+
+    name: str
+    model: Model
+    form: Form
+    sense: float
+    complement: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One design variable: range [SI], or the discrete values to choose from."""
+
+    path: str
+    low: float
+    high: float
+    values: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """The whole question.
+
+    model
+        The full mechanical model; every limit carries the part of it that it needs.
+    """
+
+    model: Model
+    axes: tuple[Axis, ...]
+    limits: tuple[Limit, ...]
+    aim: Aim | None
+
+    @property
+    def used_dof(self) -> int:
+        """Greatest number of free coordinates that any question needs."""
+        parts: list[Limit | Aim] = [*self.limits, *([self.aim] if self.aim else [])]
+        return max((part.model.n_free for part in parts if not isinstance(part.form, Monomials)), default=0)
+
+    @property
+    def low(self) -> FloatArray:
+        return np.array([axis.low for axis in self.axes])
+
+    @property
+    def high(self) -> FloatArray:
+        return np.array([axis.high for axis in self.axes])
+
+    def without(self, *names: str) -> Program:
+        """The program less some limits."""
+        kept = tuple(limit for limit in self.limits if limit.name not in names)
+        return Program(self.model, self.axes, kept, self.aim)
+
+    def aiming(self, aim: Aim | None) -> Program:
+        return Program(self.model, self.axes, self.limits, aim)

@@ -1,0 +1,274 @@
+"""Responses at fixed speeds as ratios of polynomials in the design variables.
+
+Every group of variable terms that share a vector b adds kappa b b^T to the dynamic stiffness, with
+kappa = sum of its terms' impedances.  Determinants are affine in each kappa (rank one), so the
+response at one speed is N(kappa) / D(kappa), both multi-affine: 2**groups numbers each.
+Written in y with x = y**root, they are polynomials, and Bernstein coefficients bound them on a box.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from math import comb
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray, Line, Output
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.harmonic import bordered
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Variable terms of a model, sorted by their vector.
+
+    members
+        Per group the indices of its terms.
+    """
+
+    model: Model
+    members: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def of(cls, model: Model, *, static: bool = False) -> Groups:
+        """Groups of a model; with `static` only springs and weights, kept apart."""
+        found: dict[tuple[float, ...], list[int]] = {}
+        for t in np.flatnonzero(model.exponents.any(axis=1)):
+            if static and model.kinds[t] not in (STIFFNESS, INERTIA):
+                continue
+            row = model.vectors[t]
+            first = row[np.flatnonzero(row)[0]] if row.any() else 1.0
+            key = (float(static and model.kinds[t] == INERTIA), *(np.round(row * np.sign(first), 14) + 0.0))
+            found.setdefault(key, []).append(int(t))
+        return cls(model, tuple(tuple(members) for members in found.values()))
+
+    @cached_property
+    def selector(self) -> FloatArray:
+        """Shape (n_terms, n_groups): 1 where a term belongs to a group."""
+        table = np.zeros((len(self.model.terms), len(self.members)))
+        for g, members in enumerate(self.members):
+            table[list(members), g] = 1.0
+        return table
+
+    @cached_property
+    def roots(self) -> FloatArray:
+        """x_i = y_i**root_i makes every exponent whole, shape (n_vars,)."""
+        exponents = self.model.exponents
+        half = (np.abs(exponents * 2 % 2) == 1).any(axis=0)
+        return np.where(half, 2.0, 1.0)
+
+    @cached_property
+    def degrees(self) -> tuple[int, ...]:
+        """Degree of N and D in each y_i."""
+        total = np.zeros(self.model.n_vars)
+        for members in self.members:
+            total += (self.model.exponents[list(members)] * self.roots).max(axis=0)
+        return tuple(int(round(d)) for d in total)
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """N and D of one line of a response at several speeds.
+
+    factors
+        Frequency factor of each term, shape (n_samples, n_terms).
+    top, bottom
+        Coefficients of N and D over subsets of groups, shape (n_samples, 2**n_groups); the row's
+        power of i w and the amplitude are in `top`.
+    scale
+        What each kappa is divided by, shape (n_samples, n_groups).
+    static
+        Whether static stiffnesses are meant.
+    """
+
+    groups: Groups
+    factors: ComplexArray
+    top: ComplexArray
+    bottom: ComplexArray
+    scale: FloatArray
+    static: bool = False
+
+    @property
+    def count(self) -> int:
+        """Number of speeds."""
+        return len(self.top)
+
+    def joined(self, other: Sampled) -> Sampled:
+        """The speeds of both; `scale` of each is kept."""
+        both = {key: np.concatenate([getattr(self, key), getattr(other, key)]) for key in ("factors", "top", "bottom", "scale")}
+        return replace(self, **both)
+
+    def at(self, x: FloatArray, chosen: slice | FloatArray = slice(None)) -> tuple[ComplexArray, ComplexArray]:
+        """N and D at designs x (..., n_vars), each (..., n_samples)."""
+        values = self.groups.model.values(x, static=self.static)
+        kappa = ((values[..., None, :] * self.factors[chosen]) @ self.groups.selector) / self.scale[chosen]
+        return _multilinear(self.top[chosen], kappa), _multilinear(self.bottom[chosen], kappa)
+
+
+def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
+    """sum_S coefficient_S prod_{g in S} kappa_g; coefficients (n, 2**G), kappa (..., n, G)."""
+    value = coefficients
+    for g in reversed(range(kappa.shape[-1])):
+        half = value.shape[-1] // 2
+        value = value[..., :half] + value[..., half:] * kappa[..., g, None]
+    return value[..., 0]
+
+
+def sampled(model: Model, output: Output, line: Line, speeds: FloatArray, reference: FloatArray) -> Sampled:
+    """Coefficients of one line at `speeds` (n,) [rad/s]; `reference` (n_vars,) is a typical design."""
+    groups = Groups.of(model)
+    omega = line.order * speeds
+    phi = factors(model.kinds, omega)
+    fixed = np.where(model.exponents.any(axis=1), 0.0, model.scales)
+    typical = model.values(reference) * phi
+    scale = np.abs(typical) @ groups.selector
+    scale = np.where(scale == 0.0, 1.0, scale)
+    count = len(groups.members)
+    tops, bottoms = [], []
+    for subset in range(2**count):
+        on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
+        z = fixed * phi + _spread(groups, on * scale, len(model.terms))
+        stiff, border = bordered(model, z, output, line.vector)
+        tops.append(_det(border, phi, model, reference))
+        bottoms.append(_det(stiff, phi, model, reference))
+    size = (1j * omega) ** output.power * line.amplitude.at(speeds)
+    top = _mobius(np.array(tops).T) * size[:, None]
+    return Sampled(groups, phi, top, _mobius(np.array(bottoms).T), scale)
+
+
+def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Sampled:
+    """Deflection `row . u` under the weights as one sample; K u = m g with static stiffness."""
+    groups = Groups.of(model, static=True)
+    n = model.n_free
+    holds, weighs = model.kinds == STIFFNESS, model.kinds == INERTIA
+    phi = (holds | weighs)[None, :].astype(complex)
+    fixed = np.where(model.exponents.any(axis=1), 0.0, model.static_scales)
+    scale = (model.values(reference, static=True) * phi.real) @ groups.selector
+    scale = np.where(scale == 0.0, 1.0, scale)
+    count = len(groups.members)
+    tops, bottoms = [], []
+    for subset in range(2**count):
+        on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
+        p = (fixed * phi + _spread(groups, on * scale, len(model.terms)))[0].real
+        stiff = model.matrix(STIFFNESS, p)[:n, :n]
+        border = np.zeros((n + 1, n + 1))
+        border[:n, :n] = stiff
+        border[:n, n] = GRAVITY * model.weights(p)[:n]
+        border[n, :n] = -row[:n]
+        size = np.sqrt((model.values(reference, static=True) * holds) @ (model.vectors[:, :n] ** 2))
+        size = np.concatenate([np.where(size == 0.0, 1.0, size), [1.0]])
+        tops.append(np.linalg.det(border / np.outer(size, size)))
+        bottoms.append(np.linalg.det(stiff / np.outer(size[:n], size[:n])))
+    top, bottom = (_mobius(np.array([one], dtype=complex)) for one in (tops, bottoms))
+    return Sampled(groups, phi, top, bottom, scale, static=True)
+
+
+def _spread(groups: Groups, kappa: FloatArray, n_terms: int) -> ComplexArray:
+    """kappa (n, G) put on the first term of each group, shape (n, n_terms)."""
+    z = np.zeros((len(kappa), n_terms), dtype=complex)
+    for g, members in enumerate(groups.members):
+        z[:, members[0]] = kappa[:, g]
+    return z
+
+
+def _det(matrix: ComplexArray, phi: ComplexArray, model: Model, reference: FloatArray) -> ComplexArray:
+    """Determinants with rows and columns scaled alike at every subset, so that nothing over- or underflows."""
+    n = model.n_free
+    if n == 1 and matrix.shape[-1] == 1:
+        return matrix[..., 0, 0]
+    typical = model.values(reference) * np.abs(phi)
+    size = np.sqrt(typical @ (model.vectors[:, :n] ** 2))
+    size = np.where(size == 0.0, 1.0, size)
+    if matrix.shape[-1] == n + 1:
+        size = np.concatenate([size, np.ones((len(size), 1))], axis=1)
+        if n == 1:
+            m = matrix
+            return m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
+    if n == 1:
+        return matrix[..., 0, 0]
+    value: ComplexArray = np.linalg.det(matrix / (size[:, :, None] * size[:, None, :]))
+    return value
+
+
+def _mobius(values: ComplexArray) -> ComplexArray:
+    """From values at the corners kappa in {0, scale} to multi-affine coefficients, shape (n, 2**G)."""
+    count = int(np.log2(values.shape[-1]))
+    table = values.reshape(values.shape[0], *([2] * count))
+    for axis in range(1, count + 1):
+        low, high = np.take(table, 0, axis=axis), np.take(table, 1, axis=axis)
+        table = np.stack([low, high - low], axis=axis)
+    return table.reshape(values.shape)
+
+
+@lru_cache(maxsize=64)
+def _to_bernstein(degree: int) -> FloatArray:
+    """From values at degree+1 even points on [0, 1] to Bernstein coefficients."""
+    t = np.linspace(0.0, 1.0, degree + 1) if degree else np.zeros(1)
+    basis = np.array([[comb(degree, k) * s**k * (1 - s) ** (degree - k) for k in range(degree + 1)] for s in t])
+    inverse: FloatArray = np.linalg.inv(basis)
+    return inverse
+
+
+@lru_cache(maxsize=64)
+def _product(degree: int) -> FloatArray:
+    """Shape (2d+1, d+1, d+1): Bernstein coefficients of a product of two polynomials of degree d."""
+    table = np.zeros((2 * degree + 1, degree + 1, degree + 1))
+    for i in range(degree + 1):
+        for j in range(degree + 1):
+            table[i + j, i, j] = comb(degree, i) * comb(degree, j) / comb(2 * degree, i + j)
+    return table
+
+
+@lru_cache(maxsize=64)
+def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Nodes on the unit box (n_nodes, n_vars), values-to-coefficients, and the table of products.
+
+    The product table has shape (n_nodes**2, n_products).
+    """
+    grids = np.meshgrid(*[np.linspace(0, 1, d + 1) if d else np.zeros(1) for d in degrees], indexing="ij")
+    nodes = np.stack([grid.ravel() for grid in grids], axis=-1) if degrees else np.zeros((1, 0))
+    change, product = np.ones((1, 1)), np.ones((1, 1, 1))
+    for degree in degrees:
+        change = np.kron(change, _to_bernstein(degree))
+        product = np.kron(product, _product(degree))
+    return nodes, change, product.reshape(len(product), -1).T
+
+
+def box_coefficients(line: Sampled, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bernstein coefficients of |N|^2 and |D|^2 on boxes, each (n_boxes, n_samples, n_products).
+
+    low, high
+        Corners of the boxes in x, shape (n_boxes, n_vars).
+    """
+    groups = line.groups
+    nodes, change, product = transforms(groups.degrees)
+    root = 1.0 / groups.roots
+    y_low, y_high = low**root, high**root
+    y = y_low[:, None, :] + (y_high - y_low)[:, None, :] * nodes
+    top, bottom = line.at(y**groups.roots)
+    return _square(top, change, product), _square(bottom, change, product)
+
+
+def _square(values: ComplexArray, change: FloatArray, product: FloatArray) -> FloatArray:
+    """|.|^2 from values at the nodes (n_boxes, n_nodes, n_samples)."""
+    c = np.einsum("kn,bns->bsk", change, values)
+    outer = c[..., :, None] * np.conj(c)[..., None, :]
+    real: FloatArray = outer.real.reshape(*c.shape[:-1], -1) @ product
+    return real
+
+
+def ratio_bounds(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds of top/bottom on each box from Bernstein coefficients, shape (n_boxes, n_samples).
+
+    The lower bound is the least quotient of coefficients with positive denominator; it is valid
+    because top - low * bottom then has no negative coefficient.
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        quotient = top / bottom
+        positive = bottom > 0.0
+        low = np.where(positive, quotient, np.inf).min(axis=-1)
+        low = np.where((~positive & (top < low[..., None] * bottom)).any(axis=-1), 0.0, low)
+        high = np.where(positive.all(axis=-1), np.where(positive, quotient, -np.inf).max(axis=-1), np.inf)
+    return np.maximum(low, 0.0), np.maximum(high, 0.0)

@@ -1,0 +1,100 @@
+"""Drop what is not excited or not observed; exact, for every value of the design variables.
+
+In mass-normalised coordinates every operator of the equations is symmetric.  The smallest space
+that holds the excitations and that no operator leaves carries the whole motion; within it, the
+smallest space that holds the readings carries all that is asked.  Symmetric machines lose their
+antisymmetric modes this way.  The certificate of a design always uses the full machine.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Form, Modulus, Output, StaticRow
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+
+_TINY = 1e-13
+
+
+def rows_of(model: Model, output: Output) -> list[FloatArray]:
+    """Rows that an output reads: its own, and the extension of each link whose force it takes."""
+    rows = [output.row] if output.row.any() else []
+    return rows + [model.vectors[t] for t in np.flatnonzero(output.signs)]
+
+
+def reduced(model: Model, form: Form) -> Model:
+    """The smallest exact model for one form; the same model where nothing can be left out."""
+    n = model.n_free
+    if n == 1 or not isinstance(form, Modulus | StaticRow) or getattr(form, "rigid_link", ""):
+        return model
+    root, operators, singles = _operators(model)
+    reach = _closure(root.T @ np.array(_loads(model, form)).T[:n], operators, singles)
+    read = [form.row] if isinstance(form, StaticRow) else rows_of(model, form.output)
+    seen = reach.T @ (root.T @ np.array(read).T[:n])
+    kept = reach @ _closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
+    return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept)
+
+
+def reason(declared: int, used: int) -> str:
+    """Why so many degrees of freedom, as a sentence without its end."""
+    left = declared - used
+    if left == 0:
+        return "every mode is excited and observed" if declared > 1 else ""
+    modes = "1 mode is" if left == 1 else f"{left} modes are"
+    return f"{modes} not excited or not observed"
+
+
+def _loads(model: Model, form: Modulus | StaticRow) -> list[FloatArray]:
+    if isinstance(form, StaticRow):
+        return [term.vector for term in model.terms if term.kind == INERTIA]
+    loads = [line.vector.real for drive in form.drives for line in drive.lines]
+    if any(load[model.n_free :].any() for load in loads):
+        loads += [row for row in model.vectors if row[model.n_free :].any()]
+    return loads
+
+
+def _operators(model: Model) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+    """M^-1/2 at nominal masses, the fixed operators and the rank-one vectors of variable terms."""
+    n = model.n_free
+    fixed = ~model.exponents.any(axis=1) if model.n_vars else np.ones(len(model.terms), dtype=bool)
+    p = model.scales * np.where(fixed, 1.0, 0.0)
+    mass = model.matrix(INERTIA, p)[:n, :n]
+    for t in np.flatnonzero(~fixed & (model.kinds == INERTIA)):
+        row = model.vectors[t, :n]
+        mass += np.outer(row, row) * max(float(np.diag(mass).max()), 1.0)
+    root = np.linalg.inv(np.linalg.cholesky(mass)).T
+    operators = [root.T @ model.matrix(kind, p)[:n, :n] @ root for kind in (STIFFNESS, DAMPING, HYSTERETIC)]
+    singles = root.T @ model.vectors[~fixed, :n].T
+    return root, [one for one in operators if one.any()], singles
+
+
+def _closure(start: FloatArray, operators: list[FloatArray], singles: FloatArray) -> FloatArray:
+    """Orthonormal basis of the smallest invariant space that holds `start`, shape (n, r)."""
+    basis = np.zeros((start.shape[0], 0))
+    todo = list(start.T)
+    waiting = list(singles.T)
+    while todo:
+        vector = todo.pop(0)
+        fresh = _new_direction(basis, vector)
+        if fresh is None:
+            continue
+        basis = np.column_stack([basis, fresh])
+        todo += [operator @ fresh for operator in operators]
+        touched = [b for b in waiting if abs(b @ fresh) > _TINY * np.linalg.norm(b)]
+        todo += touched
+        waiting = [b for b in waiting if not any(b is one for one in touched)]
+    return basis
+
+
+def _new_direction(basis: FloatArray, vector: FloatArray) -> FloatArray | None:
+    size = np.linalg.norm(vector)
+    if size == 0.0:
+        return None
+    rest = vector / size
+    for _ in range(2):
+        rest = rest - basis @ (basis.T @ rest)
+    left = np.linalg.norm(rest)
+    if left <= _TINY:
+        return None
+    fresh: FloatArray = rest / left
+    return fresh

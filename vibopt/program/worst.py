@@ -1,0 +1,143 @@
+"""Value of a form at a design: the exact worst over its speeds, and where it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibopt.forms import (
+    ComplexArray,
+    Drive,
+    FloatArray,
+    Form,
+    ModeDamping,
+    ModeFrequency,
+    Modulus,
+    Monomials,
+    Output,
+    StaticRow,
+)
+from vibopt.mechanics.combine import combined
+from vibopt.mechanics.harmonic import transfer
+from vibopt.mechanics.modes import damping_ratios, natural_frequencies, poles
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.peaks import Extreme, greatest, least
+from vibopt.mechanics.statics import sag
+
+
+@dataclass(frozen=True, slots=True)
+class Worst:
+    """Value of a form [SI], and per excitation the speed [rad/s] at which it is reached."""
+
+    value: float
+    speeds: dict[str, float] = field(default_factory=dict)
+
+
+def worst(model: Model, form: Form, x: FloatArray, *, least_wanted: bool = False) -> Worst:
+    """The greatest value (the least with `least_wanted`) of a form over its speeds at design x (n_vars,)."""
+    if isinstance(form, Modulus):
+        return _modulus(model, form, x, least_wanted)
+    return Worst(plain_value(model, form, x))
+
+
+def plain_value(model: Model, form: Form, x: FloatArray) -> float:
+    """Value of a form that knows no speeds."""
+    if isinstance(form, Monomials):
+        return float(monomials(form, x))
+    p = model.values(x)
+    if isinstance(form, StaticRow):
+        down = sag(model, x)
+        return float("inf") if down is None else float(abs(form.row @ down))
+    if isinstance(form, ModeFrequency):
+        return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
+    assert isinstance(form, ModeDamping)
+    ratios = damping_ratios(model, p)
+    return float(ratios[form.mode - 1]) if len(ratios) >= form.mode else float("inf")
+
+
+def monomials(form: Monomials, x: FloatArray) -> FloatArray:
+    """Sum of monomials at designs x (..., n_vars), shape (...)."""
+    powers = np.where(form.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** form.exponents)
+    value: FloatArray = (form.scale * powers.prod(axis=-1)).sum(axis=-1)
+    return value
+
+
+def _modulus(model: Model, form: Modulus, x: FloatArray, least_wanted: bool) -> Worst:
+    found = {drive.name: drive_extreme(model, form, drive, x, least_wanted) for drive in form.drives}
+    values = np.array([one.value for one in found.values()])
+    total = float(np.sqrt((values**2).sum())) if form.combine == "rss" else float(values.sum())
+    return Worst(total, {name: one.speed for name, one in found.items()})
+
+
+def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool) -> Extreme:
+    """Extreme of the response to one excitation over its bands."""
+    search = least if least_wanted else greatest
+    singular, breaks = singularities(model, form, drive, x)
+    return search(DriveResponse(model, form, drive, x), drive.bands, singular, breaks)
+
+
+def singularities(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Complex speeds where the response to a drive is singular, real speeds where it is not smooth."""
+    here = rigid_model(model, form.rigid_link) if form.rigid_link else model
+    found = poles(here, here.values(x))
+    if form.rigid_link:
+        found = np.concatenate([found, poles(model, model.values(x))])
+    orders = [line.order for line in drive.lines]
+    breaks = sorted({speed for line in drive.lines for speed in line.amplitude.breaks()})
+    return np.concatenate([found / order for order in orders]), np.array(breaks)
+
+
+@dataclass(frozen=True)
+class DriveResponse:
+    """Modulus of the response to one excitation against its speed, at one design; callable."""
+
+    model: Model
+    form: Modulus
+    drive: Drive
+    x: FloatArray
+
+    def __call__(self, speed: FloatArray) -> FloatArray:
+        """Combined peak amplitude, shape of `speed` [rad/s]."""
+        orders = tuple(line.order for line in self.drive.lines)
+        value = combined(self._lines(self.model, self.form.output, speed), orders, self.form.combine)
+        if not self.form.rigid_link:
+            return value
+        rigid, output = rigid_form(self.model, self.form)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio: FloatArray = combined(self._lines(rigid, output, speed), orders, self.form.combine) / value
+        return ratio
+
+    def _lines(self, model: Model, output: Output, speed: FloatArray) -> list[ComplexArray]:
+        p = model.values(self.x)
+        share = float(monomial_count(model, self.form, self.x))
+        found = []
+        for line in self.drive.lines:
+            vector = line.vector if model is self.model else line.vector @ model.basis
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                h = transfer(model, p, output, vector, line.order * speed)
+                found.append(h * line.amplitude.at(speed) / share)
+        return found
+
+
+def monomial_count(model: Model, form: Modulus, x: FloatArray) -> float:
+    """Number of mounts by which the value is divided."""
+    if not form.output.shared_by:
+        return 1.0
+    count = model.counts[form.output.shared_by]
+    return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))
+
+
+def rigid_model(model: Model, link: str) -> Model:
+    """The model with the two ends of a link joined."""
+    row = model.links[link][: model.n_free]
+    basis = np.eye(model.n_free)
+    first, second = int(np.flatnonzero(row < 0)[0]), int(np.flatnonzero(row > 0)[0])
+    basis[first, second] = 1.0
+    return model.on_basis(np.delete(basis, first, axis=1))
+
+
+def rigid_form(model: Model, form: Modulus) -> tuple[Model, Output]:
+    """The model with the form's link rigid, and the output on its coordinates."""
+    rigid = rigid_model(model, form.rigid_link)
+    return rigid, replace(form.output, row=form.output.row @ rigid.basis)

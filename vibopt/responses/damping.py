@@ -1,0 +1,76 @@
+"""Damping ratios of modes and of links, loss factors of links."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from pydantic import model_validator
+
+from vibopt.forms import Combine, Drive, Form, ModeDamping, Monomials
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
+from vibopt.responses.kind import Response
+from vibopt.responses.parameters import OfLink
+from vibopt.values import word
+
+
+class DampingOfModes(Response):
+    """`response = "damping_ratio"`: of the `mode`-th least damped mode (1 is the least), or `of` a link."""
+
+    of: str | None = None
+    mode: int = 1
+    dimension: ClassVar[str] = "ratio"
+
+    @model_validator(mode="after")
+    def _words(self) -> DampingOfModes:
+        if self.mode < 1:
+            raise word("has a mode below 1. Modes are counted from 1, the least damped.")
+        if self.of is not None and "mode" in self.model_fields_set:
+            raise word("has both of (a link) and mode. Keep one of them.")
+        return self
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "link")} if self.of is not None else {}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        if self.of is None:
+            return ModeDamping(self.mode)
+        ratio = model.ratios[self.of]
+        return Monomials(np.array([ratio.scale]), np.array([ratio.row(model.n_vars)]))
+
+    def measure_static(self, machine: Machine) -> float:
+        if self.of is not None:
+            return next(one for one in machine.joints if one.name == self.of).damping_ratio
+        poles = machine.poles()
+        ratios = np.sort(ratios_of(poles))
+        return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
+
+
+ModeDampingRatio = DampingOfModes
+
+
+def ratios_of(poles: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> list[float]:
+    """Damping ratio per pair of poles: half the sum of their decay rates over the root of the product."""
+    top = float(np.abs(poles).max(initial=0.0))
+    turning = [p for p in poles if p.real > 1e-9 * abs(p) and abs(p) > 1e-9 * top]
+    decaying = sorted(p.imag for p in poles if abs(p.real) <= 1e-9 * abs(p) and abs(p) > 1e-9 * top)
+    ratios = [float(p.imag / abs(p)) for p in turning]
+    while len(decaying) > 1:
+        slow, fast = decaying.pop(0), decaying.pop()
+        ratios.append(float((slow + fast) / (2.0 * np.sqrt(slow * fast))))
+    return ratios
+
+
+class LossFactor(OfLink):
+    """`response = "loss_factor"`: of a link."""
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        imaginary = [t for t in model.terms if t.owner == self.of and t.kind == HYSTERETIC]
+        real = [t for t in model.terms if t.owner == self.of and t.kind == STIFFNESS]
+        scale = np.array([a.scale / b.scale for a, b in zip(imaginary, real, strict=True)])
+        exponents = np.array([a.exponents - b.exponents for a, b in zip(imaginary, real, strict=True)])
+        return Monomials(scale, exponents)
+
+    def measure_static(self, machine: Machine) -> float:
+        return next(one for one in machine.joints if one.name == self.of).loss_factor

@@ -1,0 +1,34 @@
+"""What a mount gains against bolting the machine down."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Output
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.model import Model
+from vibopt.responses.kind import HarmonicResponse
+from vibopt.responses.rows import at_point
+
+
+class InsertionLoss(HarmonicResponse):
+    """`response = "insertion_loss"`: motion of the receiving body with the link rigid over that with the link.
+
+    A ratio; write and read it in dB as 20 log10.  The receiver is the second end of the link.
+    """
+
+    across: str
+    normalised: ClassVar[bool] = True
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"across": (self.across, "joining link")}
+
+    def output(self, model: Model) -> Output:
+        return at_point(model, model.ends[self.across][1])
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return Modulus(self.output(model), drives, combine, rigid_link=self.across)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        joint = next(one for one in machine.joints if one.name == self.across)
+        return motion.points[joint.ends[1]]

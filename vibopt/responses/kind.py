@@ -1,0 +1,146 @@
+"""What all responses have in common: a place, speeds to look at, bounds."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, WithJsonSchema, model_validator
+
+from vibopt.errors import QuantityError
+from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Output
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.model import Model
+from vibopt.units import Quantity, read_quantity
+from vibopt.values import SpeedRange, Table, read_speeds, word
+from vibopt.values.fields import complaint
+
+START_UP = "start-up"
+
+Bound = Annotated[
+    Any, WithJsonSchema({"type": ["string", "number"], "description": "a value with its unit"})
+]
+
+
+def _one(given: object) -> SpeedRange | str:
+    if isinstance(given, str) and given.replace("_", "-").replace(" ", "-") == START_UP:
+        return START_UP
+    return read_speeds(given)
+
+
+def _over(given: object) -> object:
+    try:
+        if isinstance(given, dict):
+            return {name: _one(one) for name, one in given.items()}
+        return _one(given)
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+
+
+def _at(given: object) -> object:
+    speeds = _over(given)
+    parts = list(speeds.values()) if isinstance(speeds, dict) else [speeds]
+    for one in parts:
+        if not isinstance(one, SpeedRange) or not all(band.is_point for band in one.bands):
+            raise complaint('is a range, but `at` names single speeds. Write over = "..." for every speed in a range.')
+    return speeds
+
+
+_SPEED_SCHEMA = WithJsonSchema(
+    {"type": ["string", "array", "object"], "description": 'speeds, for example "0..3000 rpm"'}
+)
+Over = Annotated[Any, BeforeValidator(_over), _SPEED_SCHEMA]
+At = Annotated[Any, BeforeValidator(_at), _SPEED_SCHEMA]
+
+
+class Response(Table):
+    """A response with its place; `at_most` / `at_least` make it a limit.
+
+    Class attributes of each kind: `dimension` of its value, `amplitude` (pk, pp, rms apply),
+    `complement` (the value is one minus the form's value).
+    """
+
+    response: str
+    at_most: Bound = None
+    at_least: Bound = None
+    unit: str | None = None
+    dimension: ClassVar[str] = "ratio"
+    amplitude: ClassVar[bool] = False
+    complement: ClassVar[bool] = False
+    harmonic: ClassVar[bool] = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _bounds(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return {**given, **cls._read_bounds(given)}
+
+    @classmethod
+    def _read_bounds(cls, given: dict[str, Any]) -> dict[str, Quantity]:
+        read = {}
+        for key in ("at_most", "at_least"):
+            if given.get(key) is not None and not isinstance(given[key], Quantity):
+                try:
+                    read[key] = read_quantity(
+                        given[key], cls.dimension, amplitude=cls.amplitude, place=str(given.get("response"))
+                    )
+                except QuantityError as error:
+                    raise BoundError(key, given[key], str(error)) from None
+                if read[key].value < 0.0 and not cls.complement:
+                    raise BoundError(key, given[key], "is negative. Write its size, a positive value.")
+        return read
+
+    @property
+    def name(self) -> str:
+        return self.response
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        """Names used, by key: (name, family), family "body", "link", "support" or "point"."""
+        return {}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        """What the optimiser gets."""
+        raise NotImplementedError
+
+    def measure_static(self, machine: Machine) -> float:
+        """Value of the built machine, without any excitation; another road than `form`."""
+        raise NotImplementedError
+
+
+class BoundError(ValueError):
+    """A bound that cannot be read; carries the key and what was given."""
+
+    def __init__(self, key: str, given: object, text: str) -> None:
+        super().__init__(text)
+        self.key, self.given, self.text = key, given, text
+
+
+class HarmonicResponse(Response):
+    """A response under excitation, at one speed or over all speeds of a range."""
+
+    at: At = None
+    over: Over = None
+    due_to: tuple[str, ...] | None = None
+    combine: str | None = None
+    harmonic: ClassVar[bool] = True
+    normalised: ClassVar[bool] = False
+
+    @model_validator(mode="after")
+    def _words(self) -> HarmonicResponse:
+        if self.at is not None and self.over is not None:
+            raise word("has both at and over. Keep one: at for single speeds, over for ranges.")
+        if self.combine is not None and self.combine not in ("sum", "rss", "peak"):
+            raise word(f'has combine = "{self.combine}". Write "sum", "rss" or "peak".')
+        return self
+
+    def output(self, model: Model) -> Output:
+        """The row that reads this response off the motion."""
+        raise NotImplementedError
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return Modulus(self.output(model), drives, combine)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        """Complex amplitude of the built machine in a given motion; another road than `output`."""
+        raise NotImplementedError
+

@@ -1,0 +1,62 @@
+"""Motion of a body, and motion across a link; peak amplitudes."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from vibopt.forms import ComplexArray, Output
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.model import Model
+from vibopt.responses.kind import HarmonicResponse
+from vibopt.responses.rows import across_link, at_point
+
+
+class Displacement(HarmonicResponse):
+    """`response = "displacement"`: of a body, absolute [m] peak."""
+
+    of: str
+    dimension: ClassVar[str] = "length"
+    amplitude: ClassVar[bool] = True
+    power: ClassVar[int] = 0
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "body")}
+
+    def output(self, model: Model) -> Output:
+        return at_point(model, self.of, self.power)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        value: ComplexArray = motion.points[self.of] * (1j * motion.omega) ** self.power
+        return value
+
+
+class Velocity(Displacement):
+    """`response = "velocity"`: of a body, absolute [m/s] peak."""
+
+    dimension: ClassVar[str] = "velocity"
+    power: ClassVar[int] = 1
+
+
+class Acceleration(Displacement):
+    """`response = "acceleration"`: of a body, absolute [m/s^2] peak."""
+
+    dimension: ClassVar[str] = "acceleration"
+    power: ClassVar[int] = 2
+
+
+class RelativeDisplacement(HarmonicResponse):
+    """`response = "relative_displacement"`: across a link (rattle space) [m] peak."""
+
+    across: str
+    dimension: ClassVar[str] = "length"
+    amplitude: ClassVar[bool] = True
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"across": (self.across, "link")}
+
+    def output(self, model: Model) -> Output:
+        return across_link(model, self.across)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        joint = next(one for one in machine.joints if one.name == self.across)
+        return machine.position(joint.ends[1], motion) - machine.position(joint.ends[0], motion)

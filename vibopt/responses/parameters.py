@@ -1,0 +1,108 @@
+"""Properties of the machine itself, as limits or goals."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from vibopt.forms import Combine, Drive, Form, Monomials
+from vibopt.mechanics.machine import Joint, Machine
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.responses.kind import Response
+
+
+def owned_by(model: Model, owner: str, kind: int) -> Monomials:
+    """The terms of one kind that belong to one body or link."""
+    chosen = [term for term in model.terms if term.owner == owner and term.kind == kind]
+    return Monomials(
+        np.array([term.scale for term in chosen]),
+        np.array([term.exponents for term in chosen]).reshape(len(chosen), -1),
+    )
+
+
+def _joint(machine: Machine, name: str) -> Joint:
+    return next(one for one in machine.joints if one.name == name)
+
+
+class TotalMass(Response):
+    """`response = "total_mass"`: of all bodies [kg]."""
+
+    dimension: ClassVar[str] = "mass"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        chosen = [term for term in model.terms if term.kind == INERTIA]
+        return Monomials(np.array([t.scale for t in chosen]), np.array([t.exponents for t in chosen]))
+
+    def measure_static(self, machine: Machine) -> float:
+        return float(sum(machine.masses.values()))
+
+
+class Mass(Response):
+    """`response = "mass"`: of one body [kg]."""
+
+    of: str
+    dimension: ClassVar[str] = "mass"
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "body")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return owned_by(model, self.of, INERTIA)
+
+    def measure_static(self, machine: Machine) -> float:
+        return machine.masses[self.of]
+
+
+class OfLink(Response):
+    """A property of one single mount of a link."""
+
+    of: str
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "link")}
+
+
+class Stiffness(OfLink):
+    """`response = "stiffness"`: of one single mount [N/m]."""
+
+    dimension: ClassVar[str] = "stiffness"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return _single(model, self.of, owned_by(model, self.of, STIFFNESS))
+
+    def measure_static(self, machine: Machine) -> float:
+        joint = _joint(machine, self.of)
+        return joint.stiffness / joint.count
+
+
+class Damping(OfLink):
+    """`response = "damping"`: viscous, of one single mount [N s/m]."""
+
+    dimension: ClassVar[str] = "damping"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return _single(model, self.of, owned_by(model, self.of, DAMPING))
+
+    def measure_static(self, machine: Machine) -> float:
+        joint = _joint(machine, self.of)
+        return joint.damping / joint.count
+
+
+class Count(OfLink):
+    """`response = "count"`: number of mounts in a link."""
+
+    dimension: ClassVar[str] = "count"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        count = model.counts[self.of]
+        return Monomials(np.array([count.scale]), np.array([count.row(model.n_vars)]))
+
+    def measure_static(self, machine: Machine) -> float:
+        return _joint(machine, self.of).count
+
+
+def _single(model: Model, link: str, whole: Monomials) -> Monomials:
+    """Divide by the number of mounts in the link."""
+    count = model.counts[link]
+    return Monomials(whole.scale / count.scale, whole.exponents - count.row(model.n_vars))

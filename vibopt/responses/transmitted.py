@@ -1,0 +1,91 @@
+"""Dynamic force handed on by links, and its ratio to what shakes the machine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+from pydantic import model_validator
+
+from vibopt.forms import ComplexArray, Output
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.model import Model
+from vibopt.responses.kind import HarmonicResponse
+from vibopt.responses.rows import at_point, link_forces
+from vibopt.values import word
+
+
+def _into(model: Model, place: str) -> Output:
+    signs = {}
+    for name, (first, second) in model.ends.items():
+        if place in (first, second):
+            signs[name] = 1.0 if place == first else -1.0
+    return link_forces(model, signs)
+
+
+class TransmittedForce(HarmonicResponse):
+    """`response = "transmitted_force"`: total over all links `into` a place, or in one mount `through` a link.
+
+    Dynamic part only [N] peak, without the weight.
+    """
+
+    into: str | None = None
+    through: str | None = None
+    dimension: ClassVar[str] = "force"
+    amplitude: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _one_place(self) -> TransmittedForce:
+        if (self.into is None) == (self.through is None):
+            raise word('needs either into (a place) or through (a link). Write into = "ground".')
+        return self
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        if self.into is not None:
+            return {"into": (self.into, "point")}
+        return {"through": (self.through or "", "link")}
+
+    def output(self, model: Model) -> Output:
+        if self.into is not None:
+            return _into(model, self.into)
+        whole = link_forces(model, {self.through or "": 1.0})
+        return replace(whole, shared_by=self.through or "")
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if self.into is not None:
+            return machine.force_into(self.into, motion)
+        joint = next(one for one in machine.joints if one.name == self.through)
+        return machine.joint_force(joint, motion) / joint.count
+
+
+class Transmissibility(HarmonicResponse):
+    """`response = "transmissibility"`: force ratio `into` a place, or motion ratio `of` a body over its base."""
+
+    into: str | None = None
+    of: str | None = None
+    normalised: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Transmissibility:
+        if (self.into is None) == (self.of is None):
+            raise word('needs either into (force ratio) or of (motion ratio). Write into = "ground".')
+        return self
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        if self.into is not None:
+            return {"into": (self.into, "point")}
+        return {"of": (self.of or "", "body")}
+
+    def output(self, model: Model) -> Output:
+        return _into(model, self.into) if self.into is not None else at_point(model, self.of or "")
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if self.into is not None:
+            return machine.force_into(self.into, motion)
+        return motion.points[self.of or ""]
+
+
+class Isolation(Transmissibility):
+    """`response = "isolation"`: one minus the transmissibility; negative where it amplifies."""
+
+    complement: ClassVar[bool] = True

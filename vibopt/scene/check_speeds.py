@@ -1,0 +1,131 @@
+"""Whether a limit's excitations and speeds make sense."""
+
+from __future__ import annotations
+
+from vibopt.responses import HarmonicResponse
+from vibopt.responses.insertion_loss import InsertionLoss
+from vibopt.responses.transmitted import Transmissibility
+from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
+from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.scene.scene import Scene
+from vibopt.units import show
+from vibopt.values import SpeedRange
+
+
+def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes: Mistakes, broken: set[str]) -> None:
+    """Add what is wrong with the excitations and the speeds of one harmonic response."""
+    name = ".".join(str(one) for one in path)
+    if not scene.excitations:
+        if not any(one.startswith("excitations.") for one in broken):
+            mistakes.add(path, f"{name} is a response to vibration, but nothing shakes the machine. Add [excitations.NAME].")
+        return
+    for one in response.due_to or ():
+        if one not in scene.excitations:
+            if f"excitations.{one}" not in broken:
+                mistakes.unknown_name((*path, "due_to"), one, "excitation", list(scene.excitations))
+            return
+    if any(one.startswith("excitations.") for one in broken):
+        return
+    names = names_for(scene, response)
+    if not names:
+        mistakes.add((*path, "due_to"), f"{name}.due_to is an empty list. Name an excitation, or leave it out.")
+        return
+    _ranges(scene, path, response, names, mistakes)
+    _several(scene, path, response, names, mistakes)
+    _ratio(scene, path, response, names, mistakes)
+    _reached(scene, path, response, names, mistakes)
+
+
+def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
+    key = "at" if response.at is not None else "over"
+    given = response.at if response.at is not None else response.over
+    where = ".".join(str(one) for one in path)
+    if isinstance(given, dict):
+        for one in given:
+            if one not in names:
+                mistakes.unknown_name((*path, key), one, "excitation of this response", list(names))
+    elif given is not None and len(names) > 1:
+        mistakes.add((*path, key), f'{where}.{key} speaks of one speed, but {len(names)} excitations act here: whose? Write {key} = {{ {names[0]} = "..." }}, or name one in due_to.')
+        return
+    for one in names:
+        excitation = scene.excitations[one]
+        speeds = speeds_for(scene, response, one)
+        if isinstance(speeds, SpeedRange) and (speeds.dimension == "velocity") != excitation.of_vehicle:
+            mistakes.add((*path, key), f"{where}.{key} is {'a vehicle speed' if speeds.dimension == 'velocity' else 'a speed of rotation'}, but excitations.{one} counts {'vehicle speeds' if excitation.of_vehicle else 'speeds of rotation'}. Write it the same way.")
+        elif speeds is not None and not response.normalised:
+            _known(scene, path, response, one, mistakes)
+
+
+def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mistakes: Mistakes) -> None:
+    """The amplitude must be known at every speed that is looked at."""
+    excitation = scene.excitations[name]
+    known = excitation.known_bands
+    for band in bands_for(scene, response, name):
+        if any(one.holds(band.low) and one.holds(band.high) for one in known):
+            continue
+        where = ".".join(str(one) for one in path)
+        if excitation.variation is None:
+            mistakes.add(path, f'{where} looks at speeds other than those of excitations.{name}: how does its amplitude vary? Add varies = "constant" or varies = "speed^2" to excitations.{name}.')
+        else:
+            ends = [show(excitation.from_rotation(x), excitation.speed.unit, excitation.speed.dimension) for x in (known[0].low, known[0].high)]
+            mistakes.add(path, f"{where} looks at speeds outside the table of excitations.{name}.varies, which goes from {ends[0]} to {ends[1]}. Extend the table, or look at fewer speeds.")
+        return
+
+
+def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
+    where = ".".join(str(one) for one in path)
+    lines = line_count(scene, response)
+    if lines > 1 and response.combine is None and not response.normalised:
+        what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
+        mistakes.add(path, f'{where} counts {what}: how do they add up? Add combine = "sum" (never too small), "rss"' + (' or "peak" (true peak over time).' if len(names) == 1 else "."))
+    if response.combine == "peak" and len(names) > 1:
+        mistakes.value((*path, "combine"), "peak", 'needs phases, but machines that run independently have no fixed phase. Write "sum" or "rss".')
+    for bound in (response.at_most, response.at_least):
+        detector = getattr(bound, "detector", None)
+        if lines > 1 and detector == "rms" and response.combine not in (None, "rss"):
+            mistakes.value((*path, "combine"), response.combine, 'does not fit a bound in rms: the rms of several harmonics is their root of sum of squares. Write combine = "rss".')
+        if lines > 1 and detector == "pp" and response.combine not in (None, "sum"):
+            mistakes.value((*path, "combine"), response.combine, "does not fit a bound in pp: with several harmonics the swing is not twice the peak. Write the bound in pk.")
+
+
+def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
+    if not response.normalised:
+        return
+    where = ".".join(str(one) for one in path)
+    if len(names) > 1 or line_count(scene, response) > 1:
+        mistakes.add(path, f'{where} is a ratio to one excitation of one frequency, but several act. Name one in due_to, or limit the force or the motion itself.')
+        return
+    family = scene.excitations[names[0]].family
+    wants = "bases" if isinstance(response, Transmissibility) and response.into is None else "bodies"
+    if family != wants and isinstance(response, Transmissibility):
+        word = ("of a body is the motion ratio to a moving base", 'into = "ground"') if wants == "bases" else ("into a place is the force ratio to a force", 'of = "BODY"')
+        mistakes.add(path, f"{where}: transmissibility {word[0]}, which excitations.{names[0]} is not. Write {word[1]}.")
+    if family == "bases" and isinstance(response, InsertionLoss):
+        mistakes.add(path, f"{where}: insertion loss needs a force on a body, which excitations.{names[0]} is not.")
+
+
+def _reached(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
+    """A response where nothing arrives is a mistake of the scene, not a limit that holds."""
+    moved: set[str] = set()
+    todo = [scene.excitations[one].on for one in names]
+    while todo:
+        here = todo.pop()
+        if here in moved:
+            continue
+        moved.add(here)
+        for link in scene.links.values():
+            if here in link.between:
+                todo += [end for end in link.between if end in scene.bodies]
+    places = [name for name, _ in response.places().values()]
+    for place in places:
+        if place in scene.links:
+            ends = scene.links[place].between
+            still = not any(end in moved for end in ends)
+        elif place in scene.bodies:
+            still = place not in moved
+        else:
+            touching = [link.between for link in scene.links.values() if place in link.between]
+            still = not any(end in moved for ends in touching for end in ends if end != place)
+        if still and (place in scene.links or place in scene.bodies or place == "ground" or place in scene.bases):
+            where = ".".join(str(one) for one in path)
+            mistakes.add(path, f"{where} looks at {place}, which {' and '.join(names)} cannot move: no link leads there. Add a link, or name another place.")

@@ -1,0 +1,79 @@
+"""Which excitations a response looks at, and over which speeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.excitations import Excitation
+from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Line, Piece
+from vibopt.responses import HarmonicResponse
+from vibopt.responses.kind import START_UP
+from vibopt.scene.scene import Scene
+from vibopt.values import SpeedRange
+from vibopt.values.speeds import VEHICLE
+
+_UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
+
+
+def names_for(scene: Scene, response: HarmonicResponse) -> tuple[str, ...]:
+    """Excitations that the response counts: those in `due_to`, else all."""
+    return response.due_to if response.due_to is not None else tuple(scene.excitations)
+
+
+def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:
+    """What the response says about the speeds of one excitation; None for its own speeds."""
+    given = response.at if response.at is not None else response.over
+    if isinstance(given, dict):
+        return given.get(name)
+    return given
+
+
+def bands_for(scene: Scene, response: HarmonicResponse, name: str) -> tuple[Band, ...]:
+    """Speeds to look at [rad/s] for one excitation."""
+    excitation = scene.excitations[name]
+    given = speeds_for(scene, response, name)
+    if given is None:
+        return excitation.own_bands()
+    if isinstance(given, str) and given == START_UP:
+        return (Band(0.0, max(band.high for band in excitation.own_bands())),)
+    if isinstance(given, SpeedRange) and given.dimension == VEHICLE:
+        return tuple(excitation.to_rotation(band) for band in given.bands)
+    assert isinstance(given, SpeedRange)
+    return given.bands
+
+
+def drives_for(scene: Scene, response: HarmonicResponse, coords: tuple[str, ...]) -> tuple[Drive, ...]:
+    """The excitations as the response sees them, in model coordinates `coords`."""
+    drives = []
+    for name in names_for(scene, response):
+        excitation = scene.excitations[name]
+        lines = excitation.lines(_direction(excitation, coords))
+        if response.normalised:
+            lines = tuple(replace(line, amplitude=_UNIT) for line in lines)
+        drives.append(Drive(name, lines, bands_for(scene, response, name)))
+    return tuple(drives)
+
+
+def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:
+    """How several harmonics or excitations are combined; "sum" where there is only one."""
+    if response.combine == "rss":
+        return "rss"
+    return "peak" if response.combine == "peak" else "sum"
+
+
+def line_count(scene: Scene, response: HarmonicResponse) -> int:
+    """Number of harmonics that the response counts, over all its excitations."""
+    one = np.ones(1)
+    return sum(len(scene.excitations[name].lines(one)) for name in names_for(scene, response))
+
+
+def _direction(excitation: Excitation, coords: tuple[str, ...]) -> FloatArray:
+    row = np.zeros(len(coords))
+    row[coords.index(excitation.on)] = 1.0
+    return row
+
+
+__all__ = ["Line", "bands_for", "combine_for", "drives_for", "line_count", "names_for", "speeds_for"]

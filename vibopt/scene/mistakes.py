@@ -1,0 +1,124 @@
+"""Collects every mistake of a file, each with its line, and says them all at once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import ValidationError
+
+from vibopt.errors import InputError, way_out
+from vibopt.scene.locate import Locator
+
+Path = tuple[str | int, ...]
+
+
+def dotted(path: Path) -> str:
+    """Path as in the messages: limits.start_up.at_most, harmonics[2]."""
+    text = ""
+    for step in path:
+        text += f"[{step + 1}]" if isinstance(step, int) else f".{step}" if text else str(step)
+    return text
+
+
+def toml_text(given: object) -> str:
+    """A value as it would stand in the file; long ones are cut."""
+    if isinstance(given, Mapping):
+        text = "{ " + ", ".join(f"{key} = {toml_text(one)}" for key, one in given.items()) + " }"
+    elif isinstance(given, list):
+        text = "[" + ", ".join(toml_text(one) for one in given) + "]"
+    elif isinstance(given, bool):
+        text = str(given).lower()
+    elif isinstance(given, str):
+        text = json.dumps(given, ensure_ascii=False)
+    else:
+        text = str(given)
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+@dataclass
+class Mistakes:
+    """Mistakes of one document, kept with their line so that they come in the order of the file."""
+
+    name: str
+    locator: Locator | None = None
+    found: list[tuple[int, str]] = field(default_factory=list)
+
+    def at(self, path: Path) -> str:
+        """The beginning of a message: file and line."""
+        line = self.locator.line_of(path) if self.locator is not None else None
+        return f"{self.name} line {line}" if line is not None else self.name
+
+    def add(self, path: Path, sentence: str) -> None:
+        """A mistake at `path`; `sentence` follows the place and a colon."""
+        line = (self.locator.line_of(path) or 0) if self.locator is not None else 0
+        message = f"{self.at(path)}: {sentence}"
+        if (line, message) not in self.found:
+            self.found.append((line, message))
+
+    def value(self, path: Path, given: object, text: str) -> None:
+        """A mistake in one value; `text` continues `path = given `."""
+        self.add(path, f"{dotted(path)} = {toml_text(given)} {text}")
+
+    def unknown_key(self, path: Path, known: list[str]) -> None:
+        """A key that this table does not have."""
+        where = f" in {dotted(path[:-1])}" if len(path) > 1 else " at the top level"
+        self.add(path, f'unknown key "{path[-1]}"{where}.{way_out(str(path[-1]), known)}')
+
+    def unknown_name(self, path: Path, given: str, what: str, known: list[str]) -> None:
+        """A reference to something that the scene does not have."""
+        self.value(path, given, f"names no {what} of this scene.{way_out(given, known)}")
+
+    def raise_any(self) -> None:
+        if self.found:
+            raise InputError([message for _, message in sorted(self.found, key=lambda one: one[0])])
+
+
+def take(error: ValidationError, base: Path, table: object, mistakes: Mistakes, known: list[str]) -> None:
+    """Translate the errors of pydantic into our sentences."""
+    for one in error.errors(include_url=False):
+        inner: Path = tuple(step for step in one["loc"] if not _is_tag(step))
+        path = base + inner
+        _take_one(one, path, given_at(table, inner), mistakes, known)
+
+
+def _is_tag(step: Any) -> bool:
+    return isinstance(step, str) and ("[" in step or step in ("Fact", "Choice"))
+
+
+def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: list[str]) -> None:
+    kind, context = one["type"], one.get("ctx", {})
+    if kind == "complaint":
+        mistakes.value(path, given, str(context["text"]))
+    elif kind == "sentence":
+        mistakes.add(path, f"{dotted(path)} {context['text']}")
+    elif kind == "extra_forbidden":
+        mistakes.unknown_key(path, known)
+    elif kind == "missing":
+        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. Add it.")
+    elif kind == "value_error" and hasattr(context.get("error"), "key"):
+        wrong = context["error"]
+        mistakes.value((*path, wrong.key), wrong.given, wrong.text)
+    elif kind == "string_type":
+        mistakes.value(path, given, 'is not a text. Write it in quotation marks.')
+    elif kind in ("int_type", "int_parsing", "int_from_float"):
+        mistakes.value(path, given, "is not a whole number.")
+    elif kind in ("tuple_type", "list_type"):
+        mistakes.value(path, given, "is not a list. Write it in square brackets.")
+    elif kind in ("model_type", "model_attributes_type", "dict_type"):
+        mistakes.value(path, given, "is not a table.")
+    else:
+        mistakes.value(path, given, f"cannot be read: {one['msg']}.")
+
+
+def given_at(table: object, path: Path) -> object:
+    """What stands at `path` inside a document; None where nothing does."""
+    here: Any = table
+    for step in path:
+        try:
+            here = here[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return here

@@ -1,0 +1,292 @@
+"""Problem file (TOML) or dictionary to Scene, or all mistakes at once."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+
+from vibopt.devices import FAMILIES, BaseTable, BodyTable, LinkTable
+from vibopt.errors import InputError, way_out
+from vibopt.excitations import KINDS as EXCITATIONS
+from vibopt.excitations import Excitation
+from vibopt.responses import KINDS as RESPONSES
+from vibopt.responses import Response
+from vibopt.scene.check import check
+from vibopt.scene.locate import Locator
+from vibopt.scene.mistakes import Mistakes, take
+from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
+from vibopt.values import Table, rule_of
+from vibopt.values.fields import Choice, Fact
+
+LARGEST = 2_000_000
+_TOP = ["title", "statement", "source", "bodies", "bases", "links", "excitations", "limits", "measures", "goal", "expected"]
+_LATER = ["absorbers", "planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
+
+
+def read(path: str | FilePath) -> Scene:
+    """The scene of a problem file.
+
+    Parameters
+    ----------
+    path
+        A TOML file in UTF-8.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or what it says is wrong; the text lists all mistakes with lines.
+    """
+    file = FilePath(path)
+    return from_text(_text_of(file), name=file.name)
+
+
+def _text_of(file: FilePath) -> str:
+    try:
+        if file.is_dir():
+            raise InputError(f"{file} is a folder. Name a problem file (.toml).")
+        size = file.stat().st_size
+        if size > LARGEST:
+            raise InputError(f"{file.name} has {size / 1e6:.1f} MB; a problem file has at most {LARGEST / 1e6:.0f} MB.")
+        return file.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(f"{file} is not there. Name an existing problem file (.toml).") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file.name} is not a text in UTF-8. A problem file is a TOML text file.") from None
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
+
+
+def from_text(text: str, *, name: str = "scene") -> Scene:
+    """The scene of a TOML text; `name` stands in front of each message."""
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{name}: is no valid TOML: {error}.") from None
+    except RecursionError:
+        raise InputError(f"{name}: is nested too deeply for a problem file.") from None
+    if not document:
+        raise InputError(f'{name} is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".')
+    return from_dict(document, name=name, locator=Locator(text))
+
+
+def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None) -> Scene:
+    """The scene of a document already parsed; the keys are those of the file."""
+    mistakes = Mistakes(name, locator)
+    parts = _Parts(document, mistakes)
+    scene = parts.scene(name, locator)
+    check(scene, mistakes, parts.broken)
+    mistakes.raise_any()
+    return scene
+
+
+def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """The same scene with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}.
+
+    Raises
+    ------
+    InputError
+        A path that the scene does not have, or a value that does not fit there.
+    """
+    document = copy.deepcopy(dict(scene.document))
+    for path, value in changes.items():
+        _replace(document, path, value)
+    return from_dict(document, name=scene.name)
+
+
+def _replace(document: dict[str, Any], path: str, value: Any) -> None:
+    steps = path.split(".")
+    here: Any = document
+    for step in steps[:-1]:
+        if not isinstance(here, dict) or step not in here:
+            known = list(here) if isinstance(here, dict) else []
+            raise InputError(f'--set {path}: there is no "{step}" in this scene.{way_out(step, known)}')
+        here = here[step]
+    if not isinstance(here, dict):
+        raise InputError(f"--set {path}: this is not a table of the scene.")
+    here[steps[-1]] = value
+
+
+class _Parts:
+    """Reads the tables of a document one by one; `broken` are paths with a mistake."""
+
+    def __init__(self, document: Mapping[str, Any], mistakes: Mistakes) -> None:
+        self.document = document
+        self.mistakes = mistakes
+        self.broken: set[str] = set()
+        self.variables: list[Variable] = []
+        self.notes: list[str] = []
+
+    def scene(self, name: str, locator: Locator | None) -> Scene:
+        self._top()
+        bodies: dict[str, BodyTable] = self._family("bodies", FAMILIES["bodies"])
+        bases: dict[str, BaseTable] = self._family("bases", FAMILIES["bases"])
+        links: dict[str, LinkTable] = self._family("links", FAMILIES["links"])
+        excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
+        limits: dict[str, Response] = self._kinds("limits", "response", RESPONSES)
+        measures: dict[str, Response] = self._kinds("measures", "response", RESPONSES)
+        goal, find_all = self._goal()
+        return Scene(
+            name=name,
+            title=self._text("title", name),
+            statement=self._text("statement", ""),
+            bodies=bodies,
+            bases=bases,
+            links=links,
+            excitations=excitations,
+            limits=limits,
+            measures=measures,
+            goal=goal,
+            find_all=find_all,
+            variables=tuple(self.variables),
+            expected=self._expected(),
+            document=self.document,
+            notes=tuple(dict.fromkeys(self.notes)),
+            locator=locator,
+        )
+
+    def _text(self, key: str, default: str) -> str:
+        value = self.document.get(key, default)
+        if not isinstance(value, str):
+            self.mistakes.value((key,), value, "is not a text. Write it in quotation marks.")
+            return default
+        return value
+
+    def _top(self) -> None:
+        for key in self.document:
+            if key in _LATER:
+                self.mistakes.add((key,), f"[{key}] is not supported yet. Remove it.")
+            elif key not in _TOP:
+                self.mistakes.unknown_key((key,), _TOP)
+        self._text("source", "")
+
+    def _tables(self, family: str) -> dict[str, dict[str, Any]]:
+        tables = self.document.get(family, {})
+        if not isinstance(tables, Mapping):
+            self.mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")
+            return {}
+        good = {}
+        for name, table in tables.items():
+            if isinstance(table, Mapping):
+                good[name] = dict(table)
+            else:
+                self.mistakes.value((family, name), table, f"is not a table. Write [{family}.NAME] and its keys below it.")
+        return good
+
+    def _family(self, family: str, kind: type[Any]) -> dict[str, Any]:
+        read = {}
+        for name, table in self._tables(family).items():
+            made = self._table((family, name), table, kind)
+            if made is not None:
+                read[name] = made
+                self._values((family, name), made)
+        return read
+
+    def _kinds(self, family: str, key: str, kinds: Mapping[str, type[Any]]) -> dict[str, Any]:
+        read = {}
+        for name, table in self._tables(family).items():
+            kind = self._kind_of((family, name), table, key, kinds)
+            made = self._table((family, name), table, kind) if kind is not None else None
+            if made is not None:
+                read[name] = made
+                self._values((family, name), made)
+            else:
+                self.broken.add(f"{family}.{name}")
+        return read
+
+    def _kind_of(
+        self, path: tuple[str, ...], table: Mapping[str, Any], key: str, kinds: Mapping[str, type[Any]]
+    ) -> type[Any] | None:
+        given = table.get(key)
+        if given is None:
+            self.mistakes.add(path, f"{'.'.join(path)} has no {key}. Write one of: {', '.join(kinds)}.")
+            return None
+        if not isinstance(given, str) or given not in kinds:
+            self.mistakes.value((*path, key), given, f"is no {key} that vibopt knows.{way_out(str(given), list(kinds))}")
+            return None
+        return kinds[given]
+
+    def _table(self, path: tuple[str, ...], table: Mapping[str, Any], kind: type[Table]) -> Any | None:
+        try:
+            return kind.model_validate(table)
+        except ValidationError as error:
+            take(error, path, table, self.mistakes, list(kind.model_fields))
+            self.broken.add(".".join(path))
+            return None
+
+    def _values(self, path: tuple[str, ...], made: Table) -> None:
+        """Note the design variables and the readings of a table's values."""
+        for key in type(made).model_fields:
+            value = getattr(made, key)
+            if isinstance(value, (Fact, Choice)) and value.echo:
+                self.notes.append(f"{'.'.join((*path, key))}: {value.echo}")
+            if isinstance(value, Choice):
+                rule = rule_of(type(made), key)
+                dimension = rule.dimension if rule is not None else "ratio"
+                self.variables.append(Variable(".".join((*path, key)), value, dimension))
+
+    def _goal(self) -> tuple[Goal | None, str | None]:
+        table = self.document.get("goal")
+        if table is None:
+            return None, None
+        if not isinstance(table, Mapping):
+            self.mistakes.value(("goal",), table, "is not a table. Write [goal] and its keys below it.")
+            return None, None
+        asked = [key for key in (MAXIMISE, MINIMISE, "find_all") if key in table]
+        if len(asked) != 1:
+            self._no_goal(table, asked)
+            return None, None
+        if asked[0] == "find_all":
+            return None, self._find_all(table)
+        return self._best(table, asked[0]), None
+
+    def _no_goal(self, table: Mapping[str, Any], asked: list[str]) -> None:
+        self.broken.add("goal")
+        if asked:
+            self.mistakes.add(("goal",), f"goal has {' and '.join(asked)}. Keep one of them.")
+            return
+        known = [MAXIMISE, MINIMISE, "find_all"]
+        for key in table:
+            if way_out(key, known).startswith(" Did"):
+                self.mistakes.unknown_key(("goal", key), known)
+                return
+        self.mistakes.add(("goal",), 'goal says neither maximise, minimise nor find_all. Write maximise = "stiffness".')
+
+    def _find_all(self, table: Mapping[str, Any]) -> str | None:
+        for key in table:
+            if key != "find_all":
+                self.mistakes.unknown_key(("goal", key), ["find_all"])
+        given = table["find_all"]
+        if not isinstance(given, str):
+            self.mistakes.value(("goal", "find_all"), given, 'is not a text. Write find_all = "fan.speed".')
+            return None
+        return given
+
+    def _best(self, table: Mapping[str, Any], sense: str) -> Goal | None:
+        words = {key: value for key, value in table.items() if key != sense}
+        if "response" in words:
+            self.mistakes.unknown_key(("goal", "response"), [])
+            return None
+        words["response"] = table[sense]
+        if words["response"] not in RESPONSES:
+            known = list(RESPONSES)
+            self.mistakes.value(("goal", sense), table[sense], f"is no response that vibopt knows.{way_out(str(table[sense]), known)}")
+            self.broken.add("goal")
+            return None
+        for key in ("at_most", "at_least", "outside"):
+            if key in words:
+                self.mistakes.add(("goal", key), f"goal has a bound ({key}). Say bounds in [limits.NAME].")
+                words.pop(key)
+        made = self._table(("goal",), words, RESPONSES[words["response"]])
+        return Goal(sense, str(table[sense]), made) if made is not None else None
+
+    def _expected(self) -> tuple[Mapping[str, Any], ...]:
+        given = self.document.get("expected", [])
+        if not isinstance(given, list) or not all(isinstance(one, Mapping) for one in given):
+            self.mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
+            return ()
+        return tuple(given)

@@ -1,0 +1,89 @@
+"""A scene: what is there and what is asked, with every value in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from vibopt.devices import BaseTable, BodyTable, LinkTable
+from vibopt.excitations import Excitation
+from vibopt.responses import Response
+from vibopt.scene.locate import Locator
+from vibopt.values import SpeedRange
+from vibopt.values.fields import Choice
+
+MAXIMISE, MINIMISE = "maximise", "minimise"
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A design variable: path in the file, what may be chosen [SI], the user's unit and its dimension."""
+
+    path: str
+    choice: Choice
+    dimension: str
+
+    @property
+    def low(self) -> float:
+        return self.choice.low
+
+    @property
+    def high(self) -> float:
+        return self.choice.high
+
+    @property
+    def unit(self) -> str:
+        return self.choice.unit
+
+    @property
+    def values(self) -> tuple[float, ...] | None:
+        """The values to choose from [SI]; None for a continuous variable."""
+        if self.choice.options:
+            return self.choice.options
+        if self.choice.whole:
+            return tuple(float(n) for n in range(round(self.low + 0.4999999), int(self.high + 1e-9) + 1))
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """`sense` is MAXIMISE or MINIMISE; `name` as in the file."""
+
+    sense: str
+    name: str
+    response: Response
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a problem file says.  Build one with `read`, `from_dict` or the Python API.
+
+    `find_all` names the excitation whose speeds are asked for; `notes` are readings and assumptions
+    that are repeated in every output.
+    """
+
+    name: str
+    title: str
+    statement: str
+    bodies: dict[str, BodyTable]
+    bases: dict[str, BaseTable]
+    links: dict[str, LinkTable]
+    excitations: dict[str, Excitation]
+    limits: dict[str, Response]
+    measures: dict[str, Response]
+    goal: Goal | None
+    find_all: str | None
+    variables: tuple[Variable, ...]
+    expected: tuple[Mapping[str, Any], ...]
+    document: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
+    locator: Locator | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def is_analysis(self) -> bool:
+        """Nothing to choose and nothing to find: responses are measured."""
+        return not self.variables and self.find_all is None
+
+
+__all__ = ["Goal", "Scene", "SpeedRange", "Variable"]

@@ -1,0 +1,269 @@
+"""Interval branch and bound: proves an optimum with its gap, or that no design exists.
+
+Boxes of designs are dropped when a limit is broken on all of the box (a polynomial inequality at
+one sampled speed, by Bernstein coefficients) or when nothing on it beats the best design known by
+more than the gap.  Speeds are added where the exact measurement of a box's middle shows the worst.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Form, Modulus
+from vibopt.mechanics.model import Model
+from vibopt.program.bounds import FormBounds
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.worst import Worst, worst
+
+BATCH = 256
+SAFETY = 1e-10
+"""Part of a bound that rounding may take; a box must fail by more than this to be dropped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """Outcome of the search.
+
+    status
+        "optimal", "infeasible" or "open" (stopped before the end).
+    x
+        Best design found, shape (n_vars,); None where there is none.
+    value
+        Its goal, in the sense to be minimised.
+    bound
+        No design is better than this.
+    boxes
+        Number of boxes looked at.
+    """
+
+    status: str
+    x: FloatArray | None
+    value: float
+    bound: float
+    boxes: int
+
+
+@dataclass
+class Judge:
+    """Exact feasibility and goal at single designs, and the speeds at which limits are worst."""
+
+    program: Program
+    tolerance: float = 1e-9
+
+    def limit(self, limit: Limit, x: FloatArray) -> tuple[float, Worst]:
+        """Violation as a part of the bound (negative when met), and the worst."""
+        found = worst(limit.model, limit.form, x, least_wanted=limit.side == "at_least")
+        return violation(limit, found.value, x), found
+
+    def goal(self, x: FloatArray) -> Worst:
+        """Goal to be minimised at x, with the speeds of its worst; 0 without a goal."""
+        aim = self.program.aim
+        if aim is None:
+            return Worst(0.0)
+        found = worst(aim.model, aim.form, x, least_wanted=aim.sense < 0)
+        return Worst(aim.sense * found.value, found.speeds)
+
+    def feasible(self, x: FloatArray) -> bool:
+        return all(self.limit(limit, x)[0] <= self.tolerance for limit in self.program.limits)
+
+
+def violation(limit: Limit, value: float, x: FloatArray) -> float:
+    """How far a value misses its bound, as a part of the bound; negative when it is met."""
+    if limit.side == "outside":
+        return _inside_band(limit, x)
+    size = abs(limit.bound) or 1.0
+    if limit.side == "at_most":
+        return (value - limit.bound) / size if np.isfinite(value) else np.inf
+    return (limit.bound - value) / size if np.isfinite(value) else -np.inf
+
+
+def _inside_band(limit: Limit, x: FloatArray) -> float:
+    """Depth of the deepest mode inside the band, as a part of the band's lower end."""
+    from vibopt.mechanics.modes import natural_frequencies
+
+    modes = natural_frequencies(limit.model, limit.model.values(x))
+    return float(np.minimum(modes - limit.bound, limit.upper - modes).max()) / max(limit.bound, 1e-300)
+
+
+@dataclass
+class Search:
+    """State of one branch and bound.
+
+    judge
+        Exact evaluation.
+    gap
+        Part of the goal by which the proven bound may be away from the best design.
+    """
+
+    judge: Judge
+    gap: float = 1e-9
+    budget: int = 200_000
+    seconds: float = 20.0
+    progress: Callable[[str, float], None] | None = None
+
+    def run(self, start: FloatArray | None = None) -> Proof:
+        """Search the whole box; `start` (n_vars,) is a feasible design to beat."""
+        self._prepare()
+        self.best_x: FloatArray | None = None
+        self.best = np.inf
+        if start is not None:
+            self._offer(start)
+        low, high = self._first_boxes()
+        bounds = np.full(len(low), -np.inf)
+        looked, began = 0, time.perf_counter()
+        while len(low):
+            if looked > self.budget or time.perf_counter() - began > self.seconds:
+                return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
+            low, high, bounds, count = self._step(low, high, bounds)
+            looked += count
+        if self.best_x is None:
+            return Proof("infeasible", None, np.inf, np.inf, looked)
+        return Proof("optimal", self.best_x, self.best, self.best - self._room(), looked)
+
+    def _prepare(self) -> None:
+        program = self.judge.program
+        middle = _middle(program.low, program.high)
+        self.forms = [FormBounds(limit.model, limit.form, middle) for limit in program.limits]
+        self.aim_bounds = FormBounds(program.aim.model, program.aim.form, middle) if program.aim else None
+        for part, bounds in self._parts():
+            for speeds in first_speeds(part.form):
+                bounds.add(speeds)
+
+    def _parts(self) -> list[tuple[Limit | Aim, FormBounds]]:
+        parts: list[tuple[Limit | Aim, FormBounds]] = list(zip(self.judge.program.limits, self.forms, strict=True))
+        if self.judge.program.aim is not None and self.aim_bounds is not None:
+            parts.append((self.judge.program.aim, self.aim_bounds))
+        return parts
+
+    def _first_boxes(self) -> tuple[FloatArray, FloatArray]:
+        """The whole box, once per combination of discrete values."""
+        axes = self.judge.program.axes
+        low, high = np.zeros((1, 0)), np.zeros((1, 0))
+        for axis in axes:
+            values = axis.values or (None,)
+            lows = [axis.low if v is None else v for v in values]
+            highs = [axis.high if v is None else v for v in values]
+            low = np.concatenate([np.column_stack([low, np.full(len(low), v)]) for v in lows])
+            high = np.concatenate([np.column_stack([high, np.full(len(high), v)]) for v in highs])
+        return low, high
+
+    def _room(self) -> float:
+        return self.gap * max(abs(self.best), 1e-300)
+
+    def _step(
+        self, low: FloatArray, high: FloatArray, bounds: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, int]:
+        order = np.argsort(bounds, kind="stable")
+        take, rest = order[:BATCH], order[BATCH:]
+        here_low, here_high = low[take], high[take]
+        alive, goal = self._judge_boxes(here_low, here_high)
+        here_low, here_high, goal = here_low[alive], here_high[alive], goal[alive]
+        if len(here_low):
+            self._explore(here_low, here_high, goal)
+            kept = goal < self.best - self._room() if np.isfinite(self.best) else np.ones(len(goal), dtype=bool)
+            new_low, new_high = self._split(here_low[kept], here_high[kept])
+            goal = np.repeat(goal[kept], 2)[: len(new_low)] if len(new_low) == 2 * kept.sum() else np.full(len(new_low), -np.inf)
+        else:
+            new_low, new_high = here_low, here_high
+        low = np.concatenate([low[rest], new_low])
+        high = np.concatenate([high[rest], new_high])
+        return low, high, np.concatenate([bounds[rest], goal]), len(take)
+
+    def _judge_boxes(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Which boxes may still hold a better design, and the bound of the goal on each."""
+        alive = np.ones(len(low), dtype=bool)
+        goal = np.full(len(low), -np.inf)
+        aim = self.judge.program.aim
+        if aim is not None and self.aim_bounds is not None:
+            lower, upper = self.aim_bounds.on(low, high)
+            goal = lower if aim.sense > 0 else -upper
+            if np.isfinite(self.best):
+                alive &= goal < self.best - self._room()
+        for limit, bounds in zip(self.judge.program.limits, self.forms, strict=True):
+            if alive.any():
+                alive[alive] = may_hold(limit, bounds, low[alive], high[alive])
+        return alive, goal
+
+    def _explore(self, low: FloatArray, high: FloatArray, goal: FloatArray) -> None:
+        """Measure the middle of the most promising boxes; learn speeds, keep a better design."""
+        for index in np.argsort(goal, kind="stable")[:3]:
+            self._offer(_middle(low[index], high[index]))
+
+    def _offer(self, x: FloatArray) -> None:
+        x = np.array(x, dtype=float)
+        good = True
+        for limit, bounds in zip(self.judge.program.limits, self.forms, strict=True):
+            missed, found = self.judge.limit(limit, x)
+            bounds.add(found.speeds)
+            good = good and missed <= self.judge.tolerance
+        goal = self.judge.goal(x)
+        if self.aim_bounds is not None:
+            self.aim_bounds.add(goal.speeds)
+        if good and goal.value < self.best:
+            self.best, self.best_x = goal.value, x
+
+    def _split(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Halve every box along its relatively widest side; boxes too small to halve are left out."""
+        program = self.judge.program
+        whole = np.log(np.maximum(program.high, 1e-300)) - np.log(np.maximum(program.low, program.high * 1e-12))
+        width = np.log(np.maximum(high, 1e-300)) - np.log(np.maximum(low, program.high * 1e-12))
+        width = width / np.where(whole > 0, whole, 1.0)
+        side = width.argmax(axis=1)
+        rows = np.arange(len(low))
+        cut = _middle(low[rows, side], high[rows, side])
+        first_high, second_low = high.copy(), low.copy()
+        first_high[rows, side] = cut
+        second_low[rows, side] = cut
+        return (
+            np.stack([low, second_low], axis=1).reshape(-1, low.shape[1]),
+            np.stack([first_high, high], axis=1).reshape(-1, low.shape[1]),
+        )
+
+
+def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Boxes on which the limit is not proven to be broken, shape (n_boxes,)."""
+    if limit.side == "outside":
+        return _may_avoid(limit, bounds, low, high)
+    if not bounds.bounded:
+        return np.ones(len(low), dtype=bool)
+    lower, upper = bounds.on(low, high)
+    if limit.side == "at_most":
+        fine: FloatArray = lower <= limit.bound * (1.0 + SAFETY) + (0.0 if limit.bound else 1e-300)
+        return fine
+    return upper >= limit.bound * (1.0 - SAFETY)
+
+
+def _may_avoid(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Boxes on which no mode is proven to lie inside the forbidden band."""
+    free = np.ones(len(low), dtype=bool)
+    for mode in range(1, limit.model.n_free + 1):
+        lower, upper = bounds.frequencies(low, high, mode)
+        free &= ~((lower > limit.bound * (1 + SAFETY)) & (upper < limit.upper * (1 - SAFETY)))
+    return free
+
+
+def first_speeds(form: Form) -> list[dict[str, float]]:
+    """Speeds to begin with: the ends of every band and a few between."""
+    if not isinstance(form, Modulus):
+        return []
+    found = []
+    for drive in form.drives:
+        for band in drive.bands:
+            parts = [band.low] if band.is_point else np.linspace(band.low, band.high, 9)
+            found += [{drive.name: float(speed)} for speed in parts if speed > 0.0 or band.is_point]
+    return found
+
+
+def _middle(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Geometric middle where the range spans more than a factor four, arithmetic elsewhere."""
+    floor = np.maximum(low, high * 1e-6)
+    geometric = np.sqrt(floor * high)
+    middle: FloatArray = np.where(high > 4.0 * floor, geometric, 0.5 * (low + high))
+    return middle
+
+
+__all__ = ["Judge", "Model", "Proof", "Search", "may_hold", "violation"]

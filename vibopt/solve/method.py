@@ -1,0 +1,51 @@
+"""What every method has: a name, what it refuses, and an answer with its claim."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from vibopt.forms import FloatArray
+from vibopt.program.program import Program
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Answer of a method, before anybody else has checked it.
+
+    status
+        "optimal" (proven), "feasible", "infeasible" (proven), "unbounded" (proven) or "unproven".
+    x
+        Design [SI], shape (n_vars,); None where there is none.
+    claim
+        How the status is known, in words.
+    bound
+        Proven bound of the goal in the sense to be minimised; nan where there is none.
+    details
+        Counts and figures of the method, for `explain`.
+    """
+
+    status: str
+    x: FloatArray | None
+    claim: str
+    method: str
+    bound: float = float("nan")
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Method(Protocol):
+    """A way to answer a program."""
+
+    name: str
+    summary: str
+
+    def refuses(self, program: Program) -> str | None:
+        """A sentence that names what this method cannot take; None where it takes the program."""
+        ...
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Answer the program."""
+        ...

@@ -1,0 +1,26 @@
+"""Units at the door: text with a unit becomes an SI number here, and an SI number becomes text again.
+
+Inside vibopt every number is SI, every frequency in rad/s and every amplitude peak.
+Pint is loaded when the first unit is read.
+"""
+
+from vibopt.units.dimensions import DIMENSIONS, Dimension, si_unit
+from vibopt.units.quantity import Detector, Quantity
+from vibopt.units.ranges import is_range, read_range
+from vibopt.units.reading import read_quantity
+from vibopt.units.showing import best_unit, plain, show, to_unit
+
+__all__ = [
+    "DIMENSIONS",
+    "Detector",
+    "Dimension",
+    "Quantity",
+    "best_unit",
+    "is_range",
+    "plain",
+    "read_quantity",
+    "read_range",
+    "show",
+    "si_unit",
+    "to_unit",
+]

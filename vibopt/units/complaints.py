@@ -1,0 +1,81 @@
+"""What is wrong with a value, and the way out; each text continues the sentence "<path> = <given> "."""
+
+import re
+from difflib import get_close_matches
+
+from vibopt.units.dimensions import DIMENSIONS
+
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+NOT_FINITE = "is not a finite number."
+BEYOND = "is beyond what any machine has (|value| > 1e30 in SI)."
+
+_COMMA = re.compile(r"([+-]?)(\d+),(\d+)(?![\d.,])(.*)", re.DOTALL)
+_GAP = re.compile(r"([+-]?\d{1,3}(?:[\s_',]\d{3})+(?!\d)\S*)(.*)", re.DOTALL)
+_DASH = re.compile(rf"({NUMBER})\s*(?:-|–|—|to)\s*({NUMBER})(.*)", re.DOTALL)
+
+
+def words(*parts: str) -> str:
+    """The parts that are not empty, with spaces between."""
+    return " ".join(part for part in parts if part)
+
+
+def needs(dimension: str, place: str | None) -> str:
+    """The half sentence that says what is needed here, or what `place` is, with the way out."""
+    wanted = DIMENSIONS[dimension]
+    needed = f"{place} is {wanted.noun}" if place else f"{wanted.noun} is needed here"
+    return f"{needed}. {wanted.way_out}"
+
+
+def no_unit(number: str, word: str, dimension: str) -> str:
+    """For a bare `number` (with the detector `word`, if any) of a dimension that has units."""
+    return f'has no unit. Write "{words(number, DIMENSIONS[dimension].usual, word)}".'
+
+
+def no_amplitude(number: str, unit: str, word: str) -> str:
+    """For a detector `word` behind something that is no amplitude."""
+    shown = words(number, unit)
+    return f'says "{word}", but only an amplitude can be peak, peak-to-peak or rms. Write "{shown}".'
+
+
+def unknown_unit(unit: str, dimension: str) -> str:
+    """Proposes the units that differ by case only, else the nearest, else all of the dimension."""
+    kind = DIMENSIONS[dimension]
+    near = [text for text in kind.units if text.casefold() == unit.casefold()]
+    near = near or get_close_matches(unit, kind.units, n=1)
+    if near:
+        way_out = "Did you mean " + " or ".join(f'"{text}"' for text in near) + "?"
+    elif kind.units:
+        way_out = f"Units of {kind.noun}: {', '.join(kind.units)}."
+    else:
+        way_out = kind.way_out
+    return f'has the unknown unit "{unit}". {way_out}'
+
+
+def wrong_dimension(unit: str, given: str | None, dimension: str, place: str | None) -> str:
+    """`given` is the dimension that `unit` has, None if it has no name."""
+    what = f"is {DIMENSIONS[given].noun}" if given else f'has the unit "{unit}"'
+    return f"{what}, but {needs(dimension, place)}"
+
+
+def no_single_number(text: str, dimension: str) -> str:
+    """For a text that does not start with exactly one number."""
+    way_out = DIMENSIONS[dimension].way_out
+    if not text:
+        return f"is empty. {way_out}"
+    if ".." in text:
+        return f"is a range, but one value is needed here. {way_out}"
+    if comma := _COMMA.fullmatch(text):
+        return _comma(*comma.groups())
+    if gap := _GAP.fullmatch(text):
+        number = re.sub(r"[\s_',]", "", gap[1])
+        return f'has a separator inside its number. Write "{number}{gap[2]}".'
+    if dash := _DASH.fullmatch(text):
+        return f'looks like a range. Write it with two points: "{dash[1]}..{dash[2]}{dash[3]}".'
+    return f"does not start with one number. {way_out}"
+
+
+def _comma(sign: str, whole: str, decimals: str, rest: str) -> str:
+    point = f"{sign}{whole}.{decimals}{rest}"
+    if len(decimals) == 3 and len(whole) <= 3 and int(whole):
+        return f'has a comma that can be read in two ways. Write "{sign}{whole}{decimals}{rest}" or "{point}".'
+    return f'has a decimal comma; write a point for the decimals: "{point}".'

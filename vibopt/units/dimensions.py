@@ -1,0 +1,130 @@
+"""What is measured: one line per kind of quantity, with its words for messages and its usual units."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dimension:
+    """A kind of quantity.
+
+    Attributes
+    ----------
+    name
+        As in code: "angular_rate".
+    noun
+        With its article, for messages: "a speed of rotation or a frequency".
+    si
+        SI unit text; "" for a plain number.
+    usual
+        The unit a forgotten unit most likely was.
+    example
+        A value as a user writes it.
+    units
+        Unit texts to propose, the usual ones of the field.
+    ladder
+        (from this SI value on, unit to show), rising; the first also serves below it.
+    """
+
+    name: str
+    noun: str
+    si: str
+    usual: str
+    example: str
+    units: tuple[str, ...]
+    ladder: tuple[tuple[float, str], ...]
+
+    @property
+    def way_out(self) -> str:
+        """The last sentence of a complaint: 'Write a force, for example "6 kN".'"""
+        return f'Write {self.noun}, for example "{self.example}".'
+
+
+def _dimension(
+    name: str, noun: str, si: str, example: str, units: str, ladder: tuple[tuple[float, str], ...] = ()
+) -> Dimension:
+    """One line of the table; `units` is separated by commas and its first is the usual one."""
+    texts = tuple(text.strip() for text in units.split(",")) if units else ()
+    usual = texts[0] if texts else ""
+    steps = ladder or ((0.0, usual),)
+    return Dimension(name=name, noun=noun, si=si, usual=usual, example=example, units=texts, ladder=steps)
+
+
+_ALL = (
+    _dimension(
+        "mass",
+        "a mass",
+        "kg",
+        "300 kg",
+        "kg, g, mg, t, lb, oz",
+        ((0.0, "g"), (1.0, "kg"), (1e5, "t")),
+    ),
+    _dimension(
+        "length",
+        "a length",
+        "m",
+        "20 mm",
+        "mm, µm, um, nm, cm, m, km, mil, in, ft",
+        ((0.0, "µm"), (1e-5, "mm"), (10.0, "m"), (1e4, "km")),
+    ),
+    _dimension(
+        "velocity",
+        "a velocity",
+        "m/s",
+        "2.8 mm/s",
+        "mm/s, m/s, in/s, km/h, mph",
+        ((0.0, "mm/s"), (1.0, "m/s")),
+    ),
+    _dimension("acceleration", "an acceleration", "m/s²", "5 m/s²", "m/s², m/s^2, mm/s², in/s², g, gn, mg"),
+    _dimension(
+        "force",
+        "a force",
+        "N",
+        "6 kN",
+        "N, kN, MN, mN, daN, lbf, lb, kgf",
+        ((0.0, "N"), (1e3, "kN"), (1e6, "MN")),
+    ),
+    _dimension(
+        "stiffness",
+        "a stiffness",
+        "N/m",
+        "2 MN/m",
+        "N/m, N/mm, kN/m, kN/mm, MN/m, GN/m, lb/in, lbf/in, kgf/mm",
+        ((0.0, "N/m"), (1e3, "kN/m"), (1e6, "MN/m"), (1e9, "GN/m")),
+    ),
+    _dimension(
+        "damping",
+        "a damping coefficient",
+        "N s/m",
+        "5 kN s/m",
+        "N s/m, N s/mm, kN s/m, kN s/mm, MN s/m, lb s/in, lbf s/in, kg/s",
+        ((0.0, "N s/m"), (1e3, "kN s/m"), (1e6, "MN s/m")),
+    ),
+    _dimension(
+        "angular_rate",
+        "a speed of rotation or a frequency",
+        "rad/s",
+        "3000 rpm",
+        "rpm, Hz, kHz, cpm, rad/s, deg/s, rev/min, rev/s",
+    ),
+    _dimension(
+        "unbalance",
+        "an unbalance",
+        "kg m",
+        "200 g mm",
+        "g mm, g cm, kg mm, kg cm, kg m, oz in, lb in",
+        ((0.0, "g mm"), (1e-2, "kg mm"), (1e-1, "kg m")),
+    ),
+    _dimension("ratio", "a ratio", "", "20 %", "%, dB", ((0.0, ""),)),
+    _dimension("angle", "an angle", "rad", "30 deg", "deg, rad, mrad, rev"),
+    _dimension("wavenumber", "a wavenumber", "rad/m", "0.6 rad/m", "rad/m, rad/mm"),
+    _dimension("count", "a whole number", "", "4", ""),
+    _dimension("level", "a level in decibel", "dB", "14 dB", "dB"),
+    _dimension("time", "a time", "s", "0.2 s", "s, ms, min, h", ((0.0, "ms"), (1.0, "s"))),
+)
+
+DIMENSIONS: dict[str, Dimension] = {dimension.name: dimension for dimension in _ALL}
+
+
+def si_unit(dimension: str) -> str:
+    """SI unit text of a dimension by name; "" for ratios and counts."""
+    return DIMENSIONS[dimension].si

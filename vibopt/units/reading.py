@@ -1,0 +1,100 @@
+"""Reading a value: text with a unit, or a bare number where a ratio or a count is meant."""
+
+import re
+from math import inf, isfinite, sqrt
+from numbers import Real
+
+from vibopt.errors import QuantityError
+from vibopt.units import complaints
+from vibopt.units.dimensions import DIMENSIONS
+from vibopt.units.quantity import Detector, Quantity
+from vibopt.units.scales import Scale, scale_of
+from vibopt.units.spelling import split_detector
+
+TO_PEAK: dict[Detector | None, float] = {None: 1.0, "pk": 1.0, "pp": 0.5, "rms": sqrt(2.0)}
+"""Peak over the value written with each detector, for one sine."""
+
+LARGEST = 1e30
+BARE = ("ratio", "count")
+"""Dimensions whose values may be bare numbers."""
+
+_VALUE = re.compile(rf"({complaints.NUMBER})(?!\s*(?:[\d,.'_]|[-–—]\s*\d|to\s*\d))\s*(.*)", re.DOTALL)
+_WORD_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity|infinite)\b", re.IGNORECASE)
+
+
+def read_quantity(given: object, dimension: str, *, amplitude: bool = False, place: str | None = None) -> Quantity:
+    """A value at the door, in SI.
+
+    Parameters
+    ----------
+    given
+        Text such as "300 kg", "20 mm pp", "-14 dB"; a number only for the dimensions "ratio" and "count".
+    dimension
+        Name in `DIMENSIONS`.
+    amplitude
+        Whether pk, pp or rms may stand behind the unit; without a word an amplitude is peak.
+    place
+        Who needs the dimension, for the message: "transmitted_force".
+
+    Returns
+    -------
+    Quantity
+        `value` in SI and, for amplitudes, peak.
+
+    Raises
+    ------
+    QuantityError
+        Anything that is not exactly one finite value of this dimension.
+    """
+    if isinstance(given, str):
+        number, unit = split_value(given, dimension)
+        return _quantity(number, unit, dimension, amplitude, place)
+    if isinstance(given, bool):
+        raise QuantityError(f"is true or false, but {complaints.needs(dimension, place)}")
+    if not isinstance(given, Real):
+        raise QuantityError(f"is no value with a unit, but {complaints.needs(dimension, place)}")
+    if isinstance(given, float) and not isfinite(given):
+        raise QuantityError(complaints.NOT_FINITE)
+    return _quantity(str(given), "", dimension, amplitude, place)
+
+
+def split_value(text: str, dimension: str) -> tuple[str, str]:
+    """Number and unit of a value as texts; QuantityError where there is not exactly one number in front."""
+    tidy = text.replace("−", "-").strip()
+    found = None if ".." in tidy else _VALUE.fullmatch(tidy)
+    if found:
+        return found[1], found[2]
+    if _WORD_NOT_FINITE.match(tidy):
+        raise QuantityError(complaints.NOT_FINITE)
+    raise QuantityError(complaints.no_single_number(tidy, dimension))
+
+
+def _quantity(number: str, unit: str, dimension: str, amplitude: bool, place: str | None) -> Quantity:
+    """A number with its unit text, checked and converted."""
+    bare, detector, word = split_detector(unit)
+    if not bare and dimension not in BARE:
+        raise QuantityError(complaints.no_unit(number, word, dimension))
+    scale = scale_of(bare, dimension, place)
+    if detector and not amplitude:
+        raise QuantityError(complaints.no_amplitude(number, bare, word))
+    value = _to_si(number, scale) * TO_PEAK[detector]
+    if not abs(value) <= LARGEST:
+        raise QuantityError(complaints.BEYOND)
+    if dimension == "count" and not value.is_integer():
+        raise QuantityError(f"is not a whole number. {DIMENSIONS[dimension].way_out}")
+    echo = _echo(number, unit, scale.reading, word) if scale.reading else None
+    return Quantity(value, unit, detector, echo)
+
+
+def _to_si(number: str, scale: Scale) -> float:
+    """SI value; infinite where floats end."""
+    try:
+        return scale.to_si(float(number))
+    except OverflowError:
+        return inf
+
+
+def _echo(number: str, unit: str, reading: str, word: str) -> str:
+    """The sentence that shows a reading back: '"100 lb/in" read as 100 lbf/in'."""
+    gravity = " (gravity, 9.80665 m/s²)" if "gn" in reading else ""
+    return f'"{number} {unit}" read as {complaints.words(number, reading, word)}{gravity}'

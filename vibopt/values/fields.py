@@ -1,0 +1,224 @@
+"""A number in a problem file: a fact, or a choice that the solver is to make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
+
+from vibopt.errors import QuantityError
+from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A given value: `value` in SI (amplitudes peak), `unit` as the user wrote it."""
+
+    value: float
+    unit: str
+    echo: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A design variable: the range [low, high] in SI, or the listed `options` only.
+
+    `low` is 0 and `high` is inf where the user left the range half open.
+    """
+
+    low: float
+    high: float
+    unit: str
+    whole: bool = False
+    options: tuple[float, ...] = ()
+    echo: str | None = None
+
+
+Value = Fact | Choice
+_KEYS = ("from", "to", "one_of", "whole")
+
+
+class Table(BaseModel):
+    """Base of every table of a problem file: unknown keys are mistakes."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _numbers(cls, given: Any, info: ValidationInfo) -> Any:
+        rule = rule_of(cls, str(info.field_name))
+        return given if rule is None or given is None else _read(rule, given)
+
+
+def rule_of(kind: type[BaseModel], key: str) -> Rule | None:
+    """The rule of a number field of a table; None for any other field."""
+    extra = kind.model_fields[key].json_schema_extra
+    return extra.rule if isinstance(extra, RuleSchema) else None
+
+
+def complaint(text: str) -> PydanticCustomError:
+    """An error whose text continues `<file> line N: <path> = <given> `."""
+    return PydanticCustomError("complaint", "{text}", {"text": text})
+
+
+def word(text: str) -> PydanticCustomError:
+    """An error whose text is a sentence of its own behind `<file> line N: <path>: `."""
+    return PydanticCustomError("sentence", "{text}", {"text": text})
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What a number must be: dimension, sign, and whether it may be a choice."""
+
+    dimension: str
+    amplitude: bool = False
+    choice: bool = True
+    sign: str = "positive"
+    most: float = float("inf")
+
+    def check(self, value: float) -> None:
+        if self.sign == "positive" and value <= 0.0:
+            raise QuantityError("is not greater than zero." + self._way_out())
+        if self.sign == "not negative" and value < 0.0:
+            raise QuantityError("is negative." + self._way_out())
+        if value > self.most:
+            raise QuantityError(f"is greater than {self.most:g}, the most that is possible here.")
+
+    def _way_out(self) -> str:
+        return f' Write a positive value, for example "{DIMENSIONS[self.dimension].example}".'
+
+
+def number(
+    dimension: str,
+    *,
+    amplitude: bool = False,
+    choice: bool = True,
+    sign: str = "positive",
+    most: float = float("inf"),
+    required: bool = False,
+) -> Any:
+    """Field of a table that reads a Fact (or a Choice) of one dimension.
+
+    Parameters
+    ----------
+    dimension
+        Name of the dimension, as in `vibopt.units`.
+    amplitude
+        Whether `pk`, `pp` and `rms` may stand behind the unit; the value is then peak.
+    choice
+        Whether a range `{ from, to }` is allowed.
+    sign
+        "positive", "not negative" or "any".
+    most
+        Greatest value allowed [SI].
+    required
+        Whether the key must be there.
+    """
+    rule = Rule(dimension, amplitude, choice, sign, most)
+    default: Any = ... if required else None
+    return Field(default=default, json_schema_extra=RuleSchema(rule))
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSchema:
+    """Carries the rule of a field and writes its JSON schema."""
+
+    rule: Rule
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        schema.clear()
+        schema.update(_schema(self.rule))
+
+
+def _schema(rule: Rule) -> dict[str, Any]:
+    plain: dict[str, Any] = {"type": ["string", "number"], "description": f"{rule.dimension}, for example {DIMENSIONS[rule.dimension].example}"}
+    if not rule.choice:
+        return plain
+    side = {"type": ["string", "number"]}
+    table = {
+        "type": "object",
+        "properties": {"from": side, "to": side, "one_of": {"type": "array"}, "whole": {"type": "boolean"}},
+        "additionalProperties": False,
+    }
+    return {"anyOf": [plain, table]}
+
+
+def _read(rule: Rule, given: object) -> Value:
+    if isinstance(given, (Fact, Choice)):
+        return given
+    try:
+        if isinstance(given, Mapping):
+            return _read_choice(rule, given)
+        if isinstance(given, str) and is_range(given):
+            raise QuantityError(
+                "asks for every value in a range, which is not supported for this fact yet. "
+                'Write one value, or { from = "...", to = "..." } to let vibopt choose one.'
+            )
+        return _read_fact(rule, given)
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+
+
+def _read_fact(rule: Rule, given: object) -> Fact:
+    quantity = read_quantity(given, rule.dimension, amplitude=rule.amplitude)
+    rule.check(quantity.value)
+    return Fact(quantity.value, quantity.unit, quantity.echo)
+
+
+def _read_choice(rule: Rule, given: Mapping[str, object]) -> Choice:
+    if not rule.choice:
+        raise QuantityError("is a choice, but this value must be a fact. Write one value.")
+    for key in given:
+        if key not in _KEYS:
+            raise QuantityError(f'has the unknown key "{key}". A choice has from, to, one_of and whole.')
+    if "one_of" in given:
+        return _read_options(rule, given)
+    if "from" not in given and "to" not in given:
+        raise QuantityError('has neither from nor to. Write { from = "...", to = "..." }.')
+    ends = {key: _end(rule, given[key], key) for key in ("from", "to") if key in given}
+    unit = next(iter(ends.values())).unit
+    low = ends["from"].value if "from" in ends else 0.0
+    high = ends["to"].value if "to" in ends else float("inf")
+    if low > high:
+        raise QuantityError("is a reversed range: from is greater than to. Exchange the two.")
+    if low == high:
+        raise QuantityError("is an empty range: from equals to. Write the value alone, as a fact.")
+    whole = given.get("whole", False)
+    if not isinstance(whole, bool):
+        raise QuantityError("has a whole that is neither true nor false. Write whole = true.")
+    if rule.dimension == "count" and high == float("inf"):
+        raise QuantityError("has no upper end. A count needs both from and to.")
+    echo = next((end.echo for end in ends.values() if end.echo), None)
+    return Choice(low, high, unit, whole or rule.dimension == "count", (), echo)
+
+
+def _end(rule: Rule, given: object, key: str) -> Quantity:
+    try:
+        quantity = read_quantity(given, rule.dimension, amplitude=rule.amplitude)
+    except QuantityError as error:
+        raise QuantityError(f"has a wrong {key}: {_given(given)} {error}") from None
+    if quantity.value < 0.0 or (quantity.value == 0.0 and rule.sign == "positive" and key == "to"):
+        raise QuantityError(f"has a wrong {key}: {_given(given)} is not greater than zero.")
+    if quantity.value > rule.most:
+        raise QuantityError(f"has a wrong {key}: {_given(given)} is greater than {rule.most:g}.")
+    return quantity
+
+
+def _read_options(rule: Rule, given: Mapping[str, object]) -> Choice:
+    listed = given["one_of"]
+    if set(given) != {"one_of"} or not isinstance(listed, list) or not listed:
+        raise QuantityError('needs one_of = ["...", "..."] alone, with at least one value in it.')
+    quantities = [read_quantity(one, rule.dimension, amplitude=rule.amplitude) for one in listed]
+    for quantity in quantities:
+        rule.check(quantity.value)
+    values = tuple(sorted({quantity.value for quantity in quantities}))
+    echo = next((quantity.echo for quantity in quantities if quantity.echo), None)
+    return Choice(values[0], values[-1], quantities[0].unit, False, values, echo)
+
+
+def _given(given: object) -> str:
+    return f'"{given}"' if isinstance(given, str) else str(given)
+
