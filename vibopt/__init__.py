@@ -1,0 +1,74 @@
+"""vibopt: vibration-control design by optimisation, each answer with its evidence.
+
+    import vibopt as vo
+    design = vo.solve(vo.read("problems/isolation/rao_9_34.toml"))
+
+Importing vibopt loads nothing else and changes nothing; each name is fetched when it is first used.
+"""
+
+import sys
+from types import ModuleType
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from vibopt.design.design import Design as Design
+    from vibopt.errors import InputError as InputError
+    from vibopt.errors import NotProven as NotProven
+    from vibopt.errors import VibOptError as VibOptError
+    from vibopt.scene.language import Limit as Limit
+    from vibopt.scene.language import Machine as Machine
+    from vibopt.scene.language import Measure as Measure
+    from vibopt.scene.language import choose as choose
+    from vibopt.scene.language import find_all as find_all
+    from vibopt.scene.language import maximise as maximise
+    from vibopt.scene.language import minimise as minimise
+    from vibopt.scene.language import one_of as one_of
+    from vibopt.scene.read import from_dict as from_dict
+    from vibopt.scene.read import from_text as from_text
+    from vibopt.scene.read import read as read
+    from vibopt.scene.read import with_changes as with_changes
+    from vibopt.scene.scene import Scene as Scene
+    from vibopt.scene.write import to_toml as to_toml
+    from vibopt.scene.write import write as write
+    from vibopt.solve import solve as solve
+    from vibopt.study import sweep as sweep
+    from vibopt.study import whatif as whatif
+
+_HOMES = {
+    "vibopt.design.design": ("Design",),
+    "vibopt.errors": ("InputError", "NotProven", "VibOptError"),
+    "vibopt.scene.language": (
+        "Limit", "Machine", "Measure", "choose", "find_all", "maximise", "minimise", "one_of",
+    ),
+    "vibopt.scene.read": ("from_dict", "from_text", "read", "with_changes"),
+    "vibopt.scene.scene": ("Scene",),
+    "vibopt.scene.write": ("to_toml", "write"),
+    "vibopt.solve": ("solve",),
+    "vibopt.study": ("sweep", "whatif"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"vibopt has no {name!r}", name=name, obj=sys.modules[__name__])
+    from importlib import import_module
+
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME_OF})
+
+
+class _Verbs(ModuleType):
+    """`vibopt.solve` is the verb: importing the package of the same name does not put a module over it."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name not in _HOME_OF or not isinstance(value, ModuleType):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Verbs

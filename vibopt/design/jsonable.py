@@ -39,9 +39,9 @@ def as_json(design: Design) -> dict[str, Any]:
     }
 
 
-def text_of(data: object) -> str:
+def json_text(data: object, *, ascii_only: bool = False) -> str:
     """Any answer as strict JSON text, two blanks a level; what JSON cannot say is said in words."""
-    return json.dumps(plain(data), indent=2, ensure_ascii=False, allow_nan=False)
+    return json.dumps(plain(data), indent=2, ensure_ascii=ascii_only, allow_nan=False)
 
 
 def plain(data: object) -> Any:
@@ -116,4 +116,4 @@ def _conflict(conflict: Conflict) -> dict[str, Any]:
     }
 
 
-__all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "number", "plain", "text_of"]
+__all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "number", "plain", "json_text"]

@@ -61,7 +61,7 @@ def verdict(design: Design) -> str:
 
 
 def found_words(design: Design) -> str:
-    """The intervals of `find_all`: "56.49 rad/s or less, or 78.4 to 1518 rad/s" is left to the table."""
+    """How many intervals `find_all` gave."""
     count = len(design.found or ())
     asked = f"all limits hold for {design.scene.find_all} in"
     return f"{asked} {count} interval{'s' * (count != 1)}" if count else f"no {design.scene.find_all} meets all limits"
@@ -103,12 +103,19 @@ def value_at(checked: Checked) -> str:
 def range_words(variable: Variable) -> str:
     """What may be chosen: "10 kN/m to 1 GN/m", "one of 1 MN/m, 2 MN/m"."""
     if variable.choice.options:
-        return "one of " + ", ".join(show(one, variable.unit, variable.dimension) for one in variable.choice.options)
-    low, high = (show(end, variable.unit, variable.dimension) for end in (variable.low, variable.high))
+        return "one of " + ", ".join(_short(one, variable) for one in variable.choice.options)
+    low, high = _short(variable.low, variable), _short(variable.high, variable)
     whole = "whole, " if variable.choice.whole else ""
     if not isfinite(variable.high):
         return f"{whole}{low} or more" if variable.low > 0 else f"{whole}any"
     return f"{whole}{low} to {high}" if variable.low > 0 else f"{whole}up to {high}"
+
+
+def _short(value: float, variable: Variable) -> str:
+    """In the user's unit, unless another one saves a row of zeros."""
+    text = show(value, variable.unit, variable.dimension)
+    number = text.partition(" ")[0]
+    return text if len(number) <= 5 else show(value, "", variable.dimension)
 
 
 def model_words(design: Design) -> str:
@@ -116,7 +123,7 @@ def model_words(design: Design) -> str:
     if design.model.why:
         return design.model.why
     count = design.model.declared_dof
-    return f"{count} degree{'s' * (count != 1)} of freedom declared, {'it is' if count == 1 else 'all are'} needed"
+    return f"{count} degree{'s' * (count != 1)} of freedom declared, {'all' if count > 1 else count} needed"
 
 
 def loosening_words(design: Design) -> list[str]:
@@ -166,7 +173,7 @@ def _varies(excitation: Excitation) -> str:
     if isinstance(variation, Amplitude):
         return f"{what} follows the table given for it, linear between its rows."
     if variation == "constant":
-        return f"{what} keeps its amplitude at every speed (varies = \"constant\")."
+        return f"{what} keeps its amplitude at every speed."
     if variation is not None:
-        return f"the amplitude of {what} grows with {str(variation).replace('^2', ' squared')} (varies = \"{variation}\")."
+        return f"the amplitude of {what} grows with {str(variation).replace('^2', ' squared')}."
     return ""

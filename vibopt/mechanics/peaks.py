@@ -23,7 +23,10 @@ _TO_FINE = np.polynomial.chebyshev.chebvander(_FINE, _DEGREE) @ _TO_COEFFICIENTS
 _REACH = 0.35
 _REAL = 4e-16
 _CLOSE = 1e-5
-_GOLD = (np.sqrt(5.0) - 1.0) / 2.0
+_STEP = float(_FINE[1] - _FINE[0])
+_FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+_FIT = np.linalg.pinv(np.vander(_FIVE, 3, increasing=True))
+_SLOPE, _BEND = _FIT[1], 2.0 * _FIT[2]
 
 Response = Callable[[FloatArray], FloatArray]
 
@@ -110,20 +113,7 @@ def _inside(
     response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, *, least: bool, keep: float
 ) -> list[Extreme]:
     sign = -1.0 if least else 1.0
-    low, high = _intervals(band, poles, breaks)
-    for _ in range(12):
-        centre, half = 0.5 * (low + high), 0.5 * (high - low)
-        squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
-        sound = np.isfinite(squares).all(axis=1)
-        low, high, centre, squares = low[sound], high[sound], centre[sound], squares[sound]
-        rough = _unresolved(squares)
-        if not rough.any():
-            break
-        middle = centre[rough]
-        low, high = (
-            np.concatenate([low[~rough], low[rough], middle]),
-            np.concatenate([high[~rough], middle, high[rough]]),
-        )
+    low, high = _resolved(response, *_intervals(band, poles, breaks))
     if not len(low):
         return []
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -132,11 +122,34 @@ def _inside(
     return _polish_all(response, centre, half, fine, sign, keep)
 
 
-def _unresolved(squares: FloatArray) -> FloatArray:
+def _resolved(
+    response: Response, low: FloatArray, high: FloatArray, scale: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Halve intervals until the interpolant of each is good; drop those that end on a pole.
+
+    `scale` is the squared value that matters; 0 takes the greatest one met.
+    """
+    for _ in range(12):
+        centre, half = 0.5 * (low + high), 0.5 * (high - low)
+        squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
+        sound = np.isfinite(squares).all(axis=1)
+        low, high, centre, squares = low[sound], high[sound], centre[sound], squares[sound]
+        rough = _unresolved(squares, scale or float(squares.max(initial=0.0)))
+        if not rough.any():
+            break
+        middle = centre[rough]
+        low, high = (
+            np.concatenate([low[~rough], low[rough], middle]),
+            np.concatenate([high[~rough], middle, high[rough]]),
+        )
+    return low, high
+
+
+def _unresolved(squares: FloatArray, scale: float) -> FloatArray:
     """Intervals whose last Chebyshev coefficients have not died away."""
     coefficients = np.abs(squares @ _TO_COEFFICIENTS.T)
     tail = coefficients[:, -2:].max(axis=1)
-    rough: FloatArray = (tail > 1e-7 * coefficients.max(axis=1)) & (tail > 1e-9 * np.max(squares))
+    rough: FloatArray = (tail > 1e-7 * coefficients.max(axis=1)) & (tail > 1e-9 * scale)
     return rough
 
 
@@ -152,28 +165,29 @@ def _polish_all(
     room = _CLOSE * max(abs(top), 0.0)
     threshold = top * keep**2 - room if sign > 0 else top - room - 1e-6 * float(np.abs(fine).max())
     rows, columns = np.nonzero(inner & (fine >= threshold))
-    step = _FINE[1] - _FINE[0]
-    start = np.maximum(_FINE[columns] - step, -1.0)
-    stop = np.minimum(_FINE[columns] + step, 1.0)
-    low = centre[rows] + half[rows] * start
-    high = centre[rows] + half[rows] * stop
-    speeds = _golden(response, low, high, sign)
+    low = centre[rows] - half[rows]
+    high = centre[rows] + half[rows]
+    speeds = _polish(response, centre[rows] + half[rows] * _FINE[columns], _STEP * half[rows], low, high, sign)
     return [Extreme(float(v), float(s)) for v, s in zip(response(speeds), speeds, strict=True)]
 
 
-def _golden(response: Response, low: FloatArray, high: FloatArray, sign: float) -> FloatArray:
-    """Golden section on many brackets at once, then one parabola; shape of `low`."""
-    low, high = low.copy(), high.copy()
-    for _ in range(34):
-        span = high - low
-        left, right = high - _GOLD * span, low + _GOLD * span
-        better = sign * response(left) > sign * response(right)
-        high = np.where(better, right, high)
-        low = np.where(better, low, left)
-        if np.all(high - low <= 1e-8 * high):
-            break
-    middle: FloatArray = 0.5 * (low + high)
-    return middle
+def _polish(
+    response: Response, speeds: FloatArray, step: FloatArray, low: FloatArray, high: FloatArray, sign: float
+) -> FloatArray:
+    """Vertex of a parabola through five points around each speed, three times with smaller steps."""
+    for _ in range(3):
+        points = np.clip(speeds[:, None] + step[:, None] * _FIVE, low[:, None], high[:, None])
+        squares = sign * response(points) ** 2
+        best = squares.argmax(axis=1)
+        rows = np.arange(len(speeds))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            first = squares @ _SLOPE
+            second = squares @ _BEND
+            vertex = speeds - step * np.where(second < 0.0, first / np.where(second < 0.0, second, 1.0), 0.0)
+        regular = (np.abs(vertex - speeds) <= 2.0 * step) & (points[:, 0] < points[:, 1]) & (points[:, 3] < points[:, 4])
+        speeds = np.where(regular & (second < 0.0), vertex, points[rows, best])
+        step = step / 25.0
+    return np.clip(speeds, low, high)
 
 
 def _intervals(band: Band, poles: ComplexArray, breaks: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -200,3 +214,47 @@ def _intervals(band: Band, poles: ComplexArray, breaks: FloatArray) -> tuple[Flo
         left, right, middle = low[~good], high[~good], centre[~good]
         low, high = np.concatenate([left, middle]), np.concatenate([middle, right])
     return np.concatenate(done_low), np.concatenate(done_high)
+
+
+def crossings(response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, level: float) -> list[float]:
+    """Every speed in the band at which the response crosses `level`, ascending [rad/s]."""
+    low, high = _intervals(band, poles, breaks)
+    low, high = _resolved(response, low, high, level**2)
+    found = []
+    for a, b in zip(low, high, strict=True):
+        centre, half = 0.5 * (a + b), 0.5 * (b - a)
+        squares = response(centre + half * _NODES) ** 2 - level**2
+        if not np.isfinite(squares).all():
+            continue
+        found += [centre + half * t for t in _sign_changes(squares)]
+    return sorted({_secant(response, speed, band, level) for speed in found})
+
+
+def _sign_changes(values: FloatArray) -> list[float]:
+    """Roots in [-1, 1] of the interpolant of values at the nodes, with a change of sign."""
+    coefficients = _TO_COEFFICIENTS @ values
+    size = np.abs(coefficients).max()
+    if size == 0.0 or np.abs(coefficients[0]) > np.abs(coefficients[1:]).sum():
+        return []
+    trimmed = np.trim_zeros(np.where(np.abs(coefficients) > 1e-15 * size, coefficients, 0.0), "b")
+    if len(trimmed) < 2:
+        return []
+    roots = np.polynomial.chebyshev.chebroots(trimmed)
+    real = roots[np.abs(roots.imag) <= 1e-7].real
+    return [float(t) for t in real if -1.0 - 1e-9 <= t <= 1.0 + 1e-9]
+
+
+def _secant(response: Response, speed: float, band: Band, level: float) -> float:
+    """A crossing refined on the response itself."""
+    step = 1e-6 * max(speed, 1e-6 * band.high)
+    for _ in range(8):
+        a, b, c = response(np.clip(np.array([speed - step, speed, speed + step]), band.low, band.high)) ** 2 - level**2
+        slope = (c - a) / (min(speed + step, band.high) - max(speed - step, band.low))
+        if not np.isfinite(slope) or slope == 0.0:
+            break
+        move = float(np.clip(-b / slope, -1e-3 * band.high, 1e-3 * band.high))
+        speed = min(max(speed + move, band.low), band.high)
+        if abs(move) <= 1e-15 * band.high:
+            break
+        step = max(min(step, 10.0 * abs(move)), 1e-9 * max(speed, 1e-6 * band.high))
+    return float(speed)

@@ -22,6 +22,7 @@ from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.modes import damping_ratios, natural_frequencies, poles
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
 
@@ -72,9 +73,22 @@ def _modulus(model: Model, form: Modulus, x: FloatArray, least_wanted: bool) -> 
 
 def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool) -> Extreme:
     """Extreme of the response to one excitation over its bands."""
+    closed = closed_form(model, form, drive, x)
+    if closed is not None:
+        found = [one for band in drive.bands for one in closed.candidates(band)]
+        return (min if least_wanted else max)(found, key=lambda one: one.value)
     search = least if least_wanted else greatest
     singular, breaks = singularities(model, form, drive, x)
     return search(DriveResponse(model, form, drive, x), drive.bands, singular, breaks)
+
+
+def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Curve | None:
+    """The response as a closed form where there is one: one mass, one harmonic."""
+    if model.n_free != 1 or len(drive.lines) != 1 or form.rigid_link:
+        return None
+    found = curve(model, model.values(x), form.output, drive.lines[0])
+    share = monomial_count(model, form, x)
+    return found if found is None or share == 1.0 else replace(found, size=found.size / share**2)
 
 
 def singularities(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> tuple[ComplexArray, FloatArray]:

@@ -1,0 +1,89 @@
+"""`vibopt check`: all mistakes of a file, or what it says, without solving anything."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vibopt.cli.options import as_json, files
+from vibopt.cli.output import complain, say, say_json
+from vibopt.errors import InputError
+
+if TYPE_CHECKING:
+    from vibopt.scene.scene import Scene
+
+_COUNTED = {
+    "bodies": ("body", "bodies"),
+    "bases": ("base", "bases"),
+    "links": ("link", "links"),
+    "excitations": ("excitation", "excitations"),
+    "limits": ("limit", "limits"),
+    "measures": ("measure", "measures"),
+    "variables": ("variable", "variables"),
+    "expected": ("record", "records"),
+}
+
+
+@click.command()
+@files
+@as_json
+def check(files: tuple[str, ...], as_json: bool) -> int:
+    """Say whether problem files have mistakes, what they ask, and how their values were read.
+
+    Nothing is solved.  Exit code 2 if there is any mistake.
+    """
+    found = [_checked(file) for file in files]
+    messages = [message for one in found for message in one["messages"]]
+    if as_json:
+        say_json({"status": "input_error" if messages else "ok", "messages": messages, "files": found})
+    else:
+        for one in found:
+            _tell(one)
+    return 2 if messages else 0
+
+
+def _checked(file: str) -> dict[str, Any]:
+    """What one file says, as plain data."""
+    from vibopt.scene.read import read
+
+    try:
+        scene = read(file)
+    except InputError as error:
+        return {"file": file, "status": "input_error", "messages": list(error.messages)}
+    from vibopt.design.words import notes_of, range_words
+
+    return {
+        "file": file,
+        "status": "ok",
+        "messages": [],
+        "title": scene.title,
+        **{family: len(getattr(scene, family)) for family in _COUNTED},
+        "asked": asked(scene),
+        "choices": {variable.path: range_words(variable) for variable in scene.variables},
+        "notes": notes_of(scene),
+    }
+
+
+def asked(scene: Scene) -> str:
+    """The question in words: "goal: maximise stiffness of mount"."""
+    from vibopt.design.words import place_of, spoken
+
+    if scene.find_all is not None:
+        return f"goal: find all {scene.find_all}"
+    if scene.goal is None:
+        return "an analysis, nothing to choose"
+    response = scene.goal.response
+    return f"goal: {scene.goal.sense} {spoken(response.response, place_of(response))}"
+
+
+def _tell(one: dict[str, Any]) -> None:
+    if one["messages"]:
+        complain("\n".join(one["messages"]))
+        return
+    counts = [f"{one[key]} {words[one[key] != 1]}" for key, words in _COUNTED.items() if one[key]]
+    say(f"{one['file']}: no mistakes. {', '.join(counts)}; {one['asked']}.")
+    for path, choice in one["choices"].items():
+        say(f"  {path}: {choice}")
+    for note in one["notes"]:
+        say(f"  {note}")

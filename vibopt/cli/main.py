@@ -1,0 +1,136 @@
+"""Entry point: finds the verb, and turns whatever goes wrong into a message and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+
+from vibopt.cli.output import complain, flush, say_json
+from vibopt.errors import InputError, VibOptError, way_out
+
+INTERNAL, INPUT, INTERRUPTED = 1, 2, 130
+STATUS = {2: "input_error", 5: "unproven"}
+
+VERBS = {
+    "check": ("check", "Say whether problem files have mistakes; nothing is solved."),
+    "solve": ("solve", "Find the best design, and prove it."),
+    "explain": ("explain", "Say why this model, why this method, and what each limit costs."),
+    "whatif": ("study", "Change facts or limits, and see the old answer beside the new."),
+    "sweep": ("study", "Vary one fact over a range."),
+    "plot": ("picture", "Draw the responses of the answer."),
+    "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
+    "verify": ("verify", "Solve every file of a folder and compare with what it recorded."),
+    "schema": ("schema", "Print the JSON schema of the problem file."),
+}
+"""Verb: (file in `vibopt/cli`, its line of help)."""
+
+
+class Verbs(click.Group):
+    """Loads the file of a verb when the verb is called; the help needs none of them."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in VERBS:
+            return None
+        command: click.Command = getattr(import_module(f"vibopt.cli.{VERBS[cmd_name][0]}"), cmd_name)
+        return command
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in VERBS and not args[0].startswith("-"):
+            ctx.fail(f'there is no verb "{args[0]}".{way_out(args[0], VERBS)}')
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Verbs"):
+            formatter.write_dl([(name, line) for name, (_, line) in VERBS.items()])
+
+
+def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
+    if asked and not ctx.resilient_parsing:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            click.echo(f"vibopt {version('vibopt')}")
+        except PackageNotFoundError:
+            click.echo("vibopt, not installed")
+        ctx.exit()
+
+
+@click.group(cls=Verbs, subcommand_metavar="VERB ...", context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Say the version.")
+def vibopt() -> None:
+    """Vibration control by optimisation with proof.
+
+    A problem is one TOML file: machine, mounts, excitations, limits, goal.
+    Every verb takes --json; exit codes are those of the answer's status.
+    """
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    words
+        What stands behind "vibopt" on the command line; None takes it from there.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    given = list(sys.argv[1:] if words is None else words)
+    as_json = "--json" in given
+    try:
+        code = vibopt.main(args=given, prog_name="vibopt", standalone_mode=False)
+        return flush() or int(code or 0)
+    except click.Abort:
+        return INTERRUPTED
+    except click.UsageError as error:
+        return _usage(error, as_json)
+    except VibOptError as error:
+        return _mistakes(error, as_json)
+    except Exception as error:
+        return _fault(error, as_json)
+
+
+def _usage(error: click.UsageError, as_json: bool) -> int:
+    """A wrong command line; click knows what was meant."""
+    if as_json:
+        say_json({"status": "input_error", "messages": [error.format_message()]})
+    elif isinstance(error, click.exceptions.NoArgsIsHelpError):
+        complain(error.format_message())
+    else:
+        usage = f"{error.ctx.get_usage()}\n" if error.ctx is not None else ""
+        way = f"\nTry: {error.ctx.command_path} --help" if error.ctx is not None else ""
+        complain(f"{usage}{error.format_message()}{way}")
+    return flush() or INPUT
+
+
+def _mistakes(error: VibOptError, as_json: bool) -> int:
+    """Mistakes of the user's, all of them."""
+    messages = list(error.messages) if isinstance(error, InputError) else [str(error)]
+    if as_json:
+        say_json({"status": STATUS.get(error.exit_code, "internal_error"), "messages": messages})
+    else:
+        complain("\n".join(messages))
+    return flush() or error.exit_code
+
+
+def _fault(error: Exception, as_json: bool) -> int:
+    """A fault of ours: one sentence, and the traceback for those who ask for it."""
+    if os.environ.get("VIBOPT_DEBUG") == "1":
+        raise error
+    text = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":. ")
+    message = f"vibopt failed inside: {text}. This is a fault of vibopt, not of your file."
+    if as_json:
+        say_json({"status": "internal_error", "messages": [message]})
+    else:
+        complain(message)
+    return flush() or INTERNAL

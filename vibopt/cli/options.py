@@ -1,0 +1,59 @@
+"""Words that several verbs share: the file, --set, --json, --method."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from vibopt.errors import InputError
+
+if TYPE_CHECKING:
+    from vibopt.scene.scene import Scene
+
+Verb = TypeVar("Verb", bound=Callable[..., Any])
+
+file = click.argument("file", metavar="FILE")
+files = click.argument("files", metavar="FILE...", nargs=-1, required=True)
+as_json = click.option("--json", "as_json", is_flag=True, help="Answer in JSON on standard output.")
+method = click.option("--method", metavar="NAME", help="Answer by this method instead of the best one for the scene.")
+changes = click.option(
+    "--set",
+    "changes",
+    metavar="PATH=VALUE",
+    multiple=True,
+    help='Replace a value of the file, as in --set limits.start_up.at_most="8 mm"; may be repeated.',
+)
+
+
+def split_change(given: str) -> tuple[str, str]:
+    """Path and value text of one --set.
+
+    Raises
+    ------
+    InputError
+        There is no "=", no path or no value.
+    """
+    path, sign, value = given.partition("=")
+    if not (sign and path.strip() and value.strip()):
+        raise InputError(f'--set {given}: is no PATH=VALUE. Write --set limits.start_up.at_most="8 mm".')
+    return path.strip(), value.strip()
+
+
+def value_of(text: str) -> Any:
+    """The value as TOML would have it: a number, a list, a table; anything else is a text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"] if "\n" not in text else text
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+
+
+def read_scene(file: str, given: Sequence[str] = ()) -> Scene:
+    """The scene of a file with its changes."""
+    from vibopt.scene.read import read, with_changes
+
+    scene = read(file)
+    texts = dict(split_change(one) for one in given)
+    return with_changes(scene, {path: value_of(text) for path, text in texts.items()}) if texts else scene

@@ -1,0 +1,191 @@
+"""A design as text for a terminal: verdict, values, one row per limit, what loosening buys.
+
+Reads well at 80 columns, and the same without colour in a file or a pipe.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from io import StringIO
+from typing import TYPE_CHECKING
+
+from vibopt.design.design import Checked, Design
+from vibopt.design.words import (
+    ENDS,
+    SIDES,
+    at_words,
+    interval,
+    loosening_words,
+    margin_words,
+    model_words,
+    notes_of,
+    range_words,
+    spoken,
+    state_words,
+    verdict,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+WIDTH = 80
+GOOD, BAD, OPEN = "bold green", "bold red", "bold yellow"
+STYLES = {
+    "optimal": GOOD,
+    "met": GOOD,
+    "feasible": OPEN,
+    "unproven": OPEN,
+    "violated": BAD,
+    "infeasible": BAD,
+    "unbounded": BAD,
+    "check_failed": BAD,
+}
+
+
+def text_of(design: Design, *, width: int = WIDTH, colour: bool = False) -> str:
+    """The whole answer as text.
+
+    Parameters
+    ----------
+    design
+        Any answer, also one without values.
+    width
+        Columns of the terminal.
+    colour
+        Whether escape codes for colour may be written.
+    """
+    return rendered(lambda console: _write(design, console), width=width, colour=colour)
+
+
+def rendered(write: Callable[[Console], None], *, width: int = WIDTH, colour: bool = False) -> str:
+    """What `write` prints on a console of this width, without blanks at the ends of lines."""
+    from rich.console import Console
+
+    stream = StringIO()
+    console = Console(
+        file=stream,
+        width=max(width, 40),
+        force_terminal=colour,
+        color_system="standard" if colour else None,
+        highlight=False,
+        markup=False,
+        emoji=False,
+        legacy_windows=False,
+    )
+    write(console)
+    return "".join(f"{line.rstrip()}\n" for line in stream.getvalue().splitlines())
+
+
+def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), right: Sequence[int] = ()) -> Table:
+    """A table without lines, indented by two; columns numbered in `right` are flush right."""
+    from rich.table import Table
+
+    listed_rows = [list(row) for row in rows]
+    count = len(heads) or max((len(row) for row in listed_rows), default=1)
+    table = Table(box=None, show_header=bool(heads), padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
+    for column in range(count):
+        table.add_column(
+            heads[column] if heads else "", justify="right" if column in right else "left", overflow="fold"
+        )
+    for row in listed_rows:
+        table.add_row(*row)
+    return table
+
+
+def section(console: Console, title: str, body: object) -> None:
+    """A title and what stands under it, indented by two."""
+    from rich.padding import Padding
+
+    console.print()
+    console.print(title, style="bold")
+    console.print(Padding(body, (0, 0, 0, 2)))  # type: ignore[arg-type]
+
+
+def paragraph(console: Console, text: str, indent: int = 2) -> None:
+    """Wrapped text, indented."""
+    from rich.padding import Padding
+
+    console.print(Padding(text, (0, 0, 0, indent)))
+
+
+def _write(design: Design, console: Console) -> None:
+    console.print(design.scene.title, style="bold")
+    console.print(verdict(design), style=STYLES[design.status])
+    for text in (design.claim, design.reason):
+        if text:
+            paragraph(console, text)
+    _conflict(design, console)
+    _found(design, console)
+    if design.variables:
+        section(console, "Design", grid(_values(design)))
+    if design.limits:
+        heads = ("Limit", "Worst", "Allowed", "Margin")
+        section(console, "Limits", grid((_limit(one) for one in design.limits.values()), heads))
+    _prices(design, console)
+    if design.measures:
+        section(console, "Measures", grid(_measure(one) for one in design.measures.values()))
+    _footing(design, console)
+
+
+def _conflict(design: Design, console: Console) -> None:
+    if design.conflict is None:
+        return
+    names = ", ".join(f'"{name}"' for name in design.conflict.limits)
+    console.print()
+    together = "These cannot hold together" if len(design.conflict.limits) > 1 else "This cannot hold"
+    console.print(f"{together}: {names}.")
+    if design.conflict.proof:
+        paragraph(console, design.conflict.proof)
+    steps = loosening_words(design)
+    if steps:
+        console.print(f"Smallest loosening of one: {', or '.join(steps)}.")
+
+
+def _found(design: Design, console: Console) -> None:
+    if design.found:
+        section(console, f"All limits hold for {design.scene.find_all}", grid([[interval(*one)] for one in design.found]))
+
+
+def _values(design: Design) -> list[tuple[str, ...]]:
+    ranges = {variable.path: range_words(variable) for variable in design.scene.variables}
+    return [
+        (path, one.value.shown, ENDS.get(one.at_bound, "") or f"chosen from {ranges.get(path, '')}".strip())
+        for path, one in design.variables.items()
+    ]
+
+
+def _limit(one: Checked) -> tuple[str, ...]:
+    """Four cells of two lines each."""
+    at = at_words(one.worst_at)
+    return (
+        f"{one.name}\n  {spoken(one.response, one.place)}",
+        f"{one.value.shown}\n{f'at {at}' if at else ''}",
+        f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
+        f"{margin_words(one)}\n{state_words(one)}".lstrip("\n"),
+    )
+
+
+def _measure(one: Checked) -> tuple[str, ...]:
+    at = at_words(one.worst_at)
+    return one.name, spoken(one.response, one.place), f"{one.value.shown} at {at}" if at else one.value.shown
+
+
+def _prices(design: Design, console: Console) -> None:
+    words = [one.price.words for one in design.limits.values() if one.price is not None]
+    if words:
+        section(console, "What loosening a limit buys", "\n".join(words))
+
+
+def _footing(design: Design, console: Console) -> None:
+    """What the answer stands on: model, method, notes."""
+    seconds = sum(design.timings.values())
+    console.print()
+    rows = [("Model", model_words(design)), ("Method", f"{design.method}, {_time(seconds)}" if design.method else "")]
+    notes = list(dict.fromkeys((*notes_of(design.scene), *design.notes)))
+    rows += [("Notes" if i == 0 else "", note) for i, note in enumerate(notes)]
+    console.print(grid([row for row in rows if row[1]]))
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds >= 1.0 else f"{1e3 * seconds:.0f} ms"

@@ -1,0 +1,170 @@
+"""One mass on links, one frequency: the response against speed in closed form.
+
+With w the square of the frequency, |r|^2 = A^2 w^a P(w) / (m^2 ((w - w0)^2 + g)).  Stationary
+points are roots of a small polynomial in v = w - w0, so light damping costs no digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import Band, FloatArray, Line, Output
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.peaks import Extreme
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """|r|^2 against w.
+
+    numerator
+        Coefficients of P, ascending in w.
+    power
+        a, a whole number.
+    size
+        A^2 / m^2.
+    centre, width
+        w0 [rad^2/s^2] and g [rad^4/s^4]; g = 0 without damping.
+    order
+        Frequency over speed.
+    """
+
+    numerator: FloatArray
+    power: int
+    size: float
+    centre: float
+    width: float
+    order: float
+
+    def at(self, w: FloatArray) -> FloatArray:
+        """|r| at w, shape of `w`; inf at an undamped resonance."""
+        return self._at(w, w - self.centre)
+
+    def _at(self, w: FloatArray, v: FloatArray) -> FloatArray:
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            top = self.size * np.polyval(self.numerator[::-1], w)
+            if self.power:
+                top = top * w**self.power
+            square = top / (v * v + self.width)
+        value: FloatArray = np.sqrt(np.where(np.isnan(square), np.inf if self.power >= 0 else square, square))
+        return value
+
+    def stationary(self) -> FloatArray:
+        """v = w - w0 of every real stationary point of |r|."""
+        p = self.numerator
+        if len(p) == 1 and self.power == 0:
+            return np.zeros(1)
+        shifted = _shift(p, self.centre)
+        slope = shifted[1:] * np.arange(1, len(shifted)) if len(shifted) > 1 else np.zeros(1)
+        w = np.array([self.centre, 1.0])
+        first = _add(self.power * shifted, np.convolve(w, slope))
+        round_pole = np.array([self.width, 0.0, 1.0])
+        left = np.convolve(first, round_pole)
+        right = 2.0 * np.convolve(np.convolve(w, np.array([0.0, 1.0])), shifted)
+        return _real_roots(_add(left, -right), self.centre)
+
+    def candidates(self, band: Band) -> list[Extreme]:
+        """Ends and stationary points of a band of speeds."""
+        low, high = (self.order * band.low) ** 2, (self.order * band.high) ** 2
+        ends = np.array([low, high])
+        v = np.concatenate([ends - self.centre, self.stationary() if high > low else []])
+        w = np.concatenate([ends, v[2:] + self.centre])
+        inside = (w >= low * (1 - 1e-15)) & (w <= high * (1 + 1e-15))
+        w, v = w[inside], v[inside]
+        if self.width == 0.0 and high > low and low <= self.centre <= high:
+            w, v = np.append(w, self.centre), np.append(v, 0.0)
+        values = self._at(w, v)
+        return [Extreme(float(a), float(np.sqrt(b)) / self.order) for a, b in zip(values, w, strict=True)]
+
+
+def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | None:
+    """The closed form of a line of a response; None where it has none (tables, mixed damping, many masses).
+
+    Parameters
+    ----------
+    model
+        A model with one free coordinate.
+    p
+        Coefficients of its terms, shape (n_terms,).
+    output, line
+        What is read, and what shakes.
+    """
+    if model.n_free != 1 or len(line.amplitude.pieces) != 1 or line.amplitude.pieces[0].slope:
+        return None
+    vectors, kinds = model.vectors, model.kinds
+    squares = vectors[:, 0] ** 2
+    mass, c, k, h = (float((p * squares)[kinds == kind].sum()) for kind in (INERTIA, DAMPING, STIFFNESS, HYSTERETIC))
+    if h and c:
+        return None
+    top = _numerator(model, p, output, line)
+    square = np.real(np.convolve(top, np.conj(top) * (-1.0) ** np.arange(len(top))))[::2]
+    square = square * (-1.0) ** np.arange(len(square))
+    piece = line.amplitude.pieces[0]
+    leading = int(np.flatnonzero(square)[0]) if square.any() else 0
+    trimmed = np.trim_zeros(square, "b")[leading:]
+    if h:
+        centre, width = k / mass, (h / mass) ** 2
+    else:
+        centre, width = k / mass - 0.5 * (c / mass) ** 2, (c / mass) ** 2 * (k / mass - 0.25 * (c / mass) ** 2)
+    power = output.power + leading + piece.power
+    size = (piece.constant / mass) ** 2 / line.order ** (2 * piece.power)
+    return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, line.order)
+
+
+def _numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+    """Numerator of the transfer as a polynomial in s = i w, ascending.
+
+    Terms with s^0, s^1, s^2 for springs, dampers and masses; structural damping is a complex spring.
+    """
+    degree = np.array([2, 0, 1, 0])[model.kinds]
+    weight = p * np.where(model.kinds == HYSTERETIC, 1j, 1.0)
+    load = np.zeros(3, dtype=complex)
+    row = np.zeros((3, model.n_coords), dtype=complex)
+    stiff = np.zeros(3, dtype=complex)
+    load[0] = line.vector[0]
+    row[0] = output.row
+    base = model.vectors[:, 1:] @ line.vector[1:] if model.n_coords > 1 else np.zeros(len(p))
+    for t in range(len(p)):
+        b = model.vectors[t]
+        stiff[degree[t]] += weight[t] * b[0] ** 2
+        load[degree[t]] -= weight[t] * b[0] * base[t]
+        if output.signs[t]:
+            row[degree[t]] += output.signs[t] * weight[t] * b
+    top = np.convolve(row[:, 0], load)
+    if model.n_coords > 1:
+        top = top + np.convolve(row[:, 1:] @ line.vector[1:], stiff)
+    return np.trim_zeros(top, "b") if top.any() else np.zeros(1, dtype=complex)
+
+
+def _shift(p: FloatArray, by: float) -> FloatArray:
+    """Coefficients of p(by + v), ascending in v."""
+    shifted = np.zeros(1)
+    for coefficient in p[::-1]:
+        shifted = _add(np.convolve(shifted, np.array([by, 1.0])), np.array([coefficient]))
+    return np.trim_zeros(shifted, "b") if shifted.any() else np.zeros(1)
+
+
+def _add(a: FloatArray, b: FloatArray) -> FloatArray:
+    if len(a) < len(b):
+        a, b = b, a
+    total = a.copy()
+    total[: len(b)] += b
+    return total
+
+
+def _real_roots(p: FloatArray, scale: float) -> FloatArray:
+    """Real roots of an ascending polynomial in v, found in v / scale and polished by Newton."""
+    scale = abs(scale) or 1.0
+    q = np.trim_zeros(p * scale ** np.arange(len(p)), "b")
+    if len(q) < 2:
+        return np.zeros(0)
+    roots = np.roots(q[::-1])
+    real = roots[np.abs(roots.imag) <= 1e-6 * np.maximum(np.abs(roots.real), 1e-8)].real
+    slope = q[1:] * np.arange(1, len(q))
+    for _ in range(2):
+        steep = np.polyval(slope[::-1], real)
+        value = np.polyval(q[::-1], real)
+        real = real - np.where(steep != 0.0, value / np.where(steep != 0.0, steep, 1.0), 0.0)
+    return real * scale

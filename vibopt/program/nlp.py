@@ -1,0 +1,320 @@
+"""A program at sampled speeds as a smooth nonlinear program in CasADi, in the logs of its variables.
+
+Every harmonic limit is |N|^2 against bound^2 |D|^2 at each sampled speed, both multi-affine in the
+impedances, as the log of their quotient with both kept away from zero: finite at a resonance and at a
+node, and of order one everywhere.  CasADi is loaded here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from vibopt.forms import Drive, FloatArray, Form, Line, ModeDamping, ModeFrequency, Modulus, Monomials, Output, StaticRow
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
+from vibopt.mechanics.modes import mode_shapes
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.rational import Sampled, sampled, sampled_static
+from vibopt.program.slopes import plain_slope
+from vibopt.program.worst import plain_value, rigid_form
+
+_NEAR_ZERO = 1e-14
+"""Part of |N|^2 added to |D|^2 and the other way round, so that their log stays finite."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What the solver left behind: y = log x (n_vars,), whether it claims success, its own word, seconds."""
+
+    y: FloatArray
+    claims: bool
+    word: str
+
+
+@dataclass
+class Samples:
+    """Speeds at which each harmonic part of a program is looked at.
+
+    speeds
+        Per (part, excitation) the speeds [rad/s]; part is the index of the limit, -1 for the goal.
+    shapes
+        Per part with a natural frequency, the mode shapes met so far.
+    """
+
+    program: Program
+    speeds: dict[tuple[int, str], list[float]] = field(default_factory=dict)
+
+    def parts(self) -> list[tuple[int, Limit | Aim]]:
+        """Limits by index, the goal as -1."""
+        found: list[tuple[int, Limit | Aim]] = list(enumerate(self.program.limits))
+        return [*found, (-1, self.program.aim)] if self.program.aim is not None else found
+
+    def spread(self, count: int) -> Samples:
+        """With `count` even speeds in every band, its ends among them."""
+        for index, part in self.parts():
+            for drive in part.form.drives if isinstance(part.form, Modulus) else ():
+                for band in drive.bands:
+                    some = [band.low] if band.is_point else np.linspace(band.low, band.high, count)
+                    self.add(index, drive.name, [float(one) for one in some])
+        return self
+
+    def add(self, index: int, drive: str, speeds: Sequence[float]) -> bool:
+        """Look at more speeds; whether any was new."""
+        known = self.speeds.setdefault((index, drive), [])
+        fresh = [one for one in speeds if np.isfinite(one) and all(abs(one - old) > 1e-9 * abs(one) for old in known)]
+        known.extend(fresh)
+        return bool(fresh)
+
+
+class SampledProgram:
+    """The nonlinear program, built once for a set of samples and solved from many starts.
+
+    Parameters
+    ----------
+    samples
+        The program and the speeds to look at.
+    reference
+        Typical design (n_vars,): impedances are scaled by their values there.
+    low, high
+        Box in y = log x, shape (n_vars,).
+    elastic
+        Let every limit be missed by one common amount and make that amount least.
+    """
+
+    def __init__(
+        self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, elastic: bool = False
+    ) -> None:
+        import casadi
+
+        self.reference, self.low, self.high = reference, low, high
+        self.y = casadi.SX.sym("y", len(low))
+        self.extra: list[Any] = []
+        self.extra_starts: list[float] = []
+        self.rows: list[Any] = []
+        objective = casadi.SX(0)
+        for index, part in samples.parts():
+            if isinstance(part, Aim):
+                objective = self._goal(part, samples)
+            else:
+                self._limit(index, part, samples)
+        if elastic:
+            slack = self._unknown("s", 10.0)
+            self.rows = [row - slack for row in self.rows]
+            objective = slack
+        unknowns = casadi.vertcat(self.y, *self.extra)
+        rows = casadi.vertcat(*self.rows) if self.rows else casadi.SX(0, 1)
+        self.problem = {"x": unknowns, "f": objective, "g": rows}
+        self.solvers: dict[float, Any] = {}
+
+    def solve(self, start: FloatArray, seconds: float, *, iterations: int = 150) -> Solved:
+        """Run IPOPT from `start` (y); nothing that it says is believed here."""
+        import casadi
+
+        key = round(max(seconds, 0.05), 2)
+        if key not in self.solvers:
+            options = {
+                "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
+                "ipopt.max_iter": iterations, "ipopt.max_wall_time": key, "ipopt.tol": 1e-9,
+                "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
+            }  # fmt: skip
+            self.solvers[key] = casadi.nlpsol("sampled", "ipopt", self.problem, options)
+        count = len(self.extra)
+        begin = np.concatenate([np.clip(start, self.low, self.high), self.extra_starts])
+        free = np.full(count, 40.0)
+        answer = self.solvers[key](
+            x0=begin, lbx=np.concatenate([self.low, -free]), ubx=np.concatenate([self.high, free]), lbg=-np.inf, ubg=0.0
+        )
+        stats = self.solvers[key].stats()
+        y = np.array(answer["x"]).ravel()[: len(self.low)]
+        y = np.where(np.isfinite(y), y, begin[: len(self.low)])
+        return Solved(np.clip(y, self.low, self.high), bool(stats["success"]), str(stats["return_status"]))
+
+    def _unknown(self, name: str, start: float) -> Any:
+        import casadi
+
+        made = casadi.SX.sym(name)
+        self.extra.append(made)
+        self.extra_starts.append(start)
+        return made
+
+    def _limit(self, index: int, limit: Limit, samples: Samples) -> None:
+        if limit.side == "outside":
+            self._outside(limit)
+            return
+        sense = 1.0 if limit.side == "at_most" else -1.0
+        logs = self._logs(limit.model, limit.form, index, samples, limit.bound, sense)
+        self.rows += [sense * one for one in logs]
+
+    def _goal(self, aim: Aim, samples: Samples) -> Any:
+        x = self.reference
+        if isinstance(aim.form, Modulus):
+            worst = self._unknown("t", 0.0)
+            logs = self._logs(aim.model, aim.form, -1, samples, self._typical(aim, samples), aim.sense)
+            self.rows += [aim.sense * one - worst for one in logs]
+            return worst
+        size = plain_value(aim.model, aim.form, x)
+        logs = self._logs(aim.model, aim.form, -1, samples, size if 0 < size < np.inf else 1.0, aim.sense)
+        return aim.sense * logs[0]
+
+    def _typical(self, aim: Aim, samples: Samples) -> float:
+        """Size of the goal at the reference, from its samples."""
+        from vibopt.program.worst import DriveResponse
+
+        assert isinstance(aim.form, Modulus)
+        sizes = []
+        for drive in aim.form.drives:
+            speeds = np.array(samples.speeds[-1, drive.name])
+            values = DriveResponse(aim.model, aim.form, drive, self.reference)(speeds)
+            sizes.append(np.median(values[np.isfinite(values) & (values > 0)], initial=0.0) if len(values) else 0.0)
+        return float(sum(sizes)) or 1.0
+
+    def _logs(
+        self, model: Model, form: Form, index: int, samples: Samples, bound: float, sense: float
+    ) -> list[Any]:
+        """log(value / bound): one expression per sampled speed."""
+        import casadi
+
+        if isinstance(form, Modulus):
+            return self._modulus(model, form, index, samples, bound, sense)
+        if isinstance(form, Monomials):
+            total = sum(scale / bound * casadi.exp(casadi.mtimes(casadi.DM(row).T, self.y)) for scale, row in _terms(form))
+            return [casadi.log(total)]
+        if isinstance(form, StaticRow):
+            square = self._square(sampled_static(model, form.row, self.reference), np.full(1, bound))
+            return [0.5 * casadi.log(square)]
+        if isinstance(form, ModeFrequency):
+            return [self._frequency(model, max(form.mode - 1, 0)) - float(np.log(bound))]
+        return [self._first_order(model, form) - float(np.log(bound))]
+
+    def _modulus(
+        self, model: Model, form: Modulus, index: int, samples: Samples, bound: float, sense: float
+    ) -> list[Any]:
+        import casadi
+
+        several = len(form.drives) > 1
+        logs, shares = [], []
+        for drive in form.drives:
+            speeds = np.array(samples.speeds.get((index, drive.name), []))
+            share = self._unknown("share", -float(np.log(len(form.drives)))) if several else 0.0
+            shares.append(share)
+            if len(speeds):
+                logs.append(sense * self._drive(model, form, drive, speeds, bound) - share * sense)
+        rows = [sense * row for one in logs for row in casadi.vertsplit(one)]
+        if not several:
+            return rows
+        power = 2.0 if form.combine == "rss" else 1.0
+        total = casadi.log(sum(casadi.exp(power * share) for share in shares)) / power
+        if index == -1:
+            return [row + total for row in rows]
+        self.rows.append(sense * total)
+        return rows
+
+    def _drive(self, model: Model, form: Modulus, drive: Drive, speeds: FloatArray, bound: float) -> Any:
+        """log(response / bound) at each speed, a column."""
+        import casadi
+
+        value = self._lines(model, form, form.output, drive.lines, speeds, bound)
+        if form.rigid_link:
+            rigid, output = rigid_form(model, form)
+            lines = tuple(replace(line, vector=line.vector @ rigid.basis) for line in drive.lines)
+            value = self._lines(rigid, form, output, lines, speeds, bound) - self._lines(
+                model, form, form.output, drive.lines, speeds, 1.0
+            )
+        if form.output.shared_by:
+            count = model.counts[form.output.shared_by]
+            value -= float(np.log(count.scale)) + sum(power * self.y[i] for i, power in count.exponents.items())
+        return casadi.densify(value)
+
+    def _lines(
+        self, model: Model, form: Modulus, output: Output, lines: tuple[Line, ...], speeds: FloatArray, bound: float
+    ) -> Any:
+        import casadi
+
+        bounds = np.full(len(speeds), bound)
+        squares = [self._square(sampled(model, output, line, speeds, self.reference), bounds) for line in lines]
+        if form.combine == "rss" or len(squares) == 1:
+            return 0.5 * casadi.log(sum(squares[1:], squares[0]))
+        return casadi.log(sum(casadi.sqrt(one) for one in squares))
+
+    def _square(self, line: Sampled, bounds: FloatArray) -> Any:
+        """|N|^2 / (bound |D|)^2 at each sample, a column; kept within 1e-14 and 1e14."""
+        top, bottom = self._squares(line, bounds)
+        return (top + _NEAR_ZERO * bottom) / (bottom + _NEAR_ZERO * top)
+
+    def _squares(self, line: Sampled, bounds: FloatArray) -> tuple[Any, Any]:
+        import casadi
+
+        size = np.maximum(np.abs(line.bottom).max(axis=1), 1e-300)[:, None]
+        top, bottom = line.top / size / bounds[:, None], line.bottom / size
+        model = line.groups.model
+        scales = model.static_scales if line.static else model.scales
+        values = casadi.vertcat(*[
+            float(scale) * casadi.exp(casadi.mtimes(casadi.DM(row).T, self.y)) if row.any() else float(scale)
+            for scale, row in zip(scales, model.exponents, strict=True)
+        ])  # fmt: skip
+        kappa = []
+        for g, members in enumerate(line.groups.members):
+            chosen = list(members)
+            weight = line.factors[:, chosen] / line.scale[:, g, None]
+            part = values[chosen]
+            kappa.append((casadi.mtimes(_dm(weight.real), part), casadi.mtimes(_dm(weight.imag), part)))
+        squares = []
+        for coefficients in (top, bottom):
+            real, imag = _multilinear(coefficients, kappa)
+            squares.append(real**2 + imag**2)
+        return squares[0], squares[1] + 1e-300
+
+    def _frequency(self, model: Model, mode: int) -> Any:
+        """Log of a natural frequency, as the Rayleigh quotient of its shape at the reference."""
+        import casadi
+
+        p = model.values(self.reference)
+        _, shapes = mode_shapes(model, p)
+        share = (model.vectors[:, : model.n_free] @ shapes[:, mode]) ** 2
+        parts: list[Any] = [1e-300, 1e-300]
+        for t, row in enumerate(model.exponents):
+            if model.kinds[t] in (STIFFNESS, INERTIA):
+                size = float(model.scales[t] * share[t])
+                parts[int(model.kinds[t] == INERTIA)] += size * casadi.exp(casadi.mtimes(casadi.DM(row).T, self.y))
+        return 0.5 * casadi.log(parts[0] / parts[1])
+
+    def _outside(self, limit: Limit) -> None:
+        low, high = float(np.log(limit.bound)) if limit.bound > 0 else -60.0, float(np.log(limit.upper))
+        for mode in range(limit.model.n_free):
+            log = self._frequency(limit.model, mode)
+            self.rows.append((log - low) * (high - log) / (high - low))
+
+    def _first_order(self, model: Model, form: ModeDamping) -> Any:
+        """Log of a modal damping ratio to first order in y about the reference."""
+        import casadi
+
+        value = plain_value(model, form, self.reference)
+        slope = plain_slope(model, form, self.reference)
+        middle = casadi.DM(np.log(self.reference))
+        return float(np.log(value)) + casadi.mtimes(casadi.DM(slope).T, self.y - middle)
+
+
+def _terms(form: Monomials) -> list[tuple[float, FloatArray]]:
+    return [(float(scale), row) for scale, row in zip(form.scale, form.exponents, strict=True)]
+
+
+def _multilinear(coefficients: Any, kappa: list[tuple[Any, Any]]) -> tuple[Any, Any]:
+    """sum_S coefficient_S prod_{g in S} kappa_g, real and imaginary columns."""
+    import casadi
+
+    parts = [(_dm(column.real), _dm(column.imag)) for column in np.asarray(coefficients).T]
+    for real, imag in reversed(kappa):
+        pairs = list(zip(parts[0::2], parts[1::2], strict=True))
+        parts = [
+            (a + c * real - d * imag, b + c * imag + d * real) for (a, b), (c, d) in pairs
+        ]
+    return casadi.SX(parts[0][0]), casadi.SX(parts[0][1])
+
+
+def _dm(values: FloatArray) -> Any:
+    import casadi
+
+    return casadi.DM(np.ascontiguousarray(values, dtype=float))

@@ -1,0 +1,240 @@
+"""Local extremes of a form over its speeds, with their exact slopes in log x.
+
+A peak's slope with the design is the slope at its own speed (the speed's own motion drops out), so
+a moving peak costs no more than a fixed one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import islice, product
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, Drive, FloatArray, Form, Line, ModeFrequency, Modulus, Monomials, Output, StaticRow
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.harmonic import dynamic_stiffness, impedances
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
+from vibopt.mechanics.modes import mode_shapes
+from vibopt.mechanics.peaks import Extreme, least, peaks
+from vibopt.mechanics.statics import sag
+from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
+
+_STEP = 1e-6
+_NEAR = 1e-6
+_MOST = 24
+_WITHOUT_END = 1e30
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """One local extreme of a form.
+
+    value
+        Log of the form's value; inf at an undamped resonance.
+    slope
+        d value / d log x, shape (n_vars,).
+    speeds
+        Speed per excitation [rad/s].
+    """
+
+    value: float
+    slope: FloatArray
+    speeds: tuple[float, ...] = ()
+
+
+def local_extremes(model: Model, form: Form, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+    """Local extremes within a factor of the worst one, the worst first.
+
+    Parameters
+    ----------
+    model, form
+        What is asked.
+    x
+        Design, all values positive, shape (n_vars,).
+    least_wanted
+        Whether the least value is the worst.
+    within
+        Part of the greatest value that a peak must have to be counted.
+    """
+    if isinstance(form, Modulus):
+        per_drive = [_of_drive(model, form, drive, x, least_wanted, within) for drive in form.drives]
+        found = [_together(form, combo) for combo in islice(product(*per_drive), 4 * _MOST)]
+        return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:_MOST]
+    return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x))]
+
+
+def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
+    """Slope of the log of a form that knows no speeds, shape (n_vars,)."""
+    if isinstance(form, Monomials):
+        parts = form.scale * np.where(form.exponents == 0.0, 1.0, x**form.exponents).prod(axis=1)
+        slope: FloatArray = parts @ form.exponents / parts.sum()
+        return slope
+    if isinstance(form, ModeFrequency):
+        return frequency_slopes(model, x)[1][max(form.mode - 1, 0)]
+    if isinstance(form, StaticRow):
+        return _static_slope(model, form, x)
+    return _by_differences(lambda at: plain_value(model, form, at), x)
+
+
+def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Natural frequencies (n_free,) [rad/s] and the slopes of their logs (n_free, n_vars)."""
+    p = model.values(x)
+    omega, shapes = mode_shapes(model, p)
+    share = (model.vectors[:, : model.n_free] @ shapes) ** 2
+    springs = p * (model.kinds == STIFFNESS)
+    masses = p * (model.kinds == INERTIA)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = 0.5 * ((share.T * springs) / (omega**2)[:, None] - share.T * masses) @ model.exponents
+    return omega, np.nan_to_num(slope)
+
+
+def _static_slope(model: Model, form: StaticRow, x: FloatArray) -> FloatArray:
+    """The sag u solves K u = m g; its slope is r . K^-1 (dm g - dK u)."""
+    n = model.n_free
+    down = sag(model, x)
+    if down is None:
+        return np.zeros(model.n_vars)
+    p = model.values(x, static=True)
+    stiff = model.matrix(STIFFNESS, p)[:n, :n]
+    size = np.sqrt(np.diag(stiff))
+    row = np.linalg.solve(stiff / np.outer(size, size), form.row[:n] / size) / size
+    vectors = model.vectors[:, :n]
+    change = np.where(model.kinds == INERTIA, GRAVITY * p * (vectors @ row), 0.0)
+    change -= np.where(model.kinds == STIFFNESS, p * (vectors @ row) * (vectors @ down[:n]), 0.0)
+    slope: FloatArray = change @ model.exponents / (form.row @ down)
+    return slope
+
+
+def _of_drive(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool, within: float
+) -> list[tuple[Extreme, FloatArray]]:
+    """Local extremes of the response to one excitation, each with the slope of its log."""
+    found = extremes_of(model, form, drive, x, least_wanted=least_wanted, within=within)
+    distinct: list[Extreme] = []
+    for one in found:
+        if all(abs(one.speed - other.speed) > 1e-7 * abs(one.speed) for other in distinct):
+            distinct.append(one)
+    return [(one, slope_at(model, form, drive, x, one)) for one in distinct[:_MOST]]
+
+
+def extremes_of(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, *, least_wanted: bool, within: float
+) -> list[Extreme]:
+    """Local extremes of the response to one excitation over its bands, the worst first."""
+    closed = closed_form(model, form, drive, x)
+    if closed is not None:
+        found = [one for band in drive.bands for one in closed.candidates(band)]
+        values = [one.value for one in found]
+        if least_wanted:
+            return sorted((o for o in found if o.value * within <= min(values)), key=lambda o: o.value)
+        return sorted((o for o in found if o.value >= within * max(values)), key=lambda o: -o.value)
+    singular, breaks = singularities(model, form, drive, x)
+    response = DriveResponse(model, form, drive, x)
+    if least_wanted:
+        return [least(response, drive.bands, singular, breaks)]
+    found = peaks(response, drive.bands, singular, breaks, within=within)
+    return [one for one, real in zip(found, _is_peak(response, drive, found), strict=True) if real]
+
+
+def _is_peak(response: DriveResponse, drive: Drive, found: list[Extreme]) -> list[bool]:
+    """Which extremes are local maxima, and not points on a flank where a search interval ended."""
+    speeds = np.array([one.speed for one in found])
+    around = speeds[:, None] * np.array([1.0 - _NEAR, 1.0 + _NEAR])
+    inside = np.array([[any(band.holds(s) for band in drive.bands) for s in pair] for pair in around])
+    beside = np.where(inside & ~np.isnan(values := response(around)), values, -np.inf)
+    return [not beside[i].max() > one.value * (1.0 + 1e-10) for i, one in enumerate(found)]
+
+
+def slope_at(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extreme) -> FloatArray:
+    """Slope of the log of the response to one drive at one speed, shape (n_vars,).
+
+    At an undamped resonance, where the response is infinite, it is the slope of log of the
+    natural frequency there.
+    """
+    if not np.isfinite(at.value):
+        return _slope_of_nearest_mode(model, drive, x, at.speed)
+    if at.value == 0.0:
+        return np.zeros(model.n_vars)
+    if form.combine == "peak" and len(drive.lines) > 1:
+        return _by_differences(lambda y: float(DriveResponse(model, form, drive, y)(np.array([at.speed]))[0]), x)
+    slope = _combined_slope(model, form.output, drive, x, at.speed, form.combine)
+    if form.rigid_link:
+        rigid, output = rigid_form(model, form)
+        lines = tuple(replace(line, vector=line.vector @ rigid.basis) for line in drive.lines)
+        slope = _combined_slope(rigid, output, replace(drive, lines=lines), x, at.speed, form.combine) - slope
+    if form.output.shared_by:
+        for index, power in model.counts[form.output.shared_by].exponents.items():
+            slope[index] -= power
+    return slope
+
+
+def _combined_slope(model: Model, output: Output, drive: Drive, x: FloatArray, speed: float, combine: str) -> FloatArray:
+    """Slope of log sum |h| (or of log root of sum of squares) over the lines of a drive."""
+    sizes, slopes = [], []
+    for line in drive.lines:
+        h, dh = line_slope(model, output, line, x, speed)
+        sizes.append(abs(h))
+        slopes.append((np.conj(h) * dh).real / abs(h) ** 2 if h != 0.0 else np.zeros(model.n_vars))
+    size = np.array(sizes)
+    weight = size**2 if combine == "rss" else size
+    slope: FloatArray = weight @ np.array(slopes) / weight.sum()
+    return slope
+
+
+def line_slope(model: Model, output: Output, line: Line, x: FloatArray, speed: float) -> tuple[complex, ComplexArray]:
+    """One harmonic of a response at one speed, and its slope in log x, shape (n_vars,)."""
+    n = model.n_free
+    omega = np.array(line.order * speed)
+    z = impedances(model, model.values(x), omega)
+    both = dynamic_stiffness(model, z)
+    stiff, to_base = both[:, :n], both[:, n:]
+    size = np.sqrt(np.abs(np.diag(stiff)))
+    size = np.where(size == 0.0, 1.0, size)
+    scaled = stiff / np.outer(size, size)
+    load = line.vector[:n] - to_base @ line.vector[n:]
+    row = output.row + (output.signs * z) @ model.vectors
+    right = np.stack([load / size, row[:n] / size], axis=1)
+    free, adjoint = (np.linalg.solve(scaled, right) / size[:, None]).T
+    u = np.concatenate([free, line.vector[n:]])
+    extension = model.vectors @ u
+    change = (output.signs - model.vectors[:, :n] @ adjoint) * extension * z
+    scale = complex((1j * omega) ** output.power * line.amplitude.at(np.array([speed]))[0])
+    return complex(row @ u) * scale, (change @ model.exponents) * scale
+
+
+def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: float) -> FloatArray:
+    omega, slopes = frequency_slopes(model, x)
+    asked = np.array([line.order * speed for line in drive.lines])
+    nearest = np.abs(np.log(np.maximum(omega, 1e-300))[:, None] - np.log(asked)).min(axis=1).argmin()
+    return slopes[nearest]
+
+
+def _together(form: Modulus, combo: tuple[tuple[Extreme, FloatArray], ...]) -> Local:
+    """Several excitations: sum or root of sum of squares of their extremes."""
+    values = np.array([one.value for one, _ in combo])
+    slopes = np.array([slope for _, slope in combo])
+    speeds = tuple(one.speed for one, _ in combo)
+    if not np.isfinite(values).all():
+        return Local(np.inf, slopes[~np.isfinite(values)][0], speeds)
+    weight = values**2 if form.combine == "rss" else values
+    total = float(np.sqrt(weight.sum())) if form.combine == "rss" else float(weight.sum())
+    if total == 0.0:
+        return Local(-_WITHOUT_END, np.zeros(slopes.shape[1]), speeds)
+    return Local(_log(total), weight @ slopes / weight.sum(), speeds)
+
+
+def _by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> FloatArray:
+    """Slope of the log of a value in log x by central differences."""
+    slope = np.zeros(len(x))
+    for i in range(len(x)):
+        up, down = x.copy(), x.copy()
+        up[i] *= 1.0 + _STEP
+        down[i] *= 1.0 - _STEP
+        slope[i] = (_log(value(up)) - _log(value(down))) / (2.0 * _STEP)
+    return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
+
+
+def _log(value: float) -> float:
+    return float(np.log(value)) if value > 0.0 else -_WITHOUT_END

@@ -1,0 +1,45 @@
+"""Ranges that a search can use: half-open ones get an end far beyond what any machine of the scene has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.forms import Modulus
+from vibopt.mechanics.model import INERTIA
+from vibopt.program.program import Axis, Program
+
+FAR = 1e6
+"""How many times the scene's own scale a half-open range reaches."""
+
+
+def closed(program: Program) -> tuple[Program, tuple[int, ...]]:
+    """The program with finite ranges, and the indices of the variables that were half open."""
+    opened = tuple(i for i, axis in enumerate(program.axes) if not np.isfinite(axis.high) and axis.values is None)
+    if not opened:
+        return program, ()
+    axes = list(program.axes)
+    for i in opened:
+        axes[i] = replace(axes[i], high=max(far_end(program, axes[i]), 1e3 * axes[i].low))
+    return replace(program, axes=tuple(axes)), opened
+
+
+def far_end(program: Program, axis: Axis) -> float:
+    """A value far above the scene's own scale, in the unit of the variable [SI]."""
+    fixed = ~program.model.exponents.any(axis=1)
+    masses = program.model.scales[fixed & (program.model.kinds == INERTIA)]
+    mass = float(masses.sum()) or 1.0
+    fastest = max(
+        (
+            band.high * max(line.order for line in drive.lines)
+            for limit in (*program.limits, *([program.aim] if program.aim else []))
+            if isinstance(limit.form, Modulus)
+            for drive in limit.form.drives
+            for band in drive.bands
+        ),
+        default=0.0,
+    ) or 1e3
+    key = axis.path.rsplit(".", 1)[-1]
+    scale = {"stiffness": mass * fastest**2, "damping": mass * fastest, "mass": mass}.get(key, 1e-5)
+    return FAR * scale

@@ -1,0 +1,70 @@
+"""Why there is no design: a smallest set of limits that cannot hold together, and what loosening helps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.solve.method import Found
+
+Answer = Callable[[Program], Found]
+
+
+@dataclass(frozen=True, slots=True)
+class Loosening:
+    """A limit and the bound [SI] with which a design exists, as found; not rounded yet."""
+
+    limit: Limit
+    bound: float
+
+
+def smallest_conflict(program: Program, answer: Answer) -> tuple[Limit, ...]:
+    """Limits that cannot hold together, none of which can be left out.
+
+    Parameters
+    ----------
+    program
+        Proven infeasible.
+    answer
+        Solves a program without a goal; only a proven "infeasible" counts.
+    """
+    kept = list(program.limits)
+    for limit in program.limits:
+        fewer = [one for one in kept if one is not limit]
+        trial = replace(program, limits=tuple(fewer), aim=None)
+        if answer(trial).status == "infeasible":
+            kept = fewer
+    return tuple(kept)
+
+
+def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) -> list[Loosening]:
+    """For each limit of the conflict the smallest loosening that makes the whole program feasible.
+
+    A limit is left out where no loosening of it alone helps.
+    """
+    found = []
+    for limit in conflict:
+        if limit.side == "outside":
+            continue
+        rest = tuple(one for one in program.limits if one is not limit)
+        sense = 1.0 if limit.side == "at_most" else -1.0
+        aim = Aim(limit.name, limit.model, limit.form, sense, limit.complement)
+        best = answer(replace(program, limits=rest, aim=aim))
+        if best.x is None or best.status not in ("optimal", "feasible"):
+            continue
+        value = best.details.get("goal")
+        if isinstance(value, float) and math.isfinite(value):
+            found.append(Loosening(limit, value))
+    return found
+
+
+def outward(value: float, side: str, digits: int = 3) -> float:
+    """A number rounded away from its limit, so that using it really works."""
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    unit = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)
+    steps = value / unit
+    whole = math.ceil(steps * (1 + 1e-9)) if side == "at_most" else math.floor(steps * (1 - 1e-9))
+    return whole * unit

@@ -1,0 +1,104 @@
+"""The complete set of speeds at which every limit holds, with exact ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.mechanics.peaks import crossings
+from vibopt.program.program import Limit, Program
+from vibopt.program.worst import DriveResponse, drive_extreme, singularities
+from vibopt.solve.branch import Judge
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Level:
+    """Value of a limit against the speed of one excitation, the others at their worst; callable."""
+
+    response: DriveResponse
+    others: float
+    combine: str
+
+    def __call__(self, speed: FloatArray) -> FloatArray:
+        """Shape of `speed` [rad/s]."""
+        value = self.response(speed)
+        return np.sqrt(value**2 + self.others**2) if self.combine == "rss" else value + self.others
+
+
+def permitted_speeds(program: Program, drive_name: str, bands: tuple[Band, ...], own: set[str]) -> list[Interval]:
+    """All speeds [rad/s] of an excitation at which every limit holds, as closed intervals.
+
+    Parameters
+    ----------
+    program
+        Without design variables.
+    drive_name
+        Excitation whose speed is the unknown.
+    bands
+        Where to look.
+    own
+        Names of limits that look at the unknown speed; the others must hold as they are.
+    """
+    judge = Judge(program)
+    x = np.zeros(0)
+    here = [(band.low, band.high) for band in bands]
+    for limit in program.limits:
+        if limit.name not in own:
+            if judge.limit(limit, x)[0] > judge.tolerance:
+                return []
+            continue
+        here = _intersection(here, _holds(limit, drive_name, bands))
+    return here
+
+
+def _holds(limit: Limit, drive_name: str, bands: tuple[Band, ...]) -> list[Interval]:
+    """Speeds at which one limit holds."""
+    form = limit.form
+    assert isinstance(form, Modulus)
+    x = np.zeros(0)
+    least = limit.side == "at_least"
+    drive = next(one for one in form.drives if one.name == drive_name)
+    rest = [drive_extreme(limit.model, form, one, x, least).value for one in form.drives if one is not drive]
+    others = float(np.sqrt(sum(v * v for v in rest))) if form.combine == "rss" else float(sum(rest))
+    level = Level(DriveResponse(limit.model, form, drive, x), others, form.combine)
+    found: list[Interval] = []
+    for band in bands:
+        found += _pieces(limit, form, drive, level, band)
+    return found
+
+
+def _pieces(limit: Limit, form: Modulus, drive: Drive, level: Level, band: Band) -> list[Interval]:
+    """Cut a band at every crossing, and keep the parts whose middle is good, and touching points."""
+    singular, breaks = singularities(limit.model, form, drive, np.zeros(0))
+    cuts = crossings(level, band, singular, breaks, limit.bound)
+    edges = [band.low, *cuts, band.high]
+    sign = 1.0 if limit.side == "at_most" else -1.0
+    kept: list[Interval] = []
+    for low, high in zip(edges, edges[1:], strict=False):
+        middle = level(np.array([0.5 * (low + high)]))[0]
+        if sign * (middle - limit.bound) <= 0.0:
+            kept.append((low, high))
+    for point in edges:
+        value = level(np.array([point]))[0]
+        if sign * (value - limit.bound) <= 1e-12 * limit.bound and not any(a <= point <= b for a, b in kept):
+            kept.append((point, point))
+    return _merged(sorted(kept))
+
+
+def _merged(intervals: list[Interval]) -> list[Interval]:
+    joined: list[Interval] = []
+    for low, high in intervals:
+        if joined and low <= joined[-1][1]:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], high))
+        else:
+            joined.append((low, high))
+    return joined
+
+
+def _intersection(first: list[Interval], second: list[Interval]) -> list[Interval]:
+    both = [(max(a, c), min(b, d)) for a, b in first for c, d in second]
+    return _merged(sorted(one for one in both if one[0] <= one[1]))

@@ -1,0 +1,187 @@
+"""Nonlinear programming from several starts: IPOPT on sampled speeds, then exact peaks.
+
+IPOPT finds the region; what it calls success is not believed.  Every design is measured at its
+exact peaks, the worst speeds are added, and what is left is done by Newton on the peaks themselves.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Modulus
+from vibopt.mechanics.onemass import Curve  # noqa: F401  (loaded early: the first measurement is timed)
+from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.program import Program
+from vibopt.program.slopes import extremes_of
+from vibopt.solve.branch import Judge
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.sharpen import Exact, Point, Sharpener
+from vibopt.solve.starts import log_box, starts
+
+TOLERANCE = 1e-9
+_SAME = 1e-6
+
+
+@dataclass
+class Nlp:
+    """Best of several local optima, each measured at its exact peaks.
+
+    count
+        Number of starts.
+    given
+        Further starts x (n_starts, n_vars).
+    seconds
+        Time after which no new start is tried.
+    """
+
+    count: int = 8
+    seconds: float = 20.0
+    given: FloatArray | None = None
+    rounds: int = 3
+    name: str = "nlp"
+    summary: str = "nonlinear programming (IPOPT on sampled speeds, Newton on the exact peaks), best of several starts"
+    counts: dict[str, float] = field(default_factory=dict)
+
+    def refuses(self, program: Program) -> str | None:
+        """Discrete variables and more than ten continuous ones."""
+        for axis in program.axes:
+            if axis.values is not None and len(axis.values) > 1:
+                return f"nlp takes continuous variables only, but {axis.path} is chosen from {len(axis.values)} values."
+        free = sum(axis.high > axis.low for axis in program.axes)
+        if free > 10:
+            return f"nlp takes at most 10 variables, and there are {free}."
+        for limit in program.limits:
+            if limit.side == "at_most" and limit.bound <= 0.0:
+                return f"nlp needs a bound greater than zero, but {limit.name} has none."
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Best of the local optima reached from all starts."""
+        run = _Run(program, self, progress)
+        return run.answer()
+
+
+@dataclass
+class _Run:
+    program: Program
+    method: Nlp
+    progress: Progress | None
+
+    def __post_init__(self) -> None:
+        self.began = time.perf_counter()
+        self.deadline = self.began + self.method.seconds
+        self.low, self.high = log_box(self.program)
+        self.exact = Exact(self.program, self.low, self.high)
+        self.judge = Judge(self.program, TOLERANCE)
+        self.samples = Samples(self.program).spread(9)
+        self.built = self.iterations = 0
+
+    def answer(self) -> Found:
+        begun = self._starts()
+        reached = self._sampled(begun)
+        if not any(self._promising(y) for y in reached):
+            reached = self._sampled(begun, elastic=True)
+        points = self._sharpened(reached)
+        good = [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
+        if not good:
+            points = self._sharpened(reached, rescue=True)
+            good = [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
+        if not good:
+            return self._nothing(len(begun))
+        goal, y = min(good)
+        agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
+        claim = f"best of {len(begun)} starts, {agreed} agreed"
+        return Found("feasible", self._x(np.array(y)), claim, self.method.name, details=self._details(len(begun), agreed))
+
+    def _starts(self) -> list[FloatArray]:
+        spread = list(starts(self.program, self.method.count))
+        given = [] if self.method.given is None else [np.log(np.maximum(x, np.exp(self.low))) for x in self.method.given]
+        return [np.clip(one, self.low, self.high) for one in [*given, *spread]]
+
+    def _sampled(self, begun: list[FloatArray], *, elastic: bool = False) -> list[FloatArray]:
+        """Where IPOPT leads from every start, the worst speeds added and solved again a few times."""
+        if self.program.aim is None:
+            elastic = True
+        here = list(begun)
+        for step in range(self.method.rounds):
+            fresh = [self._learn(y) for y in here] if step else [True]
+            if not any(fresh):
+                break
+            reference = here[0] if step else 0.5 * (self.low + self.high)
+            nlp = SampledProgram(self.samples, np.exp(reference), self.low, self.high, elastic=elastic)
+            self.built += 1
+            for i, y in enumerate(here):
+                if time.perf_counter() > self.deadline:
+                    return here
+                if step == 0 or fresh[i]:
+                    here[i] = nlp.solve(y, min(2.0, max(self.deadline - time.perf_counter(), 0.05))).y
+                    self.iterations += 1
+                if self.progress:
+                    self.progress("starts", (step + (i + 1) / len(here)) / self.method.rounds)
+        return here
+
+    def _learn(self, y: FloatArray) -> bool:
+        """Add the speeds at which the design y is worst; whether it is worth solving again from it."""
+        x, fresh = np.exp(y), False
+        for index, part in self.samples.parts():
+            if not isinstance(part.form, Modulus):
+                continue
+            least_wanted = part.sense < 0 if index == -1 else part.side == "at_least"  # type: ignore[union-attr]
+            for drive in part.form.drives:
+                found = extremes_of(part.model, part.form, drive, x, least_wanted=least_wanted, within=0.7)
+                fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:3]])
+        return fresh and self.exact.at(y).missed > 1e-6
+
+    def _promising(self, y: FloatArray) -> bool:
+        return self.exact.at(y).missed < 0.5
+
+    def _sharpened(self, reached: list[FloatArray], *, rescue: bool = False) -> list[FloatArray]:
+        """Every distinct design brought to its exact local optimum, one per start."""
+        done: list[tuple[FloatArray, FloatArray]] = []
+        found = []
+        for y in reached:
+            known = next((end for begin, end in done if np.abs(begin - y).max() < 1e-4), None)
+            if known is None:
+                if time.perf_counter() > self.deadline:
+                    break
+                known = self._sharp(y, rescue)
+                done.append((y, known))
+            found.append(known)
+        return found
+
+    def _sharp(self, y: FloatArray, rescue: bool) -> FloatArray:
+        sharpener = Sharpener(self.exact, self.deadline)
+        if rescue:
+            y = sharpener.run(y, only_feasible=True).y
+        point: Point = sharpener.run(y)
+        return point.y
+
+    def _x(self, y: FloatArray) -> FloatArray:
+        """Design at y: exactly on the ends of its ranges where it is next to them."""
+        x = np.exp(y)
+        for i, axis in enumerate(self.program.axes):
+            for end in (axis.low, axis.high):
+                if abs(x[i] - end) <= 1e-9 * abs(end):
+                    x[i] = end
+            x[i] = min(max(x[i], axis.low), axis.high)
+        return x
+
+    def _feasible(self, y: FloatArray) -> bool:
+        return self.judge.feasible(self._x(y))
+
+    def _nothing(self, count: int) -> Found:
+        claim = f"no design found from {count} starts, which proves nothing"
+        return Found("unproven", None, claim, self.method.name, details=self._details(count, 0))
+
+    def _details(self, count: int, agreed: int) -> dict[str, float]:
+        return {
+            "starts": count,
+            "agreed": agreed,
+            "programs built": self.built,
+            "ipopt runs": self.iterations,
+            "exact measurements": self.exact.count,
+            "sampled speeds": sum(len(one) for one in self.samples.speeds.values()),
+        }

@@ -1,0 +1,120 @@
+"""A bound that physics sets on every isolator: m w^2 X >= F - T for one excited rigid body.
+
+The forces of all links on the body sum to its excitation plus m w^2 times its displacement, in
+amplitude; whatever stiffness and damping, |m w^2 u| + |force of the links| >= |F|.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import Band, FloatArray, Modulus
+from vibopt.mechanics.model import INERTIA
+from vibopt.program.program import Limit, Program
+
+_MARGIN = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Impossible:
+    """Two limits that no isolator meets together.
+
+    limits
+        Names: of the force, of the motion.
+    speed
+        Speed at which they clash most [rad/s].
+    force, transmitted, inertia
+        Amplitudes there [N]: excitation, allowed force, m w^2 times the allowed displacement.
+    mass, needed
+        Greatest mass that may be chosen, and the least mass with which both could hold [kg].
+    """
+
+    limits: tuple[str, str]
+    speed: float
+    force: float
+    transmitted: float
+    inertia: float
+    mass: float
+    needed: float
+
+
+def impossible(program: Program) -> Impossible | None:
+    """The clash that holds for every design, or None where this bound says nothing."""
+    model = program.model
+    if model.n_free != 1 or model.n_coords != 1:
+        return None
+    forces = [limit for limit in program.limits if _plain(limit) and _is_total_force(limit)]
+    motions = [limit for limit in program.limits if _plain(limit) and _is_motion(limit)]
+    found = [clash for a in forces for b in motions if (clash := _clash(program, a, b)) is not None]
+    return max(found, key=lambda one: one.needed, default=None)
+
+
+def _plain(limit: Limit) -> bool:
+    form = limit.form
+    if not isinstance(form, Modulus) or limit.side != "at_most" or form.rigid_link:
+        return False
+    return len(form.drives) == 1 and len(form.drives[0].lines) == 1
+
+
+def _is_total_force(limit: Limit) -> bool:
+    """All links of the body are counted, with one sign."""
+    assert isinstance(limit.form, Modulus)
+    links = limit.model.kinds != INERTIA
+    signs = limit.form.output.signs * limit.model.vectors[:, 0]
+    return bool(links.any()) and bool(np.all(np.abs(signs[links]) == 1.0)) and len(set(signs[links])) == 1 and (
+        not limit.form.output.shared_by
+    )
+
+
+def _is_motion(limit: Limit) -> bool:
+    assert isinstance(limit.form, Modulus)
+    return not limit.form.output.signs.any() and abs(limit.form.output.row[0]) == 1.0
+
+
+def _clash(program: Program, force: Limit, motion: Limit) -> Impossible | None:
+    assert isinstance(force.form, Modulus) and isinstance(motion.form, Modulus)
+    first, second = force.form.drives[0], motion.form.drives[0]
+    if first.name != second.name:
+        return None
+    speeds = _common(first.bands, second.bands)
+    if not len(speeds):
+        return None
+    one, other = first.lines[0], second.lines[0]
+    omega = one.order * speeds
+    shaken = np.abs(one.amplitude.at(speeds) * one.vector[0])
+    really = np.abs(other.amplitude.at(speeds) * other.vector[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        allowed = force.bound * really / shaken
+        stroke = motion.bound / omega**motion.form.output.power
+        needed = np.where(omega > 0.0, (really - allowed) / (omega**2 * stroke), 0.0)
+    worst = int(np.nanargmax(needed))
+    mass = _greatest_mass(program)
+    if not needed[worst] > mass * (1.0 + _MARGIN):
+        return None
+    return Impossible(
+        (force.name, motion.name),
+        float(speeds[worst]),
+        float(really[worst]),
+        float(allowed[worst]),
+        float(mass * omega[worst] ** 2 * stroke[worst]),
+        mass,
+        float(needed[worst]),
+    )
+
+
+def _common(first: tuple[Band, ...], second: tuple[Band, ...]) -> FloatArray:
+    """Speeds that both limits look at; ends and points between, any one of which is a proof."""
+    found: list[FloatArray] = []
+    for a in first:
+        for b in second:
+            low, high = max(a.low, b.low), min(a.high, b.high)
+            if low <= high:
+                found.append(np.linspace(low, high, 33 if low < high else 1))
+    return np.concatenate(found) if found else np.zeros(0)
+
+
+def _greatest_mass(program: Program) -> float:
+    chosen = program.model.kinds == INERTIA
+    return float(program.model.values(program.high)[chosen].sum())

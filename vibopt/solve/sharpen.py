@@ -1,0 +1,328 @@
+"""Sequential quadratic programming on the exact local peaks, and Newton on those that hold.
+
+Everything is in y = log x.  The peaks' slopes are exact wherever the peaks move to, so there is
+nothing to sample here and the answer is as sharp as the measurement.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.slopes import Local, frequency_slopes, local_extremes
+
+BEYOND = 40.0
+"""Log violation from which on a limit is missed without end (an undamped resonance within its band)."""
+_STEP = 1e-5
+_INSIDE = 2e-10
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One local extreme as a row: value <= 0 for a limit, the value itself for the goal.
+
+    part
+        Index of the limit; -1 for the goal.
+    mark
+        Logs of its speeds, to find it again at a near design.
+    """
+
+    part: int
+    value: float
+    slope: FloatArray
+    mark: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A design y (n_vars,) with all its pieces."""
+
+    y: FloatArray
+    limits: tuple[Piece, ...]
+    goals: tuple[Piece, ...]
+
+    @property
+    def missed(self) -> float:
+        """Log of the factor by which the worst limit is missed; negative when all are met."""
+        return max((piece.value for piece in self.limits), default=-BEYOND)
+
+    @property
+    def goal(self) -> float:
+        return max((piece.value for piece in self.goals), default=0.0)
+
+
+@dataclass
+class Exact:
+    """Exact pieces of a program at any design.
+
+    free
+        Axes that can be chosen, shape (n_vars,).
+    """
+
+    program: Program
+    low: FloatArray
+    high: FloatArray
+    count: int = 0
+    free: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.free = self.high > self.low
+
+    def at(self, y: FloatArray) -> Point:
+        """All pieces at y (n_vars,)."""
+        self.count += 1
+        x = np.exp(y)
+        limits = tuple(p for i, limit in enumerate(self.program.limits) for p in self._limit(i, limit, x))
+        aim = self.program.aim
+        goals = tuple(self._goal(aim, x)) if aim is not None else limits
+        return Point(np.array(y), limits, goals)
+
+    def _limit(self, index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
+        if limit.side == "outside":
+            yield from _outside(index, limit, x)
+            return
+        sense = 1.0 if limit.side == "at_most" else -1.0
+        bound = np.log(limit.bound) if limit.bound > 0.0 else -1e30
+        for one in local_extremes(limit.model, limit.form, x, least_wanted=sense < 0):
+            yield _piece(index, one, sense, bound)
+
+    def _goal(self, aim: Aim, x: FloatArray) -> Iterator[Piece]:
+        for one in local_extremes(aim.model, aim.form, x, least_wanted=aim.sense < 0):
+            yield _piece(-1, one, aim.sense, 0.0)
+
+
+def _piece(index: int, one: Local, sense: float, bound: float) -> Piece:
+    mark = tuple(np.log(np.maximum(one.speeds, 1e-300)))
+    value = sense * (one.value - bound)
+    if not np.isfinite(value):
+        value = np.copysign(BEYOND, value)
+    return Piece(index, float(np.clip(value, -BEYOND, BEYOND)), sense * one.slope, mark)
+
+
+def _outside(index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
+    """Each mode's depth in the forbidden band, to the nearer end."""
+    omega, slopes = frequency_slopes(limit.model, x)
+    log = np.log(np.maximum(omega, 1e-300))
+    low, high = np.log(max(limit.bound, 1e-300)), np.log(limit.upper)
+    for mode, (value, slope) in enumerate(zip(log, slopes, strict=True)):
+        up = high - value < value - low
+        yield Piece(index, float(min(value - low, high - value)), -slope if up else slope, (float(mode),))
+
+
+@dataclass
+class Sharpener:
+    """Trust-region SQP from a start, then Newton on what holds.
+
+    deadline
+        `time.perf_counter()` beyond which it stops.
+    """
+
+    exact: Exact
+    deadline: float
+    rounds: int = 60
+
+    def run(self, start: FloatArray, *, only_feasible: bool = False) -> Point:
+        """The best design reached from `start` (y); with `only_feasible` the least missed one."""
+        here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
+        for weight in (1e2, 1e5) if not only_feasible else (1e8,):
+            here = self._descend(here, weight)
+            if here.missed <= 1e-7:
+                break
+        return here if only_feasible else self._finish(here)
+
+    def _descend(self, here: Point, weight: float) -> Point:
+        radius, moved = 1.0, False
+        bend = np.zeros((len(here.y), len(here.y)))
+        for _ in range(self.rounds):
+            if time.perf_counter() > self.deadline:
+                break
+            step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
+            if moved:
+                bend = _convex(self._bend(here, multipliers))
+                step, promised, _ = _quadratic(here, bend, radius, weight, self.exact)
+            size = float(np.abs(step).max(initial=0.0))
+            if size < 1e-10 or promised <= 1e-13:
+                break
+            there = self.exact.at(np.clip(here.y + step, self.exact.low, self.exact.high))
+            gained = _merit(here, weight) - _merit(there, weight)
+            if gained <= 0.3 * promised:
+                there = self._corrected(here, there, bend, radius, weight)
+                gained = _merit(here, weight) - _merit(there, weight)
+            if gained > 0.05 * promised:
+                radius = min(max(radius, 2.5 * size) if gained > 0.7 * promised else radius, 6.0)
+                here, moved = there, True
+            else:
+                radius, moved = 0.3 * min(radius, size), False
+            if radius < 1e-12:
+                break
+        return here
+
+    def _corrected(self, here: Point, there: Point, bend: FloatArray, radius: float, weight: float) -> Point:
+        """Second try after a step that curved limits spoilt: the step again, with the pieces found where it led."""
+        moved = there.y - here.y
+        limits, goals = (
+            tuple(replace(piece, value=piece.value - float(piece.slope @ moved)) for piece in pieces)
+            for pieces in (there.limits, there.goals)
+        )
+        step, _, _ = _quadratic(Point(here.y, limits, goals), bend, radius, weight, self.exact)
+        other = self.exact.at(np.clip(here.y + step, self.exact.low, self.exact.high))
+        return other if _merit(other, weight) < _merit(there, weight) else there
+
+    def _bend(self, here: Point, multipliers: FloatArray) -> FloatArray:
+        """Second derivative of the Lagrangian along the moving peaks, by differences of exact slopes."""
+        n = len(here.y)
+        pieces = (*here.goals, *here.limits)
+        active = [(piece, m) for piece, m in zip(pieces, multipliers, strict=True) if m > 1e-9]
+        bend = np.zeros((n, n))
+        for i in np.flatnonzero(self.exact.free):
+            step = _STEP if here.y[i] + _STEP <= self.exact.high[i] else -_STEP
+            y = here.y.copy()
+            y[i] += step
+            there = self.exact.at(y)
+            for piece, m in active:
+                other = _same(piece, there)
+                if other is not None:
+                    bend[i] += m * (other.slope - piece.slope) / step
+        return 0.5 * (bend + bend.T)
+
+    def _finish(self, here: Point) -> Point:
+        """Newton on the pieces that hold, then a step inside where rounding left a limit broken."""
+        if here.missed > 1e-4:
+            return here
+        for target in (0.0, 0.0, 0.0, -_INSIDE, -_INSIDE):
+            if time.perf_counter() > self.deadline or (target < 0.0 and here.missed <= 0.5 * _INSIDE):
+                break
+            there = self._newton(here, target)
+            if there is None or not _better(there, here):
+                continue
+            here = there
+        return here
+
+    def _newton(self, here: Point, target: float) -> Point | None:
+        step, _, multipliers = _quadratic(here, np.zeros((len(here.y),) * 2), 1e-3, 1e5, self.exact)
+        bend = self._bend(here, multipliers)
+        step, _, multipliers = _quadratic(here, _convex(bend), 1e-3, 1e5, self.exact)
+        chosen = multipliers > 1e-7
+        n_goals = len(here.goals)
+        goals = [piece for piece, on in zip(here.goals, chosen[:n_goals], strict=True) if on]
+        limits = [piece for piece, on in zip(here.limits, chosen[n_goals:], strict=True) if on]
+        y = here.y + step
+        room = 1e-9
+        free = self.exact.free & (y > self.exact.low + room) & (y < self.exact.high - room)
+        held = np.where(free, here.y, np.where(y <= self.exact.low + room, self.exact.low, self.exact.high))
+        held = np.where(self.exact.free, held, here.y)
+        moved = held - here.y
+        solved = _stationary(here, goals, limits, bend, free, moved, target)
+        if solved is None or np.abs(solved).max(initial=0.0) > 0.01:
+            return None
+        there = held + np.where(free, solved, 0.0)
+        return self.exact.at(np.clip(there, self.exact.low, self.exact.high))
+
+
+def _stationary(
+    here: Point, goals: list[Piece], limits: list[Piece], bend: FloatArray, free: FloatArray, moved: FloatArray, target: float
+) -> FloatArray | None:
+    """Newton step of the conditions of an optimum with these pieces holding, shape (n_vars,)."""
+    n, count = int(free.sum()), len(goals)
+    rows = np.array([piece.slope for piece in (*goals, *limits)]).reshape(-1, len(here.y))
+    lift = np.array([1.0] * count + [0.0] * len(limits))
+    values = np.array([piece.value - here.goal for piece in goals] + [piece.value - target for piece in limits])
+    if not len(values):
+        return None
+    size, m = n + 1, len(values)
+    matrix = np.zeros((size + m, size + m))
+    matrix[:n, :n] = bend[np.ix_(free, free)]
+    matrix[:n, size:] = rows[:, free].T
+    matrix[n, size:] = -lift
+    matrix[size:, :n] = rows[:, free]
+    matrix[size:, n] = -lift
+    right = np.concatenate([-(bend[free] @ moved), [-1.0], -(values + rows @ moved)])
+    scale = np.abs(matrix).max(axis=1, initial=0.0)
+    scale = np.where(scale == 0.0, 1.0, scale)
+    solved = np.linalg.lstsq(matrix / scale[:, None], right / scale, rcond=1e-13)[0]
+    step = moved.copy()
+    step[free] = solved[:n]
+    return step if np.isfinite(step).all() else None
+
+
+def _quadratic(
+    here: Point, bend: FloatArray, radius: float, weight: float, exact: Exact
+) -> tuple[FloatArray, float, FloatArray]:
+    """Best step within the radius to first order in the pieces: step, promised gain, multipliers.
+
+    Unknowns: step (n), top of the goal's pieces, greatest violation.
+    """
+    import clarabel
+    from scipy import sparse
+
+    n, pieces = len(here.y), (*here.goals, *here.limits)
+    rows = np.array([piece.slope for piece in pieces]).reshape(len(pieces), n)
+    values = np.array([piece.value for piece in pieces])
+    count = len(here.goals)
+    values[:count] -= here.goal
+    size = np.maximum(np.abs(rows).max(axis=1, initial=0.0), 1.0)
+    lift = np.zeros((len(pieces), 2))
+    lift[:count, 0] = lift[count:, 1] = -1.0
+    low = np.maximum(exact.low - here.y, -radius)
+    high = np.minimum(exact.high - here.y, radius)
+    box = np.concatenate([np.eye(n), -np.eye(n)])
+    walls = np.concatenate([box, np.zeros((2 * n, 2))], axis=1)
+    slack = np.zeros((1, n + 2))
+    slack[0, n + 1] = -1.0
+    table = np.concatenate([np.concatenate([rows, lift], axis=1) / size[:, None], walls, slack])
+    right = np.concatenate([-values / size, high, -low, [0.0]])
+    if not count:
+        table[-1, n] = 0.0
+    quadratic = np.zeros((n + 2, n + 2))
+    quadratic[:n, :n] = bend
+    linear = np.zeros(n + 2)
+    linear[n], linear[n + 1] = (1.0 if count else 0.0), weight
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.time_limit = 2.0
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix(np.triu(quadratic)), linear, sparse.csc_matrix(table), right,
+        [clarabel.NonnegativeConeT(len(right))], settings,
+    ).solve()  # fmt: skip
+    step, duals = np.array(answer.x[:n]), np.array(answer.z[: len(pieces)]) / size
+    if not np.isfinite(step).all():
+        return np.zeros(n), 0.0, np.zeros(len(pieces))
+    step = np.where(exact.free, np.clip(step, low, high), 0.0)
+    reached = values + rows @ step
+    top = float(reached[:count].max(initial=-np.inf)) if count else 0.0
+    missed = max(float(reached[count:].max(initial=0.0)), 0.0)
+    promised = weight * (max(here.missed, 0.0) - missed) - top - 0.5 * float(step @ bend @ step)
+    return step, promised, duals
+
+
+def _merit(point: Point, weight: float) -> float:
+    return point.goal + weight * max(point.missed, 0.0)
+
+
+def _better(there: Point, here: Point) -> bool:
+    """Whether a Newton step led to a design at least as good, both judged at the rounding of limits."""
+    if there.missed > max(1e-10, here.missed):
+        return False
+    return there.goal <= here.goal + 1e-12 + 1e3 * max(here.missed, 0.0) or here.missed > 1e-10
+
+
+def _same(piece: Piece, there: Point) -> Piece | None:
+    """The piece of another, near design that continues this one."""
+    pool = there.goals if piece.part == -1 else there.limits
+    near = [one for one in pool if one.part == piece.part and len(one.mark) == len(piece.mark)]
+    if not near:
+        return None
+    return min(near, key=lambda one: max((abs(a - b) for a, b in zip(one.mark, piece.mark, strict=True)), default=0.0))
+
+
+def _convex(bend: FloatArray) -> FloatArray:
+    """The nearest matrix without directions of negative bend."""
+    values, vectors = np.linalg.eigh(bend)
+    made: FloatArray = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return made

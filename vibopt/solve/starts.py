@@ -1,0 +1,94 @@
+"""Where a local method starts: a finite box in the logs of the variables, and points spread over it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Modulus
+from vibopt.mechanics.model import INERTIA
+from vibopt.program.program import Axis, Program
+
+FLOOR = 1e-9
+"""Least value of a variable whose range begins at zero, as a part of its natural size or of its upper end."""
+_DECADES = 1e6
+
+
+def log_box(program: Program) -> tuple[FloatArray, FloatArray]:
+    """Logs of the least and greatest value of each variable, each (n_vars,), finite.
+
+    A range that begins at zero or has no end is cut far off its natural size.
+    """
+    pairs = [_ends(axis, natural_size(program, axis)) for axis in program.axes]
+    ends = np.log(np.array(pairs)).reshape(-1, 2)
+    return ends[:, 0], ends[:, 1]
+
+
+def starts(program: Program, count: int) -> FloatArray:
+    """Points of a low-discrepancy sequence over the log box, the middle first, shape (count, n_vars).
+
+    Half of them lie within three decades of the natural size of each variable.
+    """
+    low, high = log_box(program)
+    size = np.log([natural_size(program, axis) for axis in program.axes]).reshape(-1)
+    reach = 0.5 * np.log(_DECADES)
+    near_low = np.clip(size - reach, low, high)
+    near_high = np.clip(size + reach, low, high)
+    narrow = near_high > near_low
+    near_low, near_high = np.where(narrow, near_low, low), np.where(narrow, near_high, high)
+    points = halton(count, len(low))
+    found = low + (high - low) * points
+    found[::2] = near_low + (near_high - near_low) * points[::2]
+    return found
+
+
+def halton(count: int, dimensions: int) -> FloatArray:
+    """Halton sequence from 1/2 on, shape (count, dimensions)."""
+    primes = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
+    table = np.zeros((count, dimensions))
+    for column in range(dimensions):
+        base = primes[column % len(primes)]
+        for row in range(count):
+            index, part = row + 1, 1.0
+            while index:
+                part /= base
+                table[row, column] += part * (index % base)
+                index //= base
+    return table
+
+
+def natural_size(program: Program, axis: Axis) -> float:
+    """Size at which a variable begins to matter: m w^2 for a stiffness, m w for a damping, 1 for a ratio [SI]."""
+    word = axis.path.rsplit(".", 1)[-1]
+    mass, speed = _typical_mass(program), _typical_speed(program)
+    sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass, "damping_ratio": 0.1, "loss_factor": 0.1}
+    return sizes.get(word, 1.0)
+
+
+def _typical_mass(program: Program) -> float:
+    model = program.model
+    fixed = (model.kinds == INERTIA) & ~model.exponents.any(axis=1)
+    masses = model.scales[fixed]
+    return float(np.exp(np.log(masses).mean())) if len(masses) else 1.0
+
+
+def _typical_speed(program: Program) -> float:
+    parts = [*program.limits, *([program.aim] if program.aim else [])]
+    forms = [part.form for part in parts if isinstance(part.form, Modulus)]
+    ends = [
+        line.order * band.high
+        for form in forms
+        for drive in form.drives
+        for line in drive.lines
+        for band in drive.bands
+        if 0.0 < band.high < np.inf
+    ]
+    return float(np.exp(np.log(ends).mean())) if ends else 100.0
+
+
+def _ends(axis: Axis, size: float) -> tuple[float, float]:
+    low, high = axis.low, axis.high
+    if not np.isfinite(high):
+        high = max(size, low) / FLOOR
+    if low <= 0.0:
+        low = min(high, size) * FLOOR
+    return low, high

@@ -1,0 +1,281 @@
+"""Records: what a problem file says its answer is, against the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from math import inf, isinf
+from pathlib import Path
+from typing import Any
+
+from vibopt.design.design import Checked, Design, Shown
+from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.responses import Response
+from vibopt.scene.read import read
+from vibopt.scene.scene import Scene
+from vibopt.units import read_quantity, show
+from vibopt.values.speeds import ROTATION
+
+KEYS = ("what", "path", "value", "rel_tol", "printed", "verdict", "why")
+VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
+REL_TOL = 1e-4
+DIGITS = 8
+
+Solve = Callable[[Scene], Design]
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One record against our answer.
+
+    file, what, printed, verdict
+        As recorded; `printed` is what the source says, never compared.
+    right
+        The recorded answer.
+    ours
+        The answer now, in the unit of the record.
+    difference
+        Relative difference; None where the answer is a word.
+    ok
+        Whether they agree.
+    why
+        What is wrong with the record or the answer; "" when nothing is.
+    """
+
+    file: str
+    what: str
+    printed: str
+    right: str
+    ours: str
+    verdict: str
+    ok: bool
+    difference: float | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """Rows of all files, in order; `files` counts the files, those without records included."""
+
+    rows: tuple[Row, ...]
+    files: int
+
+    @property
+    def ok(self) -> bool:
+        """Whether every file gave what it recorded."""
+        return all(row.ok for row in self.rows)
+
+
+def verify(paths: Iterable[str | Path], solve: Solve, progress: Progress | None = None) -> Verification:
+    """Solve every problem file and compare with its records.
+
+    Parameters
+    ----------
+    paths
+        Files, or folders that are searched for .toml files with all that is below them.
+    solve
+        Scene to Design.
+    progress
+        Called with the file and the part done.
+
+    Raises
+    ------
+    InputError
+        A path that is not there, or a folder without any .toml file.
+    """
+    files = problem_files(paths)
+    rows: list[Row] = []
+    for index, (file, name) in enumerate(files):
+        if progress is not None:
+            progress(name, index / len(files))
+        rows += verify_file(file, name, solve)
+    return Verification(tuple(rows), len(files))
+
+
+def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:
+    """Each file once, with the name that is shown for it."""
+    found: dict[Path, str] = {}
+    for given in map(Path, paths):
+        if given.is_dir():
+            inside = sorted(one for one in given.rglob("*.toml") if one.is_file())
+            if not inside:
+                raise InputError(f"{given} holds no problem file (.toml). Name another folder, or a file.")
+            for one in inside:
+                found.setdefault(one.resolve(), str(one.relative_to(given)))
+        elif given.exists():
+            found.setdefault(given.resolve(), given.name)
+        else:
+            raise InputError(f"{given} is not there. Name a problem file (.toml) or a folder of them.")
+    return list(found.items())
+
+
+def verify_file(file: Path, name: str, solve: Solve) -> list[Row]:
+    """The records of one file; one row that is not ok where there is no answer to compare with."""
+    try:
+        scene = read(file)
+    except InputError as error:
+        return [Row(name, "the file", "", "no mistakes", "input_error", "", False, why=str(error))]
+    try:
+        design = solve(scene)
+    except Exception as error:
+        text = " ".join(f"{type(error).__name__}: {error}".split())
+        return [Row(name, "the answer", "", "an answer", "internal_error", "", False, why=text)]
+    rows = [compare(design, record, name) for record in scene.expected]
+    recorded = any(record.get("path") == "status" for record in scene.expected)
+    if design.status in ("check_failed", "unproven") and not recorded:
+        rows.append(Row(name, "status", "", "a checked answer", design.status, "", False, why=design.claim))
+    return rows
+
+
+def compare(design: Design, record: Mapping[str, Any], file: str = "") -> Row:
+    """One record against the answer it speaks of."""
+    path, given = str(record.get("path", "")), record.get("value")
+    tolerance = record.get("rel_tol", REL_TOL)
+    said = str(record.get("what", path))
+    printed, verdict = str(record.get("printed", "")), str(record.get("verdict", ""))
+    complaint = _complaint(record)
+    ours, difference = "nothing", None
+    if not complaint:
+        try:
+            ours, difference = _compared(design, path, given)
+        except (QuantityError, _NoSuchPath) as error:
+            complaint = f"{path} = {_text(given)} {error}" if isinstance(error, QuantityError) else str(error)
+    ok = not complaint and (ours == given if difference is None else difference <= tolerance)
+    if not ok and not complaint and difference is not None:
+        complaint = f"{ours} instead of {_text(given)}, relative difference {difference:.2g}, allowed {tolerance:.2g}."
+    return Row(file, said, printed, _text(given), ours, verdict, ok, difference, complaint)
+
+
+class _NoSuchPath(Exception):
+    """A record points at nothing in the answer."""
+
+
+def _complaint(record: Mapping[str, Any]) -> str:
+    """What is wrong with the record itself."""
+    for key in record:
+        if key not in KEYS:
+            return f'unknown key "{key}" in the record.{way_out(key, KEYS)}'
+    for key in ("what", "path", "value"):
+        if key not in record:
+            return f"the record has no {key}."
+    tolerance = record.get("rel_tol", REL_TOL)
+    if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not 0.0 < tolerance < 1.0:
+        return f"rel_tol = {tolerance} is no number between 0 and 1."
+    verdict = record.get("verdict")
+    if verdict is not None and verdict not in VERDICTS:
+        return f'verdict = "{verdict}" is none of {", ".join(VERDICTS)}.'
+    if verdict is not None and "printed" not in record:
+        return "there is a verdict, but nothing printed that it judges."
+    if verdict not in (None, "right") and not record.get("why"):
+        return f'verdict = "{verdict}" needs a why.'
+    return ""
+
+
+def _compared(design: Design, path: str, given: object) -> tuple[str, float | None]:
+    """Our answer as text, and its relative difference; None for a word."""
+    if path == "status":
+        return design.status, None
+    if path == "set":
+        return _compared_set(design, given)
+    shown, dimension, amplitude = _find(design, path)
+    right, unit = _read(given, dimension, amplitude)
+    return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)
+
+
+def _compared_set(design: Design, given: object) -> tuple[str, float]:
+    """Intervals end by end, each relative to the greatest end."""
+    if design.found is None:
+        raise _NoSuchPath("the answer has no set: the file asks for none, or none was found.")
+    pairs = given if isinstance(given, list) else []
+    if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs) or not isinstance(given, list):
+        raise QuantityError('is no list of pairs. Write [["0 rpm", "540 rpm"]].')
+    dimension = _speed_dimension(design)
+    right = [_read(end, dimension, False) for pair in pairs for end in pair]
+    unit = right[-1][1] if right else ""
+    ours = [end.value for pair in design.found for end in pair]
+    text = [_in_unit(value, unit, dimension) for value in ours]
+    shown = ", ".join(f"{low}..{high}" for low, high in zip(text[::2], text[1::2], strict=True)) or "empty"
+    if len(ours) != len(right):
+        return shown, inf
+    top = max((abs(value) for value, _ in right), default=1.0) or 1.0
+    gaps = [abs(one - value) / (abs(value) or top) for one, (value, _) in zip(ours, right, strict=True)]
+    return shown, max(gaps, default=0.0)
+
+
+def _speed_dimension(design: Design) -> str:
+    name = str(design.scene.find_all).removesuffix(".speed")
+    return design.scene.excitations[name].speed.dimension if name in design.scene.excitations else ROTATION
+
+
+def _find(design: Design, path: str) -> tuple[Shown, str, bool]:
+    """The value at a path of the answer, its dimension, and whether it is an amplitude."""
+    family, _, rest = path.partition(".")
+    if family == "variables":
+        chosen = _entry(design.variables, rest, "variable")
+        return chosen.value, next(one.dimension for one in design.scene.variables if one.path == rest), False
+    if family in ("limits", "measures"):
+        return _find_checked(design, family, rest)
+    if path == "goal":
+        if design.goal is None or design.scene.goal is None:
+            raise _NoSuchPath("the answer has no goal.")
+        response = design.scene.goal.response
+        return design.goal[1], response.dimension, response.amplitude
+    known = ("status", "goal", "set", "variables", "limits", "measures")
+    raise _NoSuchPath(f'there is no "{family}" in an answer.{way_out(family, known)}')
+
+
+def _find_checked(design: Design, family: str, rest: str) -> tuple[Shown, str, bool]:
+    """NAME.value, NAME.worst_at or NAME.worst_at.EXCITATION."""
+    name, _, key = rest.partition(".")
+    checked: Checked = _entry(getattr(design, family), name, family.removesuffix("s"))
+    response: Response = getattr(design.scene, family)[name]
+    if key == "value":
+        return checked.value, response.dimension, response.amplitude
+    if key == "worst_at" or key.startswith("worst_at."):
+        return _worst_at(design, checked, key.removeprefix("worst_at").removeprefix("."))
+    raise _NoSuchPath(f'{family}.{name} has no "{key}". Write value or worst_at.')
+
+
+def _worst_at(design: Design, checked: Checked, excitation: str) -> tuple[Shown, str, bool]:
+    if not excitation and len(checked.worst_at) != 1:
+        names = ", ".join(checked.worst_at) or "none"
+        raise _NoSuchPath(f"the worst of {checked.name} is at a speed of each of: {names}. Write worst_at.NAME.")
+    name = excitation or next(iter(checked.worst_at))
+    speed = _entry(checked.worst_at, name, "excitation")
+    return speed, design.scene.excitations[name].speed.dimension, False
+
+
+def _entry(table: Mapping[str, Any], name: str, what: str) -> Any:
+    if name not in table:
+        raise _NoSuchPath(f'the answer has no {what} "{name}".{way_out(name, table)}')
+    return table[name]
+
+
+def _read(given: object, dimension: str, amplitude: bool) -> tuple[float, str]:
+    """A recorded value in SI (amplitudes peak), and its unit."""
+    if given == "infinite":
+        return inf, ""
+    quantity = read_quantity(given, dimension, amplitude=amplitude)
+    return quantity.value, quantity.unit
+
+
+def _difference(ours: float, right: float) -> float:
+    """Relative to the right value; absolute [SI] where that is zero."""
+    if isinf(ours) or isinf(right):
+        return 0.0 if ours == right else inf
+    gap = abs(ours - right)
+    return gap / abs(right) if right else gap
+
+
+def _in_unit(value: float, unit: str, dimension: str) -> str:
+    """Our value in the unit of the record, with eight digits."""
+    return show(value, unit, dimension, digits=DIGITS)
+
+
+def _text(given: object) -> str:
+    """A recorded value as it stands in the file, short."""
+    if isinstance(given, list):
+        pairs = [pair if isinstance(pair, list) else [pair] for pair in given]
+        return ", ".join("..".join(map(str, pair)) for pair in pairs) or "empty"
+    return str(given)
