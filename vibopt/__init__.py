@@ -49,14 +49,16 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 
-def __getattr__(name: str) -> object:
-    if name not in _HOME_OF:
-        raise AttributeError(f"vibopt has no {name!r}", name=name, obj=sys.modules[__name__])
-    from importlib import import_module
+if not TYPE_CHECKING:  # a type checker that saw it would take every name for known
 
-    value = getattr(import_module(_HOME_OF[name]), name)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> object:
+        if name not in _HOME_OF:
+            raise AttributeError(f"vibopt has no {name!r}", name=name, obj=sys.modules[__name__])
+        from importlib import import_module
+
+        value = getattr(import_module(_HOME_OF[name]), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

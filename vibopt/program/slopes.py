@@ -24,6 +24,7 @@ from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_
 _STEP = 1e-6
 _NEAR = 1e-6
 _MOST = 24
+_NUDGE = 1e-14j
 _WITHOUT_END = 1e30
 
 
@@ -159,49 +160,75 @@ def slope_at(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extre
         return np.zeros(model.n_vars)
     if form.combine == "peak" and len(drive.lines) > 1:
         return _by_differences(lambda y: float(DriveResponse(model, form, drive, y)(np.array([at.speed]))[0]), x)
-    slope = _combined_slope(model, form.output, drive, x, at.speed, form.combine)
+    return sampled_slopes(model, form, drive, x, np.array([at.speed]))[1][0]
+
+
+def sampled_slopes(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, speeds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Log of the response to one drive at speeds (n,), and its slope in log x, shape (n, n_vars).
+
+    Several harmonics are added as sums or roots of sums of squares.
+    """
+    log, slope = _combined_slope(model, form.output, drive, x, speeds, form.combine)
     if form.rigid_link:
         rigid, output = rigid_form(model, form)
         lines = tuple(replace(line, vector=line.vector @ rigid.basis) for line in drive.lines)
-        slope = _combined_slope(rigid, output, replace(drive, lines=lines), x, at.speed, form.combine) - slope
+        other, other_slope = _combined_slope(rigid, output, replace(drive, lines=lines), x, speeds, form.combine)
+        log, slope = other - log, other_slope - slope
     if form.output.shared_by:
-        for index, power in model.counts[form.output.shared_by].exponents.items():
-            slope[index] -= power
-    return slope
+        count = model.counts[form.output.shared_by]
+        log = log - np.log(count.scale)
+        for index, power in count.exponents.items():
+            log = log - power * np.log(x[index])
+            slope[:, index] -= power
+    return log, slope
 
 
-def _combined_slope(model: Model, output: Output, drive: Drive, x: FloatArray, speed: float, combine: str) -> FloatArray:
-    """Slope of log sum |h| (or of log root of sum of squares) over the lines of a drive."""
+def _combined_slope(
+    model: Model, output: Output, drive: Drive, x: FloatArray, speeds: FloatArray, combine: str
+) -> tuple[FloatArray, FloatArray]:
+    """log sum |h| (or log root of sum of squares) over the lines of a drive, and its slope."""
     sizes, slopes = [], []
     for line in drive.lines:
-        h, dh = line_slope(model, output, line, x, speed)
-        sizes.append(abs(h))
-        slopes.append((np.conj(h) * dh).real / abs(h) ** 2 if h != 0.0 else np.zeros(model.n_vars))
+        h, dh = line_slope(model, output, line, x, speeds)
+        size = np.abs(h)
+        sizes.append(size)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slopes.append(np.nan_to_num((np.conj(h)[:, None] * dh).real / (size**2)[:, None]))
     size = np.array(sizes)
-    weight = size**2 if combine == "rss" else size
-    slope: FloatArray = weight @ np.array(slopes) / weight.sum()
-    return slope
+    power = 2 if combine == "rss" else 1
+    weight = size**power
+    total = weight.sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.einsum("ls,lsi->si", weight, np.array(slopes)) / total[:, None]
+        return np.log(total) / power, np.nan_to_num(slope)
 
 
-def line_slope(model: Model, output: Output, line: Line, x: FloatArray, speed: float) -> tuple[complex, ComplexArray]:
-    """One harmonic of a response at one speed, and its slope in log x, shape (n_vars,)."""
+def line_slope(
+    model: Model, output: Output, line: Line, x: FloatArray, speeds: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """One harmonic of a response at speeds (n,), and its slope in log x, shape (n, n_vars)."""
     n = model.n_free
-    omega = np.array(line.order * speed)
+    omega = line.order * speeds
     z = impedances(model, model.values(x), omega)
     both = dynamic_stiffness(model, z)
-    stiff, to_base = both[:, :n], both[:, n:]
-    size = np.sqrt(np.abs(np.diag(stiff)))
+    stiff, to_base = both[..., :n], both[..., n:]
+    size = np.sqrt(np.abs(np.diagonal(stiff, axis1=-2, axis2=-1)))
     size = np.where(size == 0.0, 1.0, size)
-    scaled = stiff / np.outer(size, size)
+    scaled = stiff / (size[:, :, None] * size[:, None, :])
     load = line.vector[:n] - to_base @ line.vector[n:]
     row = output.row + (output.signs * z) @ model.vectors
-    right = np.stack([load / size, row[:n] / size], axis=1)
-    free, adjoint = (np.linalg.solve(scaled, right) / size[:, None]).T
-    u = np.concatenate([free, line.vector[n:]])
-    extension = model.vectors @ u
-    change = (output.signs - model.vectors[:, :n] @ adjoint) * extension * z
-    scale = complex((1j * omega) ** output.power * line.amplitude.at(np.array([speed]))[0])
-    return complex(row @ u) * scale, (change @ model.exponents) * scale
+    right = np.stack([load / size, row[:, :n] / size], axis=-1)
+    try:
+        solved = np.linalg.solve(scaled, right) / size[:, :, None]
+    except np.linalg.LinAlgError:
+        solved = np.linalg.solve(scaled + _NUDGE * np.eye(n), right) / size[:, :, None]
+    base = np.broadcast_to(line.vector[n:], (len(speeds), len(line.vector) - n))
+    u = np.concatenate([solved[..., 0], base], axis=1)
+    change = (output.signs - solved[..., 1] @ model.vectors[:, :n].T) * (u @ model.vectors.T) * z
+    scale = (1j * omega) ** output.power * line.amplitude.at(speeds)
+    return (row * u).sum(axis=1) * scale, (change @ model.exponents) * scale[:, None]
 
 
 def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: float) -> FloatArray:

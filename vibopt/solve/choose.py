@@ -6,6 +6,7 @@ from vibopt.errors import InputError, way_out
 from vibopt.program.program import Program
 from vibopt.solve.global_search import BranchAndBound, provable
 from vibopt.solve.method import Method
+from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 
 
 def choose(program: Program, name: str | None) -> Method:
@@ -26,6 +27,9 @@ def choose(program: Program, name: str | None) -> Method:
         if refusal is not None:
             raise InputError(f"--method {name}: {refusal}")
         return method
+    for exact in (OneVariable(), StiffnessAndDamping()):
+        if exact.refuses(program) is None:
+            return exact
     search = BranchAndBound()
     refusal = search.refuses(program)
     if refusal is None:

@@ -322,16 +322,16 @@ def user_bound(limit: Limit, value: float) -> float:
     return 1.0 - value if limit.complement else value
 
 
-def outward_shown(response: Response, value: float, unit: str, side: str) -> Shown:
+def outward_shown(response: Response, value: float, unit: str, side: str, digits: int = 3) -> Shown:
     """A bound rounded in the user's unit so that it still works [SI]."""
     from vibopt.units import read_quantity, to_unit
 
     text_unit = unit or Shown.of(value, response.dimension, "", "").shown.split(" ", 1)[-1]
     try:
-        rounded = outward(to_unit(value, text_unit, response.dimension), side)
+        rounded = outward(to_unit(value, text_unit, response.dimension), side, digits)
         back = read_quantity(f"{rounded:.12g} {text_unit}".strip(), response.dimension, amplitude=response.amplitude)
     except ValueError:
-        return shown_value(response, outward(value, side), unit)
+        return shown_value(response, outward(value, side, digits), unit)
     return shown_value(response, back.value, unit)
 
 

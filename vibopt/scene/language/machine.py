@@ -155,7 +155,8 @@ class Machine(Responses):
             What is said is wrong or incomplete; the text lists all mistakes with their paths.
         """
         if isinstance(goal, (Measure, Limit)):
-            raise InputError(f"goal = {goal!r} is a response: more of it, or less? Write maximise(...) or minimise(...).")
+            way_out = "Write maximise(...) for more of it, minimise(...) for less."
+            raise InputError(f"goal = {goal!r} is a response. {way_out}")
         asked = {"limits": _named("limits", limits), "measures": _named("measures", measures)}
         asked = {family: tables for family, tables in asked.items() if tables}
         document = {**self._facts, **self._families, **asked, "goal": goal, "expected": expected or None}

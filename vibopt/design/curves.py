@@ -1,0 +1,383 @@
+"""Responses against speed as series in the user's units: what a figure draws, before anything is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from math import isfinite, isinf, log10
+
+import numpy as np
+
+from vibopt.design.design import Checked, Design
+from vibopt.design.words import SIDES, place_of, spoken, value_at
+from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.mechanics.modes import natural_frequencies, poles
+from vibopt.mechanics.model import Model
+from vibopt.program.pose import form_of, pose
+from vibopt.program.worst import DriveResponse, drive_extreme
+from vibopt.responses import HarmonicResponse
+from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.scene import Scene
+from vibopt.units import best_unit, plain, show, to_unit
+from vibopt.units.spelling import split_detector
+
+POINTS = 500
+MOST_CURVES = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """Where a limit forbids the response: beyond `bound`, for x from `low` to `high` (one speed if equal).
+
+    `above` tells on which side.
+    """
+
+    name: str
+    words: str
+    low: float
+    high: float
+    bound: float
+    above: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """The worst of a limit or measure; y is inf where the response is infinite."""
+
+    name: str
+    words: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """y against x; `known` is false where the file does not say how the excitation varies."""
+
+    label: str
+    x: FloatArray
+    y: FloatArray
+    known: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One pair of axes.
+
+    own
+        Own speeds of the excitation: (low, high) each.
+    good
+        Intervals that `find_all` found.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
+    zones: tuple[Zone, ...]
+    marks: tuple[Mark, ...]
+    own: tuple[tuple[float, float], ...]
+    excitation: str
+    log_x: bool
+    log_y: bool
+    x_span: tuple[float, float]
+    y_span: tuple[float, float]
+    good: tuple[tuple[float, float], ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """A limit or measure of one excitation."""
+
+    name: str
+    response: HarmonicResponse
+    checked: Checked
+    is_limit: bool
+
+
+def panels(design: Design) -> list[Panel]:
+    """Every harmonic limit and measure of an answer as curves; none where there is no design.
+
+    Limits that read the same response share a panel; measures of one kind share one without limits.
+    """
+    scene = design.scene
+    if len(design.x) != len(scene.variables):
+        return []
+    model = pose(scene).model
+    drawn = []
+    for excitation, entries in _groups(design):
+        panel = _Drawing(design, model, excitation, entries).panel()
+        if panel is not None:
+            drawn.append(panel)
+    return drawn
+
+
+def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
+    """Entries that share one panel, limits first."""
+    scene = design.scene
+    entries = [
+        _Entry(name, response, checked[name], is_limit)
+        for responses, checked, is_limit in ((scene.limits, design.limits, True), (scene.measures, design.measures, False))
+        for name, response in responses.items()
+        if isinstance(response, HarmonicResponse) and name in checked
+    ]
+    limited = {_same(scene, one) for one in entries if one.is_limit}
+    groups: dict[tuple[object, ...], list[_Entry]] = {}
+    for one in entries:
+        alike = _same(scene, one)
+        for excitation in names_for(scene, one.response):
+            key = (excitation, *alike) if alike in limited else (excitation, _quantity(one.response), "measures")
+            groups.setdefault(key, []).append(one)
+    return [(str(key[0]), group) for key, group in groups.items()]
+
+
+def _quantity(response: HarmonicResponse) -> str:
+    """Isolation is drawn as the transmissibility that it belongs to."""
+    return "transmissibility" if response.complement else response.response
+
+
+def _same(scene: Scene, one: _Entry) -> tuple[object, ...]:
+    """What tells curves apart; with several excitations each limit is its own, for the others stand at its worst."""
+    names = names_for(scene, one.response)
+    alone = one.name if len(names) > 1 else ""
+    return _quantity(one.response), place_of(one.response), names, one.response.combine, alone
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    """One panel in the making."""
+
+    design: Design
+    model: Model
+    excitation: str
+    entries: list[_Entry]
+
+    @property
+    def scene(self) -> Scene:
+        return self.design.scene
+
+    @property
+    def x(self) -> FloatArray:
+        return np.array(self.design.x, dtype=float)
+
+    def panel(self) -> Panel | None:
+        alike: dict[tuple[object, ...], list[_Entry]] = {}
+        for one in self.entries:
+            alike.setdefault(_same(self.scene, one), []).append(one)
+        groups = list(alike.values())[:MOST_CURVES]
+        shown = [one for group in groups for one in group]
+        span, log_x = self._speeds(shown)
+        unit = self._unit(shown)
+        curves = tuple(self._curve(group[0], unit, span, log_x, len(groups) > 1) for group in groups)
+        zones = tuple(zone for one in shown if one.is_limit for zone in self._zones(one, unit))
+        marks = tuple(mark for one in shown if (mark := self._mark(one, unit)) is not None)
+        y_span, log_y = _heights(curves, zones, marks, unit)
+        shown_span = (self._to_x(span[0]), self._to_x(span[1]))
+        return Panel(
+            title=self._title(groups),
+            x_label=f"speed of {self.excitation} [{self._speed_unit}]",
+            y_label=self._y_label(groups, unit),
+            curves=curves,
+            zones=zones,
+            marks=marks,
+            own=self._own(),
+            excitation=self.excitation,
+            log_x=log_x,
+            log_y=log_y,
+            x_span=shown_span,
+            y_span=y_span,
+            good=self._good(),
+            notes=self._notes(shown, curves),
+        )
+
+    def _title(self, groups: list[list[_Entry]]) -> str:
+        response = groups[0][0].response
+        quantity = spoken(_quantity(response))
+        words = f"{quantity} {place_of(response)}" if len(groups) == 1 else quantity
+        return words[:1].upper() + words[1:]
+
+    def _y_label(self, groups: list[list[_Entry]], unit: str) -> str:
+        response = groups[0][0].response
+        bare, _, word = split_detector(unit)
+        word = word or ("pk" if response.amplitude else "")
+        brackets = " ".join(filter(None, (bare, word)))
+        return spoken(_quantity(response)) + (f" [{brackets}]" if brackets else "")
+
+    def _notes(self, shown: list[_Entry], curves: tuple[Curve, ...]) -> tuple[str, ...]:
+        notes = []
+        if any(one.response.complement for one in shown):
+            notes.append("isolation = 1 - transmissibility")
+        if any(not curve.known.all() for curve in curves):
+            notes.append("dashed: as if the excitation kept its amplitude")
+        if any(len(names_for(self.scene, one.response)) > 1 for one in shown):
+            notes.append("the other excitations at their worst speeds")
+        return tuple(notes)
+
+    @property
+    def _speed_unit(self) -> str:
+        return self.scene.excitations[self.excitation].speed.unit
+
+    def _to_x(self, omega: float) -> float:
+        """A speed of the excitation [rad/s] in the user's unit."""
+        return float(self._factor() * omega)
+
+    def _factor(self) -> float:
+        """User's units of speed per rad/s; all of them are proportional."""
+        excitation = self.scene.excitations[self.excitation]
+        return to_unit(excitation.from_rotation(1.0), excitation.speed.unit, excitation.speed.dimension)
+
+    def _own(self) -> tuple[tuple[float, float], ...]:
+        excitation = self.scene.excitations[self.excitation]
+        if excitation.speed.asked:
+            return ()
+        return tuple((self._to_x(band.low), self._to_x(band.high)) for band in excitation.own_bands())
+
+    def _good(self) -> tuple[tuple[float, float], ...]:
+        if self.design.found is None or self.scene.find_all != f"{self.excitation}.speed":
+            return ()
+        speed = self.scene.excitations[self.excitation].speed
+        return tuple(
+            (to_unit(low.value, speed.unit, speed.dimension), to_unit(high.value, speed.unit, speed.dimension))
+            for low, high in self.design.found
+        )
+
+    def _bands(self, one: _Entry) -> tuple[Band, ...]:
+        return bands_for(self.scene, one.response, self.excitation)
+
+    def _resonances(self) -> FloatArray:
+        """Speeds at which a harmonic of the excitation meets a natural frequency [rad/s]."""
+        modes = natural_frequencies(self.model, self.model.values(self.x))
+        orders = [line.order for line in self.scene.excitations[self.excitation].lines(np.ones(1))]
+        speeds: FloatArray = np.concatenate([modes / order for order in orders])
+        return speeds[np.isfinite(speeds) & (speeds > 0.0)]
+
+    def _speeds(self, shown: list[_Entry]) -> tuple[tuple[float, float], bool]:
+        """First and last speed to draw [rad/s], and whether on a logarithmic axis."""
+        own = () if self.scene.excitations[self.excitation].speed.asked else self.scene.excitations[self.excitation].own_bands()
+        bands = [*own, *(band for one in shown for band in self._bands(one))]
+        top = max(band.high for band in bands)
+        resonances = self._resonances()
+        near = resonances[resonances < 3.0 * top]
+        high = max(1.08 * top, 1.3 * float(near.max(initial=0.0)))
+        marks = [*near[near > 1e-4 * top], *(band.low for band in bands if band.low > 0.0)]
+        low = min([*marks, high])
+        if low < high / 12.0:
+            return (10.0 ** (np.floor(3.0 * log10(low / 3.0)) / 3.0), high), True
+        return (0.0, high), False
+
+    def _unit(self, shown: list[_Entry]) -> str:
+        """Unit of the y axis: of the first bound, else of the first measure, else by size."""
+        for one in shown:
+            if one.response.complement:
+                continue
+            bound = one.response.at_most or one.response.at_least
+            if one.response.unit or (bound is not None and bound.unit):
+                return str(one.response.unit or bound.unit)
+        response = shown[0].response
+        if response.complement:
+            return ""
+        finite = [one.checked.value.value for one in shown if isfinite(one.checked.value.value)]
+        return best_unit(max(finite, default=0.0), response.dimension)
+
+    def _curve(self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, labelled: bool) -> Curve:
+        form = form_of(self.scene, self.model, one.response)
+        assert isinstance(form, Modulus)
+        drive = next(drive for drive in form.drives if drive.name == self.excitation)
+        speeds = self._samples(form, drive, span, log_x)
+        values = DriveResponse(self.model, form, drive, self.x)(speeds)
+        others = [drive_extreme(self.model, form, other, self.x, False).value for other in form.drives if other is not drive]
+        if others:
+            rest = np.array(others)
+            values = np.hypot(values, np.sqrt((rest**2).sum())) if form.combine == "rss" else values + rest.sum()
+        excitation = self.scene.excitations[self.excitation]
+        known = np.ones(speeds.shape, dtype=bool)
+        if not one.response.normalised:
+            known = np.any([_inside(band, speeds) for band in excitation.known_bands], axis=0)
+        label = " ".join(filter(None, (place_of(one.response), f"({one.response.combine})" if one.response.combine else "")))
+        return Curve(
+            label if labelled else "",
+            self._factor() * speeds,
+            _in_unit(values, unit, one.response.dimension),
+            known,
+        )
+
+    def _samples(self, form: Modulus, drive: Drive, span: tuple[float, float], log_x: bool) -> FloatArray:
+        """Speeds to draw, closer around resonances [rad/s]."""
+        low, high = span
+        even = np.geomspace(low, high, POINTS) if log_x else np.linspace(low, high, POINTS)
+        singular = poles(self.model, self.model.values(self.x))
+        near = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 40)])
+        about = np.abs(np.concatenate([singular.real / line.order for line in drive.lines]))
+        close = np.outer(about, np.concatenate([1.0 - near, 1.0 + near])).ravel()
+        edges = [end for band in drive.bands for end in (band.low, band.high)]
+        breaks = [speed * (1.0 + d) for line in drive.lines for speed in line.amplitude.breaks() for d in (-1e-9, 1e-9)]
+        speeds = np.unique(np.concatenate([even, close, edges, breaks]))
+        return speeds[(speeds >= low) & (speeds <= high)]
+
+    def _zones(self, one: _Entry, unit: str) -> list[Zone]:
+        zones = []
+        for side in ("at_most", "at_least"):
+            bound = getattr(one.response, side)
+            if bound is None:
+                continue
+            value = 1.0 - bound.value if one.response.complement else bound.value
+            shown = show(bound.value, bound.unit, one.response.dimension, amplitude=one.response.amplitude)
+            isolation = "isolation " if one.response.complement else ""
+            words = f"{one.name}: {isolation}{SIDES[side]} {shown}"
+            above = (side == "at_most") != one.response.complement
+            height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+            zones += [
+                Zone(one.name, words, self._to_x(band.low), self._to_x(band.high), height, above)
+                for band in self._bands(one)
+            ]
+        return zones
+
+    def _mark(self, one: _Entry, unit: str) -> Mark | None:
+        if self.excitation not in one.checked.worst_at:
+            return None
+        speed = self.scene.excitations[self.excitation].speed
+        x = to_unit(one.checked.worst_at[self.excitation].value, speed.unit, speed.dimension)
+        value = one.checked.value.value
+        y = 1.0 - value if one.response.complement else value
+        height = float(_in_unit(np.array([y]), unit, one.response.dimension)[0])
+        return Mark(one.name, f"{one.name} {value_at(one.checked)}", x, height)
+
+
+def _inside(band: Band, speeds: FloatArray) -> FloatArray:
+    room = 1e-9 * max(band.high, 1e-300) if isfinite(band.high) else 0.0
+    inside: FloatArray = (speeds >= band.low - room) & (speeds <= band.high + room)
+    return inside
+
+
+def _in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
+    """SI values (peak) in a unit of the user's."""
+    if split_detector(unit)[0] == "dB":
+        with np.errstate(divide="ignore"):
+            level: FloatArray = 20.0 * np.log10(values)
+        return level
+    return values * to_unit(1.0, unit, dimension)
+
+
+def _heights(
+    curves: Iterable[Curve], zones: Iterable[Zone], marks: Iterable[Mark], unit: str
+) -> tuple[tuple[float, float], bool]:
+    """Span of the y axis, and whether it is logarithmic."""
+    values = np.concatenate([curve.y[np.isfinite(curve.y)] for curve in curves])
+    named = [one.bound for one in zones] + [one.y for one in marks if isfinite(one.y)]
+    if split_detector(unit)[0] == "dB":
+        low, high = float(np.percentile(values, 1)), float(np.percentile(values, 99))
+        low, high = min([low, *named]), max([high, *named])
+        room = 0.12 * max(high - low, 1.0)
+        return (low - room, high + room), False
+    positive = values[values > 0.0]
+    top = float(values.max(initial=0.0))
+    middle = float(np.median(positive)) if len(positive) else 1.0
+    peak = min(top, max(30.0 * middle, 4.0 * max(named, default=0.0)))
+    high = max([peak, *named])
+    floor = min([float(np.percentile(positive, 5)) if len(positive) else high, *(one for one in named if one > 0.0)])
+    if high > 30.0 * floor and floor > 0.0:
+        return (max(floor / 2.0, high * 1e-6), 2.5 * high), True
+    return (0.0, 1.25 * high if high > 0.0 else 1.0), False
+
+

@@ -1,0 +1,288 @@
+"""Outer approximation: the program at a few speeds is solved globally and exactly, then speeds are added.
+
+Fewer speeds are fewer limits, so each answer is a proven bound; when the exact measurement finds
+nothing broken any more, bound and design are the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Modulus, StaticRow
+from vibopt.program.program import Limit, Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.polish import local_extremes
+from vibopt.solve.rows import LineRows, PlaneRows, direction
+
+_ROUNDS = 60
+_DONE = 1e-11
+
+
+@dataclass
+class Speeds:
+    """Speeds sampled so far per limit (by index) [rad/s]."""
+
+    program: Program
+    known: list[list[float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.known = [_first(limit) for limit in self.program.limits]
+
+    def learn(self, x: FloatArray) -> float:
+        """Add the worst speeds at x (n_vars,); the greatest violation found."""
+        judge = Judge(self.program)
+        worst = 0.0
+        for index, limit in enumerate(self.program.limits):
+            missed, _ = judge.limit(limit, x)
+            worst = max(worst, missed)
+            if missed > _DONE and isinstance(limit.form, Modulus):
+                for speeds, _value in local_extremes(limit.model, limit.form, x, least=limit.side == "at_least"):
+                    if speeds[0] not in self.known[index]:
+                        self.known[index].append(speeds[0])
+        return worst
+
+
+def _first(limit: Limit) -> list[float]:
+    if not isinstance(limit.form, Modulus):
+        return [0.0]
+    ends = [speed for band in limit.form.drives[0].bands for speed in (band.low, band.high)]
+    return list(dict.fromkeys(ends))
+
+
+class OneVariable:
+    """One design variable: every limit is a polynomial inequality at each speed."""
+
+    name = "closed_form"
+    summary = "roots of polynomials in the one variable, over the worst speeds"
+
+    def refuses(self, program: Program) -> str | None:
+        if len(program.axes) != 1 or program.axes[0].values is not None:
+            return "there is not exactly one continuous variable."
+        if program.aim is not None and direction(program.aim, program.aim.model, 0) is None:
+            return f"the goal {program.aim.name} does not simply rise or fall with {program.axes[0].path}."
+        rows = LineRows.of(program)
+        for limit in program.limits:
+            if not rows.accepts(limit):
+                return f"the limit {limit.name} is no polynomial inequality."
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal" or "infeasible", both proven."""
+        rows, speeds = LineRows.of(program), Speeds(program)
+        upward = direction(program.aim, program.aim.model, 0) if program.aim is not None else 1.0
+        for round_number in range(1, _ROUNDS + 1):
+            y = self._relaxed(program, rows, speeds, upward or 1.0)
+            if y is None:
+                return _none(self.name, round_number)
+            x = np.array([y])
+            if speeds.learn(x) <= _DONE:
+                return _found(program, self.name, x, round_number)
+        return Found("unproven", None, "the worst speeds did not settle", self.name)
+
+    def _relaxed(self, program: Program, rows: LineRows, speeds: Speeds, upward: float) -> float | None:
+        """Best x at the sampled speeds; None where there is none."""
+        axis = program.axes[0]
+        scale = rows.reference ** (1.0 / rows.root)
+        low, high = axis.low ** (1.0 / rows.root) / scale, axis.high ** (1.0 / rows.root) / scale
+        polynomials = [
+            row for limit, known in zip(program.limits, speeds.known, strict=True) for row in rows.at(limit, np.array(known))
+        ]
+        cuts = np.concatenate([np.array([low, high]), *[_roots(row) for row in polynomials]])
+        cuts = np.unique(cuts[(cuts >= low) & (cuts <= high)])
+        best = _extreme_cut(cuts, polynomials, upward)
+        if best is None:
+            return None
+        ends = {float(low): axis.low, float(high): axis.high}
+        return ends.get(best, (best * scale) ** rows.root)
+
+
+def _extreme_cut(cuts: FloatArray, polynomials: list[FloatArray], upward: float) -> float | None:
+    """The outermost cut that ends an interval where every row holds, or that alone does."""
+    middles = 0.5 * (cuts[:-1] + cuts[1:])
+    good = np.ones(len(middles), dtype=bool)
+    for row in polynomials:
+        good &= np.polyval(row[::-1], middles) <= 0.0
+    ends = np.concatenate([cuts[1:][good], cuts[:-1][good]])
+    touching = np.ones(len(cuts), dtype=bool)
+    for row in polynomials:
+        size = np.polyval(np.abs(row[::-1]), cuts)
+        touching &= np.polyval(row[::-1], cuts) <= 1e-14 * size
+    ends = np.concatenate([ends, cuts[touching]])
+    if not len(ends):
+        return None
+    return float(ends.max() if upward > 0 else ends.min())
+
+
+def _roots(row: FloatArray) -> FloatArray:
+    """Real roots of an ascending polynomial, quadratics without cancellation, polished."""
+    row = np.trim_zeros(row, "b")
+    if len(row) == 2:
+        return np.array([-row[0] / row[1]])
+    if len(row) == 3:
+        return _quadratic(row[2], row[1], row[0])
+    if len(row) < 2:
+        return np.zeros(0)
+    roots = np.roots(row[::-1])
+    real = roots[np.abs(roots.imag) <= 1e-7 * np.abs(roots)].real
+    slope = row[1:] * np.arange(1, len(row))
+    for _ in range(3):
+        steep = np.polyval(slope[::-1], real)
+        real = real - np.where(steep != 0.0, np.polyval(row[::-1], real) / np.where(steep != 0.0, steep, 1.0), 0.0)
+    return real
+
+
+def _quadratic(a: float, b: float, c: float) -> FloatArray:
+    square = b * b - 4.0 * a * c
+    if square < -1e-15 * (b * b + abs(4.0 * a * c)):
+        return np.zeros(0)
+    root = np.sqrt(max(square, 0.0))
+    large = -0.5 * (b + np.copysign(root, b))
+    found = [large / a] + ([c / large] if large != 0.0 else [])
+    return np.array(found)
+
+
+class StiffnessAndDamping:
+    """One mass on (k, c): for each k the limits leave an interval of c^2."""
+
+    name = "closed_form_kc"
+    summary = "exact in damping and stiffness, over the worst speeds"
+
+    def refuses(self, program: Program) -> str | None:
+        rows = PlaneRows.of(program)
+        if rows is None:
+            return "the variables are not the stiffness and the damping of one link under one mass."
+        if any(axis.values is not None for axis in program.axes):
+            return "a variable is discrete."
+        if self._goal(program, rows) is None:
+            name = program.aim.name if program.aim is not None else ""
+            return f"the goal {name} does not simply rise or fall with stiffness or damping."
+        for limit in program.limits:
+            if not rows.accepts(limit):
+                return f"the limit {limit.name} is not linear in the square of the damping."
+        return None
+
+    def _goal(self, program: Program, rows: PlaneRows) -> tuple[int, float] | None:
+        """Which of (k, c) the goal moves, and in which direction."""
+        if program.aim is None:
+            return 0, 1.0
+        model = program.aim.model
+        for place, index in enumerate(rows.order):
+            sense = direction(program.aim, model, index)
+            if sense is not None and not (place == 1 and isinstance(program.aim.form, StaticRow)):
+                return place, sense
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal" or "infeasible", both proven."""
+        rows, speeds = PlaneRows.of(program), Speeds(program)
+        assert rows is not None
+        goal = self._goal(program, rows)
+        assert goal is not None
+        for round_number in range(1, _ROUNDS + 1):
+            table = np.concatenate(
+                [np.zeros((0, 4))]
+                + [rows.at(limit, np.array(known)) for limit, known in zip(program.limits, speeds.known, strict=True)]
+            )
+            best = Plane(table, *self._box(program, rows)).best(*goal)
+            if best is None:
+                return _none(self.name, round_number)
+            x = np.zeros(2)
+            x[list(rows.order)] = best
+            if speeds.learn(x) <= _DONE:
+                return _found(program, self.name, x, round_number)
+        return Found("unproven", None, "the worst speeds did not settle", self.name)
+
+    def _box(self, program: Program, rows: PlaneRows) -> tuple[FloatArray, FloatArray]:
+        order = list(rows.order)
+        return program.low[order], program.high[order]
+
+
+class Plane:
+    """Rows alpha k^2 + beta k + gamma + delta q <= 0 over a box of k and c, q = c^2."""
+
+    def __init__(self, table: FloatArray, low: FloatArray, high: FloatArray) -> None:
+        self.low, self.high = low, high
+        self.scale = np.array([high[0], high[1] ** 2])
+        box = np.array([[0.0, 0.0, -high[1] ** 2, 1.0], [0.0, 0.0, low[1] ** 2, -1.0]])
+        rows = np.concatenate([table, box]) * np.array([self.scale[0] ** 2, self.scale[0], 1.0, self.scale[1]])
+        size = np.abs(rows).max(axis=1, keepdims=True)
+        self.rows = rows / np.where(size == 0.0, 1.0, size)
+        flat = np.abs(self.rows[:, 3]) <= 1e-15
+        self.walls = self.rows[flat, :3]
+        slanted = self.rows[~flat]
+        self.curves = -slanted[:, :3] / slanted[:, 3:]
+        self.upper = slanted[:, 3] > 0.0
+
+    def best(self, place: int, sense: float) -> FloatArray | None:
+        """k and c of the extreme point; None where no point satisfies all rows."""
+        cuts = self._cuts(place)
+        inside, low, high = self._interval(cuts)
+        if not inside.any():
+            return None
+        k, low, high = cuts[inside], low[inside], high[inside]
+        if place == 0:
+            index = int(k.argmax() if sense > 0 else k.argmin())
+            q = low[index]
+        else:
+            index = int(high.argmax() if sense > 0 else low.argmin())
+            q = high[index] if sense > 0 else low[index]
+        return self._design(float(k[index]), float(q))
+
+    def _design(self, k: float, q: float) -> FloatArray:
+        stiffness = min(max(k * self.scale[0], self.low[0]), self.high[0])
+        damping = min(max(float(np.sqrt(max(q * self.scale[1], 0.0))), self.low[1]), self.high[1])
+        return np.array([stiffness, damping])
+
+    def _cuts(self, place: int) -> FloatArray:
+        """Every k [scaled] at which the feasible interval of q may open, close or turn."""
+        low, high = self.low[0] / self.scale[0], 1.0
+        first, second = np.triu_indices(len(self.curves), 1)
+        pairs = np.concatenate([self.curves[first] - self.curves[second], self.walls])
+        found = [np.array([low, high]), _many_roots(pairs)]
+        if place == 1:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found.append(-self.curves[:, 1] / (2.0 * self.curves[:, 0]))
+        cuts = np.concatenate(found)
+        return np.unique(cuts[(cuts >= low) & (cuts <= high)])
+
+    def _interval(self, k: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Whether q exists at each k, and its interval, rounding allowed for."""
+        powers = np.stack([k**2, k, np.ones_like(k)])
+        values = self.curves @ powers
+        room = 4e-15 * (np.abs(self.curves) @ powers)
+        high = np.where(self.upper[:, None], values, np.inf)
+        low = np.where(self.upper[:, None], -np.inf, values)
+        top, bottom = high.min(axis=0), low.max(axis=0)
+        slack = room[high.argmin(axis=0), np.arange(len(k))] + room[low.argmax(axis=0), np.arange(len(k))]
+        good = top - bottom >= -slack
+        if len(self.walls):
+            good &= np.all(self.walls @ powers <= 4e-15 * (np.abs(self.walls) @ powers), axis=0)
+        return good, bottom, np.maximum(top, bottom)
+
+
+def _many_roots(rows: FloatArray) -> FloatArray:
+    """Real roots of many quadratics a k^2 + b k + c, shape (n, 3), without cancellation."""
+    a, b, c = rows.T
+    square = b * b - 4.0 * a * c
+    near = square >= -1e-14 * (b * b + np.abs(4.0 * a * c))
+    root = np.sqrt(np.maximum(square, 0.0))
+    large = -0.5 * (b + np.copysign(root, b))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.concatenate([(large / a)[near], (c / large)[near]])
+    return found[np.isfinite(found)]
+
+
+def _none(name: str, rounds: int) -> Found:
+    claim = "proven in closed form: at a few speeds alone the limits leave no design"
+    return Found("infeasible", None, claim, name, details={"rounds": rounds})
+
+
+def _found(program: Program, name: str, x: FloatArray, rounds: int) -> Found:
+    aim = program.aim
+    value = Judge(program).goal(x).value
+    goal = value * (aim.sense if aim is not None else 1.0)
+    claim = "proven in closed form: the best design at its worst speeds meets every limit at all speeds"
+    return Found("optimal", x, claim, name, value, {"rounds": rounds, "goal": goal})

@@ -1,0 +1,37 @@
+"""All methods by name.  Each is loaded when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from vibopt.solve.method import Method
+
+
+def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
+    def make() -> Method:
+        made: Method = getattr(import_module(f"vibopt.solve.{module}"), kind)(**given)
+        return made
+
+    return make
+
+
+METHODS: dict[str, Callable[[], Method]] = {
+    "branch_and_bound": _late("global_search", "BranchAndBound"),
+    "nlp": _late("nlp", "Nlp"),
+    "grid": _late("rivals.grid", "Grid"),
+    "slsqp": _late("rivals.slsqp", "Slsqp"),
+    "slsqp_50": _late("rivals.slsqp", "Slsqp", speeds=50, name="slsqp_50"),
+    "slsqp_1000": _late("rivals.slsqp", "Slsqp", speeds=1000, name="slsqp_1000"),
+    "trust_constr": _late("rivals.trust_constr", "TrustConstr"),
+    "trust_constr_50": _late("rivals.trust_constr", "TrustConstr", speeds=50, name="trust_constr_50"),
+    "trust_constr_1000": _late("rivals.trust_constr", "TrustConstr", speeds=1000, name="trust_constr_1000"),
+    "ipopt_sampled": _late("rivals.ipopt_sampled", "IpoptSampled"),
+    "ipopt_sampled_1000": _late("rivals.ipopt_sampled", "IpoptSampled", speeds=1000, name="ipopt_sampled_1000"),
+    "cvxpy": _late("rivals.convex", "Convex"),
+    "cvxpy_dpp": _late("rivals.convex", "Convex", keep=True, name="cvxpy_dpp"),
+}
+"""Name and how to make the method.  vibopt chooses the first two by itself; the others only answer to --method."""
+
+OWN = ("branch_and_bound", "nlp")

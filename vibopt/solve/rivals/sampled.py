@@ -1,0 +1,146 @@
+"""A program on evenly sampled speeds, as a user of a general solver would write it down."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import Drive, FloatArray, Form, Modulus
+from vibopt.mechanics.model import Model
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.slopes import frequency_slopes, plain_slope, sampled_slopes
+from vibopt.program.worst import DriveResponse, plain_value
+from vibopt.solve.starts import log_box, starts
+
+_HUGE = 1e12
+START_POINTS = 32
+
+
+class SampledRows:
+    """Limits as rows `value <= 0` in y = log x: log(response / bound) at every sampled speed.
+
+    Parameters
+    ----------
+    program
+        The question.
+    count
+        Sampled speeds per band, its ends among them.
+    """
+
+    def __init__(self, program: Program, count: int) -> None:
+        self.program, self.count = program, count
+        self.low, self.high = log_box(program)
+
+    def limits(self, y: FloatArray) -> FloatArray:
+        """Rows of all limits, each <= 0 where the limit is met."""
+        return self._stacked(y)[0]
+
+    def slopes(self, y: FloatArray) -> FloatArray:
+        """Slopes of these rows, shape (n_rows, n_vars)."""
+        return self._stacked(y)[1]
+
+    def goal(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rows whose greatest is the goal to be minimised, and their slopes."""
+        aim = self.program.aim
+        if aim is None:
+            return np.zeros(1), np.zeros((1, len(y)))
+        values, slopes = self._part(aim, y)
+        return aim.sense * values, aim.sense * slopes
+
+    def missed(self, y: FloatArray) -> float:
+        """Greatest row."""
+        rows = self.limits(y)
+        return float(rows.max()) if len(rows) else -1.0
+
+    def start(self) -> FloatArray:
+        """The least missed of a few spread points, and of those that miss nothing the best."""
+        points = starts(self.program, START_POINTS)
+        scored = [(max(self.missed(y), 0.0), float(self.goal(y)[0].max()), tuple(y)) for y in points]
+        return np.array(min(scored)[2])
+
+    def _stacked(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        values, slopes = [np.zeros(0)], [np.zeros((0, len(y)))]
+        for limit in self.program.limits:
+            row, slope = self._limit(limit, y)
+            values.append(row)
+            slopes.append(slope)
+        return np.concatenate(values), np.concatenate(slopes)
+
+    def _limit(self, limit: Limit, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        if limit.side == "outside":
+            return outside_rows(limit, y)
+        sense = 1.0 if limit.side == "at_most" else -1.0
+        values, slopes = self._part(limit, y)
+        return sense * (values - np.log(max(limit.bound, 1e-300))), sense * slopes
+
+    def _part(self, part: Limit | Aim, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        x = np.exp(y)
+        if not isinstance(part.form, Modulus):
+            value = plain_value(part.model, part.form, x)
+            return np.log([max(value, 1e-300)]), plain_slope(part.model, part.form, x)[None, :]
+        least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+        rows = [self._drive(part.model, part.form, drive, x) for drive in part.form.drives]
+        values, slopes = rows[0] if len(rows) == 1 else _added(part.form, rows, least_wanted)
+        return np.clip(np.nan_to_num(values, nan=30.0), -60.0, 60.0), slopes
+
+    def _drive(self, model: Model, form: Modulus, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        speeds = sampled_speeds(drive, self.count)
+        with np.errstate(all="ignore"):
+            if form.combine == "peak" and len(drive.lines) > 1:
+                return _by_differences(model, form, drive, x, speeds)
+            return sampled_slopes(model, form, drive, x, speeds)
+
+
+def sampled_speeds(drive: Drive, count: int) -> FloatArray:
+    """Even speeds over every band [rad/s]."""
+    parts = [np.array([band.low]) if band.is_point else np.linspace(band.low, band.high, count) for band in drive.bands]
+    return np.concatenate(parts)
+
+
+def values_on(form: Form, model: Model, points: FloatArray, count: int, *, least_wanted: bool) -> FloatArray:
+    """Worst value of a form at designs x (n_points, n_vars) over sampled speeds, shape (n_points,)."""
+    if not isinstance(form, Modulus):
+        return np.array([plain_value(model, form, x) for x in points])
+    totals = np.zeros((len(form.drives), len(points)))
+    for row, drive in enumerate(form.drives):
+        speeds = sampled_speeds(drive, count)
+        for i, x in enumerate(points):
+            values = np.nan_to_num(DriveResponse(model, form, drive, x)(speeds), nan=_HUGE, posinf=_HUGE)
+            totals[row, i] = values.min() if least_wanted else values.max()
+    return np.sqrt((totals**2).sum(axis=0)) if form.combine == "rss" else totals.sum(axis=0)
+
+
+def outside_rows(limit: Limit, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Each mode's depth in the forbidden band, as log of frequencies."""
+    omega, slopes = frequency_slopes(limit.model, np.exp(y))
+    log = np.log(np.maximum(omega, 1e-300))
+    low, high = np.log(max(limit.bound, 1e-300)), np.log(limit.upper)
+    up = high - log < log - low
+    return np.minimum(log - low, high - log), np.where(up[:, None], -slopes, slopes)
+
+
+def _added(
+    form: Modulus, rows: list[tuple[FloatArray, FloatArray]], least_wanted: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Several excitations: their worst values added, one row."""
+    picked = [(v.argmin() if least_wanted else v.argmax()) for v, _ in rows]
+    power = 2.0 if form.combine == "rss" else 1.0
+    logs = np.array([v[i] for (v, _), i in zip(rows, picked, strict=True)])
+    weight = np.exp(power * np.clip(logs, -300.0, 300.0))
+    slope = weight @ np.array([s[i] for (_, s), i in zip(rows, picked, strict=True)]) / weight.sum()
+    return np.log([weight.sum()]) / power, slope[None, :]
+
+
+def _by_differences(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, speeds: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    def logs(at: FloatArray) -> FloatArray:
+        value: FloatArray = np.log(DriveResponse(model, form, drive, at)(speeds))
+        return value
+
+    step = 1e-6
+    shifts = step * np.eye(len(x))
+    slopes = [(logs(x * (1 + d)) - logs(x * (1 - d))) / (2 * step) for d in shifts]
+    return logs(x), np.array(slopes).T
+
+
+__all__ = ["SampledRows", "outside_rows", "sampled_speeds", "values_on"]

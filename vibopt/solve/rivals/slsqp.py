@@ -1,0 +1,60 @@
+"""SciPy's SLSQP on sampled speeds, variables and rows scaled by logs, exact slopes, a good start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.program.program import Program
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.rivals.claims import claimed, discrete
+from vibopt.solve.rivals.sampled import SampledRows
+
+
+@dataclass
+class Slsqp:
+    """One SLSQP run; the worst response as a goal is an extra variable above all its samples."""
+
+    speeds: int = 200
+    name: str = "slsqp"
+
+    @property
+    def summary(self) -> str:
+        return f"scipy SLSQP, limits on {self.speeds} sampled speeds"
+
+    def refuses(self, program: Program) -> str | None:
+        """Discrete variables."""
+        return discrete(self.name, program)
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Run it once, and pass on its flag."""
+        from scipy.optimize import minimize
+
+        rows = SampledRows(program, self.speeds)
+        start = rows.start()
+        top = float(rows.goal(start)[0].max())
+        n = len(start)
+        bounds = [*zip(rows.low, rows.high, strict=True), (top - 100.0, top + 100.0)]
+
+        def below(z: FloatArray) -> FloatArray:
+            return -np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
+
+        def below_slopes(z: FloatArray) -> FloatArray:
+            goal = rows.goal(z[:n])[1]
+            table = np.zeros((len(rows.limits(z[:n])) + len(goal), n + 1))
+            table[:, :n] = np.concatenate([rows.slopes(z[:n]), goal])
+            table[-len(goal) :, n] = -1.0
+            return -table
+
+        answer = minimize(
+            lambda z: z[n],
+            np.append(start, top),
+            jac=lambda z: np.eye(n + 1)[n],
+            method="SLSQP",
+            bounds=bounds,
+            constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
+            options={"ftol": 1e-12, "maxiter": 200},
+        )
+        return claimed(self.name, program, answer.x[:n], success=bool(answer.success), word=str(answer.message), speeds=self.speeds)

@@ -1,0 +1,72 @@
+"""What if: the old answer beside the new, with a new design or with the one that is bought."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from vibopt.design.design import Design
+from vibopt.errors import InputError
+from vibopt.scene.read import with_changes
+from vibopt.scene.scene import Scene
+from vibopt.solve import solve
+from vibopt.solve.method import Progress
+from vibopt.study.freeze import frozen
+from vibopt.study.thresholds import Threshold, thresholds
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """Two answers to compare.
+
+    changes
+        Values set, by path.
+    before, after
+        Answers before and after; with `keep_design` both measure the machine of `before`.
+    breaks
+        Limits that held before and break after (`keep_design` only).
+    thresholds
+        Where the frozen design fails, fact by fact (`keep_design` only).
+    """
+
+    changes: Mapping[str, Any]
+    before: Design
+    after: Design
+    keep_design: bool
+    breaks: tuple[str, ...] = ()
+    thresholds: tuple[Threshold, ...] = ()
+
+
+def whatif(
+    scene: Scene, changes: Mapping[str, Any], *, keep_design: bool = False, progress: Progress | None = None
+) -> WhatIf:
+    """Answer a scene before and after some changes.
+
+    Parameters
+    ----------
+    scene
+        The scene as it is.
+    changes
+        Values by path, as in the file: {"limits.start_up.at_most": "8 mm"}.
+    keep_design
+        The design is bought: measure it under the changed facts instead of choosing anew.
+    progress
+        Called with a stage and the part that is done.
+
+    Raises
+    ------
+    InputError
+        A path or value that does not fit, or no design to keep.
+    """
+    before = solve(scene, progress=progress)
+    changed = with_changes(scene, changes)
+    if not keep_design:
+        return WhatIf(changes, before, solve(changed, progress=progress), keep_design)
+    if scene.variables and not before.x:
+        raise InputError(f"{scene.name}: there is no design to keep: {before.status}. Solve the scene first.")
+    kept = frozen(scene, before.x) if scene.variables else scene
+    after = solve(with_changes(kept, changes))
+    held = {name for name, one in before.limits.items() if one.met}
+    breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)
+    return WhatIf(changes, before, after, keep_design, breaks, tuple(thresholds(kept, progress)))
