@@ -19,8 +19,8 @@ VERBS = {
     "check": ("check", "Say whether problem files have mistakes; nothing is solved."),
     "solve": ("solve", "Find the best design, and prove it."),
     "explain": ("explain", "Say why this model, why this method, and what each limit costs."),
-    "whatif": ("study", "Change facts or limits, and see the old answer beside the new."),
-    "sweep": ("study", "Vary one fact over a range."),
+    "whatif": ("whatif", "Change facts or limits, and see the old answer beside the new."),
+    "sweep": ("sweep", "Vary one fact over a range."),
     "plot": ("picture", "Draw the responses of the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
     "verify": ("verify", "Solve every file of a folder and compare with what it recorded."),
@@ -41,7 +41,9 @@ class Verbs(click.Group):
         command: click.Command = getattr(import_module(f"vibopt.cli.{VERBS[cmd_name][0]}"), cmd_name)
         return command
 
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
         if args[0] not in VERBS and not args[0].startswith("-"):
             ctx.fail(f'there is no verb "{args[0]}".{way_out(args[0], VERBS)}')
         return super().resolve_command(ctx, args)
@@ -62,7 +64,11 @@ def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
         ctx.exit()
 
 
-@click.group(cls=Verbs, subcommand_metavar="VERB ...", context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=Verbs,
+    subcommand_metavar="VERB ...",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.option("--version", is_flag=True, expose_value=False, is_eager=True, callback=_version, help="Say the version.")
 def vibopt() -> None:
     """Vibration control by optimisation with proof.
@@ -104,7 +110,7 @@ def _usage(error: click.UsageError, as_json: bool) -> int:
     """A wrong command line; click knows what was meant."""
     if as_json:
         say_json({"status": "input_error", "messages": [error.format_message()]})
-    elif isinstance(error, click.exceptions.NoArgsIsHelpError):
+    elif isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # click 8.2 and later
         complain(error.format_message())
     else:
         usage = f"{error.ctx.get_usage()}\n" if error.ctx is not None else ""

@@ -28,6 +28,9 @@ changes = click.option(
 )
 
 
+keep_design = click.option("--keep-design", is_flag=True, help="The design is bought: measure it, choose nothing anew.")
+
+
 def split_change(given: str) -> tuple[str, str]:
     """Path and value text of one --set.
 

@@ -54,7 +54,8 @@ class Bar:
             if self._timer is None:
                 return
             self._shown = Progress(console=Console(stderr=True), transient=True)
-            self._task = self._shown.add_task(self._state[0], total=1.0, completed=self._state[1])
+            self._task = self._shown.add_task(self._state[0], total=1.0)
+            self._shown.update(self._task, completed=self._state[1])
             self._shown.start()
 
 

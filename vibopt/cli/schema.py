@@ -45,7 +45,7 @@ def problem_schema() -> dict[str, Any]:
             "excitations": _named({"oneOf": excitations}),
             "limits": _named({"oneOf": [_limit(one, name) for name, one in responses.items()]}),
             "measures": _named({"oneOf": [_measure(one, name) for name, one in responses.items()]}),
-            "goal": {"oneOf": [_find_all(), *(_goal(one, name, sense) for sense in _senses() for name, one in responses.items())]},
+            "goal": {"oneOf": [_find_all(), *_goals(responses)]},
             "expected": {"type": "array", "items": _record()},
         },
         "required": ["bodies"],
@@ -104,6 +104,12 @@ def _measure(one: dict[str, Any], name: str) -> dict[str, Any]:
     return _without(_fixed(one, "response", name), BOUNDS)
 
 
+def _goals(responses: Mapping[str, dict[str, Any]]) -> list[dict[str, Any]]:
+    from vibopt.scene.scene import MAXIMISE, MINIMISE
+
+    return [_goal(one, name, sense) for sense in (MAXIMISE, MINIMISE) for name, one in responses.items()]
+
+
 def _goal(one: dict[str, Any], name: str, sense: str) -> dict[str, Any]:
     bare = _without(one, (*BOUNDS, "response"))
     return {
@@ -115,19 +121,18 @@ def _goal(one: dict[str, Any], name: str, sense: str) -> dict[str, Any]:
 
 def _find_all() -> dict[str, Any]:
     asked = {"type": "string", "pattern": r"\.speed$", "description": 'all good speeds, "fan.speed"'}
-    return {"type": "object", "properties": {"find_all": asked}, "required": ["find_all"], "additionalProperties": False}
-
-
-def _senses() -> tuple[str, str]:
-    from vibopt.scene.scene import MAXIMISE, MINIMISE
-
-    return MAXIMISE, MINIMISE
+    return {
+        "type": "object",
+        "properties": {"find_all": asked},
+        "required": ["find_all"],
+        "additionalProperties": False,
+    }
 
 
 def _record() -> dict[str, Any]:
     from vibopt.study.verify import KEYS, VERDICTS
 
-    words: dict[str, Any] = {key: _TEXT for key in KEYS}
+    words: dict[str, Any] = dict.fromkeys(KEYS, _TEXT)
     words["value"] = {"type": ["string", "number", "array"]}
     words["rel_tol"] = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     words["verdict"] = {"enum": list(VERDICTS)}

@@ -20,9 +20,12 @@ UNPROVEN = 5
 @file
 @method
 @changes
+@click.option("--no-prices", is_flag=True, help="Do not find out what loosening each active limit buys.")
 @click.option("--require-proof", is_flag=True, help="Exit code 5 unless the answer is proven.")
 @as_json
-def solve(file: str, method: str | None, changes: tuple[str, ...], require_proof: bool, as_json: bool) -> int:
+def solve(
+    file: str, method: str | None, changes: tuple[str, ...], no_prices: bool, require_proof: bool, as_json: bool
+) -> int:
     """Find the best design of a problem file, check every limit by another road, and say what is proven.
 
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
@@ -30,6 +33,8 @@ def solve(file: str, method: str | None, changes: tuple[str, ...], require_proof
     from vibopt.design.table import text_of
 
     design = answer(read_scene(file, changes), method)
+    if not no_prices:
+        design = with_prices(design)
     if as_json:
         say_json(design)
     else:
@@ -48,3 +53,10 @@ def answer(scene: Scene, method: str | None = None) -> Design:
 
     with Bar() as bar:
         return solve_scene(scene, method=method, progress=bar)
+
+
+def with_prices(design: Design) -> Design:
+    """The same answer with what loosening each active limit buys."""
+    from vibopt.study.prices import priced
+
+    return priced(design)

@@ -74,8 +74,8 @@ def _table(rows: Iterable[tuple[str, ...]], widths: tuple[int, ...]) -> Table:
     from rich.table import Table
 
     table = Table(box=None, show_header=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for width in widths:
-        table.add_column(width=width, overflow="fold")
+    for wide in widths:
+        table.add_column(width=wide, overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table

@@ -2,88 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
-from math import isfinite, isinf, log10
+from dataclasses import dataclass
+from math import isfinite, log10
 
 import numpy as np
 
 from vibopt.design.design import Checked, Design
+from vibopt.design.panel import BoolArray, Curve, Mark, Panel, Zone, heights
 from vibopt.design.words import SIDES, place_of, spoken, value_at
 from vibopt.forms import Band, Drive, FloatArray, Modulus
-from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
 from vibopt.program.worst import DriveResponse, drive_extreme
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
-from vibopt.units import best_unit, plain, show, to_unit
+from vibopt.units import best_unit, show, to_unit
 from vibopt.units.spelling import split_detector
 
 POINTS = 500
 MOST_CURVES = 6
-
-
-@dataclass(frozen=True, slots=True)
-class Zone:
-    """Where a limit forbids the response: beyond `bound`, for x from `low` to `high` (one speed if equal).
-
-    `above` tells on which side.
-    """
-
-    name: str
-    words: str
-    low: float
-    high: float
-    bound: float
-    above: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """The worst of a limit or measure; y is inf where the response is infinite."""
-
-    name: str
-    words: str
-    x: float
-    y: float
-
-
-@dataclass(frozen=True, slots=True)
-class Curve:
-    """y against x; `known` is false where the file does not say how the excitation varies."""
-
-    label: str
-    x: FloatArray
-    y: FloatArray
-    known: FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class Panel:
-    """One pair of axes.
-
-    own
-        Own speeds of the excitation: (low, high) each.
-    good
-        Intervals that `find_all` found.
-    """
-
-    title: str
-    x_label: str
-    y_label: str
-    curves: tuple[Curve, ...]
-    zones: tuple[Zone, ...]
-    marks: tuple[Mark, ...]
-    own: tuple[tuple[float, float], ...]
-    excitation: str
-    log_x: bool
-    log_y: bool
-    x_span: tuple[float, float]
-    y_span: tuple[float, float]
-    good: tuple[tuple[float, float], ...] = ()
-    notes: tuple[str, ...] = field(default=())
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +57,10 @@ def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
     scene = design.scene
     entries = [
         _Entry(name, response, checked[name], is_limit)
-        for responses, checked, is_limit in ((scene.limits, design.limits, True), (scene.measures, design.measures, False))
+        for responses, checked, is_limit in (
+            (scene.limits, design.limits, True),
+            (scene.measures, design.measures, False),
+        )
         for name, response in responses.items()
         if isinstance(response, HarmonicResponse) and name in checked
     ]
@@ -172,11 +114,11 @@ class _Drawing:
         curves = tuple(self._curve(group[0], unit, span, log_x, len(groups) > 1) for group in groups)
         zones = tuple(zone for one in shown if one.is_limit for zone in self._zones(one, unit))
         marks = tuple(mark for one in shown if (mark := self._mark(one, unit)) is not None)
-        y_span, log_y = _heights(curves, zones, marks, unit)
+        y_span, log_y = heights(curves, zones, marks, unit)
         shown_span = (self._to_x(span[0]), self._to_x(span[1]))
         return Panel(
             title=self._title(groups),
-            x_label=f"speed of {self.excitation} [{self._speed_unit}]",
+            x_label=self._x_label(),
             y_label=self._y_label(groups, unit),
             curves=curves,
             zones=zones,
@@ -197,6 +139,14 @@ class _Drawing:
         words = f"{quantity} {place_of(response)}" if len(groups) == 1 else quantity
         return words[:1].upper() + words[1:]
 
+    def _x_label(self) -> str:
+        """Vehicle speed, frequency or speed of rotation, in the user's unit."""
+        excitation = self.scene.excitations[self.excitation]
+        unit = excitation.speed.unit
+        if excitation.of_vehicle:
+            return f"vehicle speed [{unit}]"
+        return f"{'frequency' if unit in ('Hz', 'kHz') else 'speed'} of {self.excitation} [{unit}]"
+
     def _y_label(self, groups: list[list[_Entry]], unit: str) -> str:
         response = groups[0][0].response
         bare, _, word = split_detector(unit)
@@ -213,10 +163,6 @@ class _Drawing:
         if any(len(names_for(self.scene, one.response)) > 1 for one in shown):
             notes.append("the other excitations at their worst speeds")
         return tuple(notes)
-
-    @property
-    def _speed_unit(self) -> str:
-        return self.scene.excitations[self.excitation].speed.unit
 
     def _to_x(self, omega: float) -> float:
         """A speed of the excitation [rad/s] in the user's unit."""
@@ -254,7 +200,8 @@ class _Drawing:
 
     def _speeds(self, shown: list[_Entry]) -> tuple[tuple[float, float], bool]:
         """First and last speed to draw [rad/s], and whether on a logarithmic axis."""
-        own = () if self.scene.excitations[self.excitation].speed.asked else self.scene.excitations[self.excitation].own_bands()
+        excitation = self.scene.excitations[self.excitation]
+        own = () if excitation.speed.asked else excitation.own_bands()
         bands = [*own, *(band for one in shown for band in self._bands(one))]
         top = max(band.high for band in bands)
         resonances = self._resonances()
@@ -286,15 +233,16 @@ class _Drawing:
         drive = next(drive for drive in form.drives if drive.name == self.excitation)
         speeds = self._samples(form, drive, span, log_x)
         values = DriveResponse(self.model, form, drive, self.x)(speeds)
-        others = [drive_extreme(self.model, form, other, self.x, False).value for other in form.drives if other is not drive]
+        others = [other for other in form.drives if other is not drive]
         if others:
-            rest = np.array(others)
+            rest = np.array([drive_extreme(self.model, form, other, self.x, False).value for other in others])
             values = np.hypot(values, np.sqrt((rest**2).sum())) if form.combine == "rss" else values + rest.sum()
         excitation = self.scene.excitations[self.excitation]
         known = np.ones(speeds.shape, dtype=bool)
         if not one.response.normalised:
             known = np.any([_inside(band, speeds) for band in excitation.known_bands], axis=0)
-        label = " ".join(filter(None, (place_of(one.response), f"({one.response.combine})" if one.response.combine else "")))
+        how = f"({one.response.combine})" if one.response.combine else ""
+        label = " ".join(filter(None, (place_of(one.response), how)))
         return Curve(
             label if labelled else "",
             self._factor() * speeds,
@@ -344,9 +292,9 @@ class _Drawing:
         return Mark(one.name, f"{one.name} {value_at(one.checked)}", x, height)
 
 
-def _inside(band: Band, speeds: FloatArray) -> FloatArray:
+def _inside(band: Band, speeds: FloatArray) -> BoolArray:
     room = 1e-9 * max(band.high, 1e-300) if isfinite(band.high) else 0.0
-    inside: FloatArray = (speeds >= band.low - room) & (speeds <= band.high + room)
+    inside: BoolArray = (speeds >= band.low - room) & (speeds <= band.high + room)
     return inside
 
 
@@ -357,27 +305,3 @@ def _in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
             level: FloatArray = 20.0 * np.log10(values)
         return level
     return values * to_unit(1.0, unit, dimension)
-
-
-def _heights(
-    curves: Iterable[Curve], zones: Iterable[Zone], marks: Iterable[Mark], unit: str
-) -> tuple[tuple[float, float], bool]:
-    """Span of the y axis, and whether it is logarithmic."""
-    values = np.concatenate([curve.y[np.isfinite(curve.y)] for curve in curves])
-    named = [one.bound for one in zones] + [one.y for one in marks if isfinite(one.y)]
-    if split_detector(unit)[0] == "dB":
-        low, high = float(np.percentile(values, 1)), float(np.percentile(values, 99))
-        low, high = min([low, *named]), max([high, *named])
-        room = 0.12 * max(high - low, 1.0)
-        return (low - room, high + room), False
-    positive = values[values > 0.0]
-    top = float(values.max(initial=0.0))
-    middle = float(np.median(positive)) if len(positive) else 1.0
-    peak = min(top, max(30.0 * middle, 4.0 * max(named, default=0.0)))
-    high = max([peak, *named])
-    floor = min([float(np.percentile(positive, 5)) if len(positive) else high, *(one for one in named if one > 0.0)])
-    if high > 30.0 * floor and floor > 0.0:
-        return (max(floor / 2.0, high * 1e-6), 2.5 * high), True
-    return (0.0, 1.25 * high if high > 0.0 else 1.0), False
-
-

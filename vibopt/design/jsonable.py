@@ -105,15 +105,12 @@ def _checked(checked: Checked) -> dict[str, Any]:
 
 
 def _price(price: Price | None) -> dict[str, Any] | None:
-    return None if price is None else {key: plain(getattr(price, key)) for key in ("loosened", "goal", "until", "words")}
+    return None if price is None else dict(plain(price))
 
 
 def _conflict(conflict: Conflict) -> dict[str, Any]:
-    return {
-        "limits": list(conflict.limits),
-        "loosenings": [{"limit": name, "from": plain(now), "to": plain(then)} for name, now, then in conflict.loosenings],
-        "proof": conflict.proof,
-    }
+    steps = [{"limit": name, "from": plain(now), "to": plain(then)} for name, now, then in conflict.loosenings]
+    return {"limits": list(conflict.limits), "loosenings": steps, "proof": conflict.proof}
 
 
-__all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "number", "plain", "json_text"]
+__all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "json_text", "number", "plain"]

@@ -143,11 +143,11 @@ def _excess(limit: Limit, x: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore"):
         size = np.clip(np.log(np.maximum(values, 1e-300) / max(limit.bound, 1e-300)), -50.0, 50.0)
         if limit.side == "at_most":
-            return size
+            return np.asarray(size, dtype=float)
         if limit.side == "at_least":
-            return -size
+            return np.asarray(-size, dtype=float)
         upper: FloatArray = np.log(limit.upper / np.maximum(values, 1e-300))
-    return np.minimum(size, upper)
+    return np.asarray(np.minimum(size, upper), dtype=float)
 
 
 def _over(model: Model, form: Form, x: FloatArray, least_wanted: bool) -> FloatArray:
@@ -206,13 +206,20 @@ def _speeds(model: Model, drive: Drive, p: FloatArray) -> FloatArray:
 def _modes(model: Model, p: FloatArray) -> FloatArray:
     """Undamped natural frequencies of many designs [rad/s], shape (n, n_free)."""
     n = model.n_free
-    vectors = model.vectors[:, :n]
-    mass, stiffness = (
-        np.einsum("kt,ti,tj->kij", p[:, model.kinds == kind], vectors[model.kinds == kind], vectors[model.kinds == kind])
-        for kind in (INERTIA, STIFFNESS)
-    )
+    mass, stiffness = (_matrices(model, p, kind) for kind in (INERTIA, STIFFNESS))
+    squares: FloatArray
     if n == 1:
-        return np.sqrt(stiffness[:, :, 0] / mass[:, :, 0])
-    root = np.linalg.inv(np.linalg.cholesky(mass))
-    squares = np.linalg.eigvalsh(root @ stiffness @ np.swapaxes(root, 1, 2))
-    return np.sqrt(np.maximum(squares, 0.0))
+        squares = stiffness[:, :, 0] / mass[:, :, 0]
+    else:
+        root = np.linalg.inv(np.linalg.cholesky(mass))
+        squares = np.asarray(np.linalg.eigvalsh(root @ stiffness @ np.swapaxes(root, 1, 2)), dtype=float)
+    modes: FloatArray = np.sqrt(np.maximum(squares, 0.0))
+    return modes
+
+
+def _matrices(model: Model, p: FloatArray, kind: int) -> FloatArray:
+    """Matrix of one kind for many designs, shape (n, n_free, n_free)."""
+    chosen = model.kinds == kind
+    vectors = model.vectors[chosen, : model.n_free]
+    matrices: FloatArray = np.einsum("kt,ti,tj->kij", p[:, chosen], vectors, vectors)
+    return matrices

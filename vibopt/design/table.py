@@ -77,8 +77,8 @@ def rendered(write: Callable[[Console], None], *, width: int = WIDTH, colour: bo
     return "".join(f"{line.rstrip()}\n" for line in stream.getvalue().splitlines())
 
 
-def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), right: Sequence[int] = ()) -> Table:
-    """A table without lines, indented by two; columns numbered in `right` are flush right."""
+def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Table:
+    """A table without lines; columns numbered in `whole` are never broken."""
     from rich.table import Table
 
     listed_rows = [list(row) for row in rows]
@@ -86,7 +86,7 @@ def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), right: Sequen
     table = Table(box=None, show_header=bool(heads), padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
     for column in range(count):
         table.add_column(
-            heads[column] if heads else "", justify="right" if column in right else "left", overflow="fold"
+            heads[column] if heads else "", overflow="fold", no_wrap=column in whole
         )
     for row in listed_rows:
         table.add_row(*row)
@@ -121,7 +121,8 @@ def _write(design: Design, console: Console) -> None:
         section(console, "Design", grid(_values(design)))
     if design.limits:
         heads = ("Limit", "Worst", "Allowed", "Margin")
-        section(console, "Limits", grid((_limit(one) for one in design.limits.values()), heads))
+        title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
+        section(console, title, grid((_limit(one, design) for one in design.limits.values()), heads))
     _prices(design, console)
     if design.measures:
         section(console, "Measures", grid(_measure(one) for one in design.measures.values()))
@@ -135,7 +136,7 @@ def _conflict(design: Design, console: Console) -> None:
     console.print()
     together = "These cannot hold together" if len(design.conflict.limits) > 1 else "This cannot hold"
     console.print(f"{together}: {names}.")
-    if design.conflict.proof:
+    if design.conflict.proof and design.conflict.proof != design.claim:
         paragraph(console, design.conflict.proof)
     steps = loosening_words(design)
     if steps:
@@ -144,7 +145,8 @@ def _conflict(design: Design, console: Console) -> None:
 
 def _found(design: Design, console: Console) -> None:
     if design.found:
-        section(console, f"All limits hold for {design.scene.find_all}", grid([[interval(*one)] for one in design.found]))
+        intervals = grid([[interval(*one)] for one in design.found])
+        section(console, f"All limits hold for {design.scene.find_all}", intervals)
 
 
 def _values(design: Design) -> list[tuple[str, ...]]:
@@ -155,14 +157,14 @@ def _values(design: Design) -> list[tuple[str, ...]]:
     ]
 
 
-def _limit(one: Checked) -> tuple[str, ...]:
+def _limit(one: Checked, design: Design) -> tuple[str, ...]:
     """Four cells of two lines each."""
     at = at_words(one.worst_at)
     return (
         f"{one.name}\n  {spoken(one.response, one.place)}",
         f"{one.value.shown}\n{f'at {at}' if at else ''}",
         f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
-        f"{margin_words(one)}\n{state_words(one)}".lstrip("\n"),
+        f"{margin_words(one)}\n{state_words(one) if design.found is None else ''}".lstrip("\n"),
     )
 
 
@@ -172,9 +174,9 @@ def _measure(one: Checked) -> tuple[str, ...]:
 
 
 def _prices(design: Design, console: Console) -> None:
-    words = [one.price.words for one in design.limits.values() if one.price is not None]
+    words = [(name, one.price.words) for name, one in design.limits.items() if one.price is not None]
     if words:
-        section(console, "What loosening a limit buys", "\n".join(words))
+        section(console, "What loosening a limit buys", grid(words))
 
 
 def _footing(design: Design, console: Console) -> None:

@@ -51,7 +51,7 @@ def goal_words(design: Design) -> str:
 
 def verdict(design: Design) -> str:
     """The first line of every answer, without its proof."""
-    if design.found is not None and design.status in ("optimal", "met", "feasible"):
+    if design.found is not None and design.status != "check_failed":
         return f"{design.status}: {found_words(design)}"
     broken = listed([f'"{name}"' for name, one in design.limits.items() if not one.met])
     said = _PLAIN[design.status].format(broken=broken or "a limit")
@@ -105,10 +105,10 @@ def range_words(variable: Variable) -> str:
     if variable.choice.options:
         return "one of " + ", ".join(_short(one, variable) for one in variable.choice.options)
     low, high = _short(variable.low, variable), _short(variable.high, variable)
-    whole = "whole, " if variable.choice.whole else ""
+    whole = ", whole" if variable.choice.whole else ""
     if not isfinite(variable.high):
-        return f"{whole}{low} or more" if variable.low > 0 else f"{whole}any"
-    return f"{whole}{low} to {high}" if variable.low > 0 else f"{whole}up to {high}"
+        return f"{low} or more{whole}" if variable.low > 0 else f"any{whole}"
+    return f"{low} to {high}{whole}" if variable.low > 0 else f"0 to {high}{whole}"
 
 
 def _short(value: float, variable: Variable) -> str:

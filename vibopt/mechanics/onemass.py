@@ -27,6 +27,9 @@ class Curve:
         A^2 / m^2.
     centre, width
         w0 [rad^2/s^2] and g [rad^4/s^4]; g = 0 without damping.
+    natural, decay
+        k/m [rad^2/s^2] and (c/m)^2 [rad^2/s^2]: the same denominator as (k/m - w)^2 + (c/m)^2 w, which
+        keeps its digits when the damping is heavy; decay < 0 where only the other form holds.
     order
         Frequency over speed.
     """
@@ -36,6 +39,8 @@ class Curve:
     size: float
     centre: float
     width: float
+    natural: float
+    decay: float
     order: float
 
     def at(self, w: FloatArray) -> FloatArray:
@@ -47,7 +52,8 @@ class Curve:
             top = self.size * np.polyval(self.numerator[::-1], w)
             if self.power:
                 top = top * w**self.power
-            square = top / (v * v + self.width)
+            heavy = self.decay > 0.5 * self.natural
+            square = top / ((self.natural - w) ** 2 + self.decay * w if heavy else v * v + self.width)
         value: FloatArray = np.sqrt(np.where(np.isnan(square), np.inf if self.power >= 0 else square, square))
         return value
 
@@ -110,7 +116,8 @@ def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | No
         centre, width = k / mass - 0.5 * (c / mass) ** 2, (c / mass) ** 2 * (k / mass - 0.25 * (c / mass) ** 2)
     power = output.power + leading + piece.power
     size = (piece.constant / mass) ** 2 / line.order ** (2 * piece.power)
-    return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, line.order)
+    decay = -1.0 if h else (c / mass) ** 2
+    return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, k / mass, decay, line.order)
 
 
 def _numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:

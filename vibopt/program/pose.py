@@ -49,7 +49,7 @@ def pose(scene: Scene, *, reduce: bool = True) -> Program:
         sense = 1.0 if scene.goal.sense == MINIMISE else -1.0
         model, form = on_needed(scene, full, response, reduce=reduce)
         aim = Aim(scene.goal.name, model, form, -sense if response.complement else sense, response.complement)
-    axes = tuple(Axis(v.path, v.low, v.high, v.values) for v in scene.variables)
+    axes = tuple(Axis(v.path, v.low, v.high, v.values, v.choice.open_low) for v in scene.variables)
     return Program(full, axes, limits, aim)
 
 

@@ -49,12 +49,18 @@ class Aim:
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One design variable: range [SI], or the discrete values to choose from."""
+    """One design variable: range [SI], or the discrete values to choose from.
+
+    open_low, open_high
+        Whether an end of the range only stands for zero or for infinity.
+    """
 
     path: str
     low: float
     high: float
     values: tuple[float, ...] | None = None
+    open_low: bool = False
+    open_high: bool = False
 
 
 @dataclass(frozen=True, slots=True)

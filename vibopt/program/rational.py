@@ -32,15 +32,20 @@ class Groups:
     members: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, model: Model, *, static: bool = False) -> Groups:
-        """Groups of a model; with `static` only springs and weights, kept apart."""
+    def of(cls, model: Model, signs: FloatArray | None = None, *, static: bool = False) -> Groups:
+        """Groups of a model; with `static` only springs and weights, kept apart.
+
+        Terms that an output reads with different `signs` (n_terms,) are kept apart too: a mass and a
+        mount on the same coordinate move it alike, but only the mount hands on a force.
+        """
         found: dict[tuple[float, ...], list[int]] = {}
         for t in np.flatnonzero(model.exponents.any(axis=1)):
             if static and model.kinds[t] not in (STIFFNESS, INERTIA):
                 continue
             row = model.vectors[t]
             first = row[np.flatnonzero(row)[0]] if row.any() else 1.0
-            key = (float(static and model.kinds[t] == INERTIA), *(np.round(row * np.sign(first), 14) + 0.0))
+            read = 0.0 if signs is None else float(signs[t])
+            key = (float(static and model.kinds[t] == INERTIA), read, *(np.round(row * np.sign(first), 14) + 0.0))
             found.setdefault(key, []).append(int(t))
         return cls(model, tuple(tuple(members) for members in found.values()))
 
@@ -110,7 +115,7 @@ class Sampled:
 def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
     """sum_S coefficient_S prod_{g in S} kappa_g; coefficients (n, 2**G), kappa (..., n, G)."""
     value = coefficients
-    for g in reversed(range(kappa.shape[-1])):
+    for g in range(kappa.shape[-1]):
         half = value.shape[-1] // 2
         value = value[..., :half] + value[..., half:] * kappa[..., g, None]
     return value[..., 0]
@@ -118,7 +123,7 @@ def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArra
 
 def sampled(model: Model, output: Output, line: Line, speeds: FloatArray, reference: FloatArray) -> Sampled:
     """Coefficients of one line at `speeds` (n,) [rad/s]; `reference` (n_vars,) is a typical design."""
-    groups = Groups.of(model)
+    groups = Groups.of(model, output.signs)
     omega = line.order * speeds
     phi = factors(model.kinds, omega)
     fixed = np.where(model.exponents.any(axis=1), 0.0, model.scales)

@@ -27,7 +27,8 @@ def reduced(model: Model, form: Form) -> Model:
     n = model.n_free
     if n == 1 or not isinstance(form, Modulus | StaticRow) or getattr(form, "rigid_link", ""):
         return model
-    root, operators, singles = _operators(model)
+    static = isinstance(form, StaticRow)
+    root, operators, singles = _operators(model, static=static)
     reach = _closure(root.T @ np.array(_loads(model, form)).T[:n], operators, singles)
     read = [form.row] if isinstance(form, StaticRow) else rows_of(model, form.output)
     seen = reach.T @ (root.T @ np.array(read).T[:n])
@@ -53,11 +54,11 @@ def _loads(model: Model, form: Modulus | StaticRow) -> list[FloatArray]:
     return loads
 
 
-def _operators(model: Model) -> tuple[FloatArray, list[FloatArray], FloatArray]:
+def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[FloatArray], FloatArray]:
     """M^-1/2 at nominal masses, the fixed operators and the rank-one vectors of variable terms."""
     n = model.n_free
     fixed = ~model.exponents.any(axis=1) if model.n_vars else np.ones(len(model.terms), dtype=bool)
-    p = model.scales * np.where(fixed, 1.0, 0.0)
+    p = (model.static_scales if static else model.scales) * np.where(fixed, 1.0, 0.0)
     mass = model.matrix(INERTIA, p)[:n, :n]
     for t in np.flatnonzero(~fixed & (model.kinds == INERTIA)):
         row = model.vectors[t, :n]

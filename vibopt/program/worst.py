@@ -59,7 +59,8 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
 
 def monomials(form: Monomials, x: FloatArray) -> FloatArray:
     """Sum of monomials at designs x (..., n_vars), shape (...)."""
-    powers = np.where(form.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** form.exponents)
+    with np.errstate(divide="ignore"):
+        powers = np.where(form.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** form.exponents)
     value: FloatArray = (form.scale * powers.prod(axis=-1)).sum(axis=-1)
     return value
 

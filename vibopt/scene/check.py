@@ -119,8 +119,11 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes)
             return
         if getattr(link, key) is None and key != "count":
             mistakes.add(path, f"{'.'.join(str(one) for one in path)} asks for the {key} of {name}, but links.{name} has no {key}. Add it, or ask for something else.")
+    lossy = [one for one, link in scene.links.items() if link.loss_factor is not None]
+    if key == "damping_ratio" and name is None and lossy:
+        mistakes.add(path, f"{'.'.join(str(one) for one in path)} asks for the damping ratio of free vibration, but links.{lossy[0]} has a loss_factor, which speaks of steady harmonic motion only. Give that link damping or damping_ratio instead.")
     mode = getattr(response, "mode", 1)
-    if mode > len(_raw(scene, "bodies")):
+    if mode > max(len(_raw(scene, "bodies")), 1):
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {len(_raw(scene, 'bodies'))}.")
 
 

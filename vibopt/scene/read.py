@@ -158,6 +158,8 @@ class _Parts:
 
     def _top(self) -> None:
         for key in self.document:
+            if key not in _TOP:
+                self.broken.add(key)
             if key in _LATER:
                 self.mistakes.add((key,), f"[{key}] is not supported yet. Remove it.")
             elif key not in _TOP:

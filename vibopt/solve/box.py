@@ -10,19 +10,19 @@ from vibopt.forms import Modulus
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Axis, Program
 
-FAR = 1e6
+FAR = 1e9
 """How many times the scene's own scale a half-open range reaches."""
 
 
-def closed(program: Program) -> tuple[Program, tuple[int, ...]]:
-    """The program with finite ranges, and the indices of the variables that were half open."""
+def closed(program: Program) -> Program:
+    """The program with finite ranges; an end that was open is marked on its axis."""
     opened = tuple(i for i, axis in enumerate(program.axes) if not np.isfinite(axis.high) and axis.values is None)
     if not opened:
-        return program, ()
+        return program
     axes = list(program.axes)
     for i in opened:
-        axes[i] = replace(axes[i], high=max(far_end(program, axes[i]), 1e3 * axes[i].low))
-    return replace(program, axes=tuple(axes)), opened
+        axes[i] = replace(axes[i], high=max(far_end(program, axes[i]), 1e3 * axes[i].low), open_high=True)
+    return replace(program, axes=tuple(axes))
 
 
 def far_end(program: Program, axis: Axis) -> float:

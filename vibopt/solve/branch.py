@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus
+from vibopt.forms import FloatArray, Form, Modulus, Monomials
 from vibopt.mechanics.model import Model
-from vibopt.program.bounds import FormBounds
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.program.bounds import FormBounds, monomial_bounds
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import Worst, worst
 
@@ -83,8 +84,6 @@ def violation(limit: Limit, value: float, x: FloatArray) -> float:
 
 def _inside_band(limit: Limit, x: FloatArray) -> float:
     """Depth of the deepest mode inside the band, as a part of the band's lower end."""
-    from vibopt.mechanics.modes import natural_frequencies
-
     modes = natural_frequencies(limit.model, limit.model.values(x))
     return float(np.minimum(modes - limit.bound, limit.upper - modes).max()) / max(limit.bound, 1e-300)
 
@@ -104,10 +103,13 @@ class Search:
     budget: int = 200_000
     seconds: float = 20.0
     progress: Callable[[str, float], None] | None = None
+    forms: list[FormBounds] = field(default_factory=list)
+    aim_bounds: FormBounds | None = None
 
     def run(self, start: FloatArray | None = None) -> Proof:
         """Search the whole box; `start` (n_vars,) is a feasible design to beat."""
-        self._prepare()
+        if not self.forms:
+            self._prepare()
         self.best_x: FloatArray | None = None
         self.best = np.inf
         if start is not None:
@@ -120,6 +122,8 @@ class Search:
                 return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
             low, high, bounds, count = self._step(low, high, bounds)
             looked += count
+            if self.judge.program.aim is None and self.best_x is not None:
+                return Proof("optimal", self.best_x, 0.0, 0.0, looked)
         if self.best_x is None:
             return Proof("infeasible", None, np.inf, np.inf, looked)
         return Proof("optimal", self.best_x, self.best, self.best - self._room(), looked)
@@ -159,19 +163,35 @@ class Search:
     ) -> tuple[FloatArray, FloatArray, FloatArray, int]:
         order = np.argsort(bounds, kind="stable")
         take, rest = order[:BATCH], order[BATCH:]
-        here_low, here_high = low[take], high[take]
+        here_low, here_high = self._contract(low[take], high[take])
         alive, goal = self._judge_boxes(here_low, here_high)
         here_low, here_high, goal = here_low[alive], here_high[alive], goal[alive]
         if len(here_low):
             self._explore(here_low, here_high, goal)
             kept = goal < self.best - self._room() if np.isfinite(self.best) else np.ones(len(goal), dtype=bool)
-            new_low, new_high = self._split(here_low[kept], here_high[kept])
-            goal = np.repeat(goal[kept], 2)[: len(new_low)] if len(new_low) == 2 * kept.sum() else np.full(len(new_low), -np.inf)
+            new_low, new_high, goal = here_low[kept], here_high[kept], goal[kept]
+            for _ in range(3 if len(new_low) <= 24 else 1):
+                new_low, new_high = self._split(new_low, new_high)
+                goal = np.repeat(goal, 2)
         else:
             new_low, new_high = here_low, here_high
         low = np.concatenate([low[rest], new_low])
         high = np.concatenate([high[rest], new_high])
         return low, high, np.concatenate([bounds[rest], goal]), len(take)
+
+    def _contract(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Cut off the part of each box on which the goal itself, a sum of powers, cannot beat the best."""
+        aim = self.judge.program.aim
+        if aim is None or not isinstance(aim.form, Monomials) or not np.isfinite(self.best):
+            return low, high
+        form = aim.form
+        single = (form.exponents != 0.0).sum(axis=1) == 1
+        if not single.all() or not (form.exponents >= 0.0).all():
+            constant = ~form.exponents.any(axis=1)
+            if not (single | constant).all() or not (form.exponents >= 0.0).all():
+                return low, high
+        cut = aim.sense * (self.best - self._room())
+        return _cut_sum(form, low, high, cut, below=aim.sense > 0)
 
     def _judge_boxes(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Which boxes may still hold a better design, and the bound of the goal on each."""
@@ -222,6 +242,27 @@ class Search:
             np.stack([low, second_low], axis=1).reshape(-1, low.shape[1]),
             np.stack([first_high, high], axis=1).reshape(-1, low.shape[1]),
         )
+
+
+def _cut_sum(
+    form: Monomials, low: FloatArray, high: FloatArray, cut: float, *, below: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Boxes narrowed to where sum_j scale_j x_i(j)**e_j can be below (above) `cut`; never made empty."""
+    low, high = low.copy(), high.copy()
+    small, large = monomial_bounds(form, low, high)
+    for scale, exponents in zip(form.scale, form.exponents, strict=True):
+        if not exponents.any():
+            continue
+        i = int(np.flatnonzero(exponents)[0])
+        power = exponents[i]
+        own = scale * (low[:, i] if below else high[:, i]) ** power
+        rest = (small if below else large) - own
+        edge = (np.maximum(cut - rest, 0.0) / scale) ** (1.0 / power)
+        if below:
+            high[:, i] = np.clip(edge * (1.0 + 1e-15), low[:, i], high[:, i])
+        else:
+            low[:, i] = np.clip(edge * (1.0 - 1e-15), low[:, i], high[:, i])
+    return low, high
 
 
 def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -12,7 +12,8 @@ from vibopt.solve.branch import Judge, Search
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.polish import polish
 
-COARSE = 1e-2
+COARSE = 3e-2
+MIDDLE = 1e-3
 FINE = 1e-6
 MOST_VARIABLES = 3
 MOST_VALUES = 5000
@@ -40,7 +41,8 @@ class BranchAndBound:
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal" with `gap`, "infeasible", or what is left when the time is over."""
         judge = Judge(program)
-        first = Search(judge, gap=COARSE, seconds=self.seconds, progress=progress).run()
+        search = Search(judge, gap=COARSE, seconds=self.seconds, progress=progress)
+        first = search.run()
         if first.status == "infeasible":
             return self._none(first.boxes)
         if first.x is None:
@@ -48,19 +50,23 @@ class BranchAndBound:
         x = polish(program, first.x)
         if program.aim is None:
             return self._found(program, "optimal", x, first.boxes, "a design that meets every limit")
-        proof = Search(judge, gap=self.gap, seconds=self.seconds, progress=progress).run(x)
-        boxes = first.boxes + proof.boxes
+        search.gap = MIDDLE
+        middle = search.run(x)
+        x = polish(program, middle.x if middle.x is not None else x)
+        search.gap = self.gap
+        proof = search.run(x)
+        boxes = first.boxes + middle.boxes + proof.boxes
         best = proof.x if proof.x is not None else x
+        better = polish(program, best)
+        kept = better if judge.goal(better).value <= judge.goal(best).value else best
         if proof.status == "optimal":
-            better = polish(program, best)
-            kept = better if judge.goal(better).value <= judge.goal(best).value else best
             claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
             return self._found(program, "optimal", kept, boxes, claim, proof.bound)
-        left = abs(proof.bound - proof.value) / max(abs(proof.value), 1e-300)
+        left = abs(proof.bound - judge.goal(kept).value) / max(abs(proof.value), 1e-300)
         claim = f"branch and bound stopped after {boxes} boxes with a gap of {left:.1%}" if np.isfinite(left) else (
             f"branch and bound stopped after {boxes} boxes without a bound"
         )
-        return self._found(program, "feasible", best, boxes, claim, proof.bound)
+        return self._found(program, "feasible", kept, boxes, claim, proof.bound)
 
     def _none(self, boxes: int) -> Found:
         claim = f"proven by branch and bound: every one of {boxes} boxes breaks a limit"

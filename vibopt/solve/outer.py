@@ -27,9 +27,17 @@ class Speeds:
 
     program: Program
     known: list[list[float]] = field(default_factory=list)
+    fresh: list[list[float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.known = [_first(limit) for limit in self.program.limits]
+        self.fresh = [list(speeds) for speeds in self.known]
+
+    def take(self) -> list[tuple[Limit, FloatArray]]:
+        """Limits with the speeds added since the last call."""
+        new = [(limit, np.array(one)) for limit, one in zip(self.program.limits, self.fresh, strict=True) if one]
+        self.fresh = [[] for _ in self.known]
+        return new
 
     def learn(self, x: FloatArray) -> float:
         """Add the worst speeds at x (n_vars,); the greatest violation found."""
@@ -42,6 +50,7 @@ class Speeds:
                 for speeds, _value in local_extremes(limit.model, limit.form, x, least=limit.side == "at_least"):
                     if speeds[0] not in self.known[index]:
                         self.known[index].append(speeds[0])
+                        self.fresh[index].append(speeds[0])
         return worst
 
 
@@ -73,8 +82,10 @@ class OneVariable:
         """Status "optimal" or "infeasible", both proven."""
         rows, speeds = LineRows.of(program), Speeds(program)
         upward = direction(program.aim, program.aim.model, 0) if program.aim is not None else 1.0
+        table: list[FloatArray] = []
         for round_number in range(1, _ROUNDS + 1):
-            y = self._relaxed(program, rows, speeds, upward or 1.0)
+            table += [row for limit, new in speeds.take() for row in rows.at(limit, new)]
+            y = self._relaxed(program, rows, table, upward or 1.0)
             if y is None:
                 return _none(self.name, round_number)
             x = np.array([y])
@@ -82,20 +93,20 @@ class OneVariable:
                 return _found(program, self.name, x, round_number)
         return Found("unproven", None, "the worst speeds did not settle", self.name)
 
-    def _relaxed(self, program: Program, rows: LineRows, speeds: Speeds, upward: float) -> float | None:
+    def _relaxed(self, program: Program, rows: LineRows, table: list[FloatArray], upward: float) -> float | None:
         """Best x at the sampled speeds; None where there is none."""
         axis = program.axes[0]
         scale = rows.reference ** (1.0 / rows.root)
         low, high = axis.low ** (1.0 / rows.root) / scale, axis.high ** (1.0 / rows.root) / scale
-        polynomials = [
-            row for limit, known in zip(program.limits, speeds.known, strict=True) for row in rows.at(limit, np.array(known))
-        ]
-        cuts = np.concatenate([np.array([low, high]), *[_roots(row) for row in polynomials]])
+        roots = np.concatenate([np.zeros(0), *[_roots(row) for row in table]])
+        if axis.open_high:
+            high = max(high, 4.0 * float(roots.max(initial=0.0)))
+        cuts = np.concatenate([np.array([low, high]), roots])
         cuts = np.unique(cuts[(cuts >= low) & (cuts <= high)])
-        best = _extreme_cut(cuts, polynomials, upward)
+        best = _extreme_cut(cuts, table, upward)
         if best is None:
             return None
-        ends = {float(low): axis.low, float(high): axis.high}
+        ends = {float(low): axis.low, float(high): (high * scale) ** rows.root if axis.open_high else axis.high}
         return ends.get(best, (best * scale) ** rows.root)
 
 
@@ -181,12 +192,10 @@ class StiffnessAndDamping:
         assert rows is not None
         goal = self._goal(program, rows)
         assert goal is not None
+        table = np.zeros((0, 4))
         for round_number in range(1, _ROUNDS + 1):
-            table = np.concatenate(
-                [np.zeros((0, 4))]
-                + [rows.at(limit, np.array(known)) for limit, known in zip(program.limits, speeds.known, strict=True)]
-            )
-            best = Plane(table, *self._box(program, rows)).best(*goal)
+            table = np.concatenate([table, *[rows.at(limit, new) for limit, new in speeds.take()]])
+            best = Plane(table, *self._box(program, rows, table)).best(*goal)
             if best is None:
                 return _none(self.name, round_number)
             x = np.zeros(2)
@@ -195,9 +204,17 @@ class StiffnessAndDamping:
                 return _found(program, self.name, x, round_number)
         return Found("unproven", None, "the worst speeds did not settle", self.name)
 
-    def _box(self, program: Program, rows: PlaneRows) -> tuple[FloatArray, FloatArray]:
+    def _box(self, program: Program, rows: PlaneRows, table: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Box of (k, c); an open end is moved beyond everything that the rows turn at."""
         order = list(rows.order)
-        return program.low[order], program.high[order]
+        low, high = program.low[order], program.high[order]
+        if any(program.axes[i].open_high for i in order):
+            far = Plane(table, low, high)
+            if program.axes[order[0]].open_high:
+                high[0] = max(high[0], 4.0 * far.farthest_k())
+            if program.axes[order[1]].open_high:
+                high[1] = max(high[1], 2.0 * far.highest_c(high[0]))
+        return low, high
 
 
 class Plane:
@@ -236,12 +253,25 @@ class Plane:
         damping = min(max(float(np.sqrt(max(q * self.scale[1], 0.0))), self.low[1]), self.high[1])
         return np.array([stiffness, damping])
 
+    def farthest_k(self) -> float:
+        """Greatest stiffness [SI] at which any two rows meet."""
+        return float(self._meetings().max(initial=0.0)) * float(self.scale[0])
+
+    def highest_c(self, k: float) -> float:
+        """Damping [SI] that no lower curve exceeds between zero and `k`, at the cuts."""
+        cuts = np.append(self._meetings(), k / self.scale[0])
+        cuts = cuts[(cuts >= 0.0) & (cuts <= k / self.scale[0])]
+        values = self.curves[~self.upper] @ np.stack([cuts**2, cuts, np.ones_like(cuts)])
+        return float(np.sqrt(max(values.max(initial=0.0), 0.0) * self.scale[1]))
+
+    def _meetings(self) -> FloatArray:
+        first, second = np.triu_indices(len(self.curves), 1)
+        return _many_roots(np.concatenate([self.curves[first] - self.curves[second], self.walls]))
+
     def _cuts(self, place: int) -> FloatArray:
         """Every k [scaled] at which the feasible interval of q may open, close or turn."""
         low, high = self.low[0] / self.scale[0], 1.0
-        first, second = np.triu_indices(len(self.curves), 1)
-        pairs = np.concatenate([self.curves[first] - self.curves[second], self.walls])
-        found = [np.array([low, high]), _many_roots(pairs)]
+        found = [np.array([low, high]), self._meetings()]
         if place == 1:
             with np.errstate(divide="ignore", invalid="ignore"):
                 found.append(-self.curves[:, 1] / (2.0 * self.curves[:, 0]))

@@ -88,8 +88,8 @@ def _clash(program: Program, force: Limit, motion: Limit) -> Impossible | None:
     with np.errstate(divide="ignore", invalid="ignore"):
         allowed = force.bound * really / shaken
         stroke = motion.bound / omega**motion.form.output.power
-        needed = np.where(omega > 0.0, (really - allowed) / (omega**2 * stroke), 0.0)
-    worst = int(np.nanargmax(needed))
+        needed = np.nan_to_num((really - allowed) / (omega**2 * stroke), nan=0.0, posinf=0.0, neginf=0.0)
+    worst = int(np.argmax(needed))
     mass = _greatest_mass(program)
     if not needed[worst] > mass * (1.0 + _MARGIN):
         return None

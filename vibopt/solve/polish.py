@@ -52,7 +52,7 @@ def polish(program: Program, x: FloatArray, *, rounds: int = 30) -> FloatArray:
     free = np.array([axis.values is None for axis in program.axes]) & (x > 0.0)
     if program.aim is None or not free.any():
         return x
-    best, best_value = np.array(x, dtype=float), judge.goal(x).value
+    best, best_value = _to_ends(program, judge, np.array(x, dtype=float))
     here = best.copy()
     for _ in range(rounds):
         step = _step(program, here, free)
@@ -68,6 +68,21 @@ def polish(program: Program, x: FloatArray, *, rounds: int = 30) -> FloatArray:
         if moved < 1e-14:
             break
     return best
+
+
+def _to_ends(program: Program, judge: Judge, x: FloatArray) -> tuple[FloatArray, float]:
+    """Each continuous variable moved to the better end of its range where the limits allow it."""
+    value = judge.goal(x).value
+    for i, axis in enumerate(program.axes):
+        for end in (axis.low, axis.high):
+            if axis.values is not None or end == x[i]:
+                continue
+            there = x.copy()
+            there[i] = end
+            other = judge.goal(there).value
+            if other < value and judge.feasible(there):
+                x, value = there, other
+    return x, value
 
 
 def _step(program: Program, x: FloatArray, free: FloatArray) -> FloatArray | None:
@@ -236,12 +251,8 @@ def _trial(
     residual = float(np.linalg.norm(jacobian.T @ multipliers + slope)) / max(float(np.linalg.norm(slope)), 1e-300)
     values = np.array([row[0] for row in active])
     if size == n:
-        if np.linalg.cond(jacobian) > 1e12:
-            return None
-        return residual, np.linalg.solve(jacobian, -values)
+        return residual, np.linalg.lstsq(jacobian, -values, rcond=1e-12)[0]
     lagrangian = bend + sum((m * row[2] for m, row in zip(multipliers, active, strict=True)), np.zeros((n, n)))
     matrix = np.block([[lagrangian, jacobian.T], [jacobian, np.zeros((size, size))]])
-    if np.linalg.cond(matrix) > 1e13:
-        return None
-    solved = np.linalg.solve(matrix, np.concatenate([-slope, -values]))
+    solved = np.linalg.lstsq(matrix, np.concatenate([-slope, -values]), rcond=1e-12)[0]
     return min(residual, 1e-4) if residual < 0.05 else residual, solved[:n]

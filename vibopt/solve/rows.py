@@ -128,10 +128,13 @@ class PlaneRows:
 
     order
         Indices of k and c among the variables.
+    many
+        Number of identical mounts.
     """
 
     program: Program
     order: tuple[int, int]
+    many: float
 
     @classmethod
     def of(cls, program: Program) -> PlaneRows | None:
@@ -149,12 +152,7 @@ class PlaneRows:
         same = np.array_equal(springs[0].vector, dampers[0].vector) and springs[0].owner == dampers[0].owner
         if not plain or not same or k == c or springs[0].scale != dampers[0].scale:
             return None
-        return cls(program, (k, c))
-
-    @property
-    def many(self) -> float:
-        """Number of identical mounts."""
-        return next(term.scale for term in self.program.model.terms if term.exponents.any())
+        return cls(program, (k, c), springs[0].scale)
 
     def accepts(self, limit: Limit) -> bool:
         """Whether the limit is a row linear in c^2."""

@@ -26,6 +26,7 @@ from vibopt.solve.conflict import loosenings, outward, smallest_conflict
 from vibopt.solve.find_all import permitted_speeds
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.physical import Impossible, impossible
+from vibopt.solve.rows import direction
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
 
@@ -70,26 +71,36 @@ def solve(scene: Scene, *, method: str | None = None, progress: Progress | None 
 
 def answer(program: Program, scene: Scene, method: str | None, progress: Progress | None) -> tuple[Found, str]:
     """What a method says, with the physical reason where there is one."""
-    finite, opened = closed(program)
+    finite = closed(program)
     clash = impossible(finite)
     if clash is not None and method is None:
         claim = "proven by the balance of forces on the machine, for any isolator"
         return Found("infeasible", None, claim, "physical bound"), _physical_words(scene, clash)
     chosen = choose(finite, method)
     found = chosen.solve(finite, progress)
-    if found.x is not None and opened:
-        found = _endless(finite, opened, found)
-    return found, ""
+    return _open_ends(finite, found, exact=chosen.name.startswith("closed_form")), ""
 
 
-def _endless(program: Program, opened: tuple[int, ...], found: Found) -> Found:
-    """A half-open range whose best design lies at its far end has no best design."""
-    assert found.x is not None
-    for i in opened:
-        if found.x[i] >= 0.999 * program.axes[i].high:
-            name = program.axes[i].path
-            claim = f"every limit holds and the goal keeps improving as {name} grows without end"
+def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
+    """What half-open ranges mean for an answer: no best design at an open end, no proof beyond a far one."""
+    opened = [axis for axis in program.axes if axis.open_high or axis.open_low]
+    if not opened:
+        return found
+    if found.x is None:
+        if exact or found.status != "infeasible" or not any(axis.open_high for axis in opened):
+            return found
+        ends = ", ".join(f"{axis.path} = {axis.high:.3g} (SI)" for axis in opened if axis.open_high)
+        return replace(found, status="unproven", claim=f"no design up to {ends}; nothing is proven about larger values")
+    for i, axis in enumerate(program.axes):
+        up, down = axis.open_high and found.x[i] >= 0.999 * axis.high, axis.open_low and found.x[i] <= 1.001 * axis.low
+        if not up and not down:
+            continue
+        way = "grows without end" if up else "goes to zero"
+        if program.aim is not None and direction(program.aim, program.aim.model, i) is not None:
+            claim = f"every limit holds and the goal keeps improving as {axis.path} {way}"
             return replace(found, status="unbounded", claim=claim)
+        claim = f"every limit holds; the goal comes ever nearer to its best value as {axis.path} {way}"
+        return replace(found, status="feasible", claim=claim)
     return found
 
 
@@ -296,7 +307,7 @@ def _nothing(
 
 
 def _conflict(scene: Scene, program: Program, found: Found) -> Conflict | None:
-    finite, _ = closed(program)
+    finite = closed(program)
 
     def ask(part: Program) -> Found:
         if part.aim is None and impossible(part) is not None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from vibopt.design.certify import measure
 from vibopt.design.design import Checked, Design, Price, Shown
-from vibopt.scene.facts import fact_at
-from vibopt.scene.read import with_changes
+from vibopt.scene.facts import FactAt, fact_at
+from vibopt.scene.read import from_dict, with_changes
+from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.solve import outward_shown, shown_value
 
@@ -16,18 +16,26 @@ STEP = 0.1
 """A sensible step: a tenth of the bound."""
 
 
-def priced(design: Design) -> Design:
-    """The same design with a price on every active limit; analyses and failures are returned as they are."""
+def priced(design: Design, *, until: bool = False) -> Design:
+    """The same design with a price on every active limit; analyses and failures are returned as they are.
+
+    Parameters
+    ----------
+    design
+        An answer with a goal.
+    until
+        Look as well for the bound beyond which loosening buys nothing more (some fifty solutions per limit).
+    """
     if design.goal is None or design.status not in ("optimal", "feasible"):
         return design
     limits = {
-        key: replace(row, price=_price(design, row)) if row.active and row.side != "outside" else row
+        key: replace(row, price=_price(design, row, until)) if row.active and row.side != "outside" else row
         for key, row in design.limits.items()
     }
     return replace(design, limits=limits)
 
 
-def _price(design: Design, row: Checked) -> Price | None:
+def _price(design: Design, row: Checked, until: bool) -> Price | None:
     scene = design.scene
     assert row.limit is not None and design.goal is not None
     fact = fact_at(scene, f"limits.{row.name}.{row.side}")
@@ -37,32 +45,52 @@ def _price(design: Design, row: Checked) -> Price | None:
     if response.complement:
         aimed = 1.0 - (1.0 - fact.value) * (1.0 + STEP * (1.0 if row.side == "at_least" else -1.0))
     loosened = outward_shown(response, aimed, fact.unit, row.side, digits=2)
-    other = solve(with_changes(scene, {fact.path: fact.text(loosened.value)}), explain=False)
-    if other.goal is None:
+    goal = _goal_at(design, fact, loosened.value)
+    if goal is None:
         return None
-    until = _until(design, row)
-    return Price(loosened, other.goal[1], until, _words(design, row, loosened, other.goal[1], until))
+    end = _until(design, row, fact) if until else None
+    return Price(loosened, goal, end, _words(design, row, loosened, goal, end))
 
 
-def _until(design: Design, row: Checked) -> Shown | None:
-    """Value that the response takes when its limit is left out: beyond it loosening buys nothing."""
-    scene = design.scene
+def _goal_at(design: Design, fact: FactAt, bound: float) -> Shown | None:
+    """Goal of the scene with one bound changed."""
+    other = solve(with_changes(design.scene, {fact.path: fact.text(bound)}), explain=False)
+    return other.goal[1] if other.goal is not None else None
+
+
+def _until(design: Design, row: Checked, fact: FactAt) -> Shown | None:
+    """The bound from which on the goal is as good as without the limit; None when it always helps."""
+    free = solve(without_bound(design.scene, row.name, row.side), explain=False)
+    if free.goal is None:
+        return None
+    target = free.goal[1].value
+    good, bad = fact.value * (1e-6 if row.side == "at_least" else 1e6), fact.value
+    if not _as_good(_goal_at(design, fact, good), target):
+        return None
+    for _ in range(60):
+        middle = math.sqrt(good * bad)
+        if _as_good(_goal_at(design, fact, middle), target):
+            good = middle
+        else:
+            bad = middle
+        if abs(good / bad - 1.0) < 1e-6:
+            break
+    response = design.scene.limits[row.name]
+    return shown_value(response, good, fact.unit)
+
+
+def _as_good(goal: Shown | None, target: float) -> bool:
+    return goal is not None and abs(goal.value - target) <= 1e-8 * abs(target)
+
+
+def without_bound(scene: Scene, name: str, side: str) -> Scene:
+    """The scene less one bound of one limit."""
     document = dict(scene.document)
-    document["limits"] = {name: dict(table) for name, table in document["limits"].items()}
-    document["limits"][row.name].pop(row.side)
-    if not any(key in document["limits"][row.name] for key in ("at_most", "at_least", "outside")):
-        document["limits"].pop(row.name)
-    from vibopt.scene.read import from_dict
-
-    free = solve(from_dict(document, name=scene.name), explain=False)
-    if not free.x:
-        return None
-    chosen = {v.path: value for v, value in zip(scene.variables, free.x, strict=True)}
-    response = scene.limits[row.name]
-    value = measure(scene, chosen, response, row.side).value
-    if not math.isfinite(value):
-        return None
-    return shown_value(response, value, response.unit or getattr(getattr(response, row.side), "unit", ""))
+    document["limits"] = {key: dict(table) for key, table in document["limits"].items()}
+    document["limits"][name].pop(side)
+    if not any(key in document["limits"][name] for key in ("at_most", "at_least", "outside")):
+        document["limits"].pop(name)
+    return from_dict(document, name=scene.name)
 
 
 def _words(design: Design, row: Checked, loosened: Shown, goal: Shown, until: Shown | None) -> str:
@@ -71,4 +99,4 @@ def _words(design: Design, row: Checked, loosened: Shown, goal: Shown, until: Sh
     text = f"{row.limit.shown} -> {loosened.shown}: {name} {now.shown} -> {goal.shown}"
     if now.shown == goal.shown:
         text = f"{row.limit.shown} -> {loosened.shown}: {name} stays {now.shown}"
-    return f"{text}; no more to gain beyond {until.shown}" if until is not None else text
+    return f"{text}; nothing more to gain beyond {until.shown}" if until is not None else text

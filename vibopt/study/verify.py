@@ -139,7 +139,7 @@ def compare(design: Design, record: Mapping[str, Any], file: str = "") -> Row:
     if not complaint:
         try:
             ours, difference = _compared(design, path, given)
-        except (QuantityError, _NoSuchPath) as error:
+        except (QuantityError, _NoSuchPathError) as error:
             complaint = f"{path} = {_text(given)} {error}" if isinstance(error, QuantityError) else str(error)
     ok = not complaint and (ours == given if difference is None else difference <= tolerance)
     if not ok and not complaint and difference is not None:
@@ -147,7 +147,7 @@ def compare(design: Design, record: Mapping[str, Any], file: str = "") -> Row:
     return Row(file, said, printed, _text(given), ours, verdict, ok, difference, complaint)
 
 
-class _NoSuchPath(Exception):
+class _NoSuchPathError(Exception):
     """A record points at nothing in the answer."""
 
 
@@ -186,7 +186,7 @@ def _compared(design: Design, path: str, given: object) -> tuple[str, float | No
 def _compared_set(design: Design, given: object) -> tuple[str, float]:
     """Intervals end by end, each relative to the greatest end."""
     if design.found is None:
-        raise _NoSuchPath("the answer has no set: the file asks for none, or none was found.")
+        raise _NoSuchPathError("the answer has no set: the file asks for none, or none was found.")
     pairs = given if isinstance(given, list) else []
     if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs) or not isinstance(given, list):
         raise QuantityError('is no list of pairs. Write [["0 rpm", "540 rpm"]].')
@@ -218,29 +218,29 @@ def _find(design: Design, path: str) -> tuple[Shown, str, bool]:
         return _find_checked(design, family, rest)
     if path == "goal":
         if design.goal is None or design.scene.goal is None:
-            raise _NoSuchPath("the answer has no goal.")
+            raise _NoSuchPathError("the answer has no goal.")
         response = design.scene.goal.response
         return design.goal[1], response.dimension, response.amplitude
     known = ("status", "goal", "set", "variables", "limits", "measures")
-    raise _NoSuchPath(f'there is no "{family}" in an answer.{way_out(family, known)}')
+    raise _NoSuchPathError(f'there is no "{family}" in an answer.{way_out(family, known)}')
 
 
 def _find_checked(design: Design, family: str, rest: str) -> tuple[Shown, str, bool]:
     """NAME.value, NAME.worst_at or NAME.worst_at.EXCITATION."""
     name, _, key = rest.partition(".")
     checked: Checked = _entry(getattr(design, family), name, family.removesuffix("s"))
-    response: Response = getattr(design.scene, family)[name]
+    response: Response = getattr(design.scene, family)[checked.name]
     if key == "value":
         return checked.value, response.dimension, response.amplitude
     if key == "worst_at" or key.startswith("worst_at."):
         return _worst_at(design, checked, key.removeprefix("worst_at").removeprefix("."))
-    raise _NoSuchPath(f'{family}.{name} has no "{key}". Write value or worst_at.')
+    raise _NoSuchPathError(f'{family}.{name} has no "{key}". Write value or worst_at.')
 
 
 def _worst_at(design: Design, checked: Checked, excitation: str) -> tuple[Shown, str, bool]:
     if not excitation and len(checked.worst_at) != 1:
         names = ", ".join(checked.worst_at) or "none"
-        raise _NoSuchPath(f"the worst of {checked.name} is at a speed of each of: {names}. Write worst_at.NAME.")
+        raise _NoSuchPathError(f"the worst of {checked.name} is at a speed of each of: {names}. Write worst_at.NAME.")
     name = excitation or next(iter(checked.worst_at))
     speed = _entry(checked.worst_at, name, "excitation")
     return speed, design.scene.excitations[name].speed.dimension, False
@@ -248,7 +248,7 @@ def _worst_at(design: Design, checked: Checked, excitation: str) -> tuple[Shown,
 
 def _entry(table: Mapping[str, Any], name: str, what: str) -> Any:
     if name not in table:
-        raise _NoSuchPath(f'the answer has no {what} "{name}".{way_out(name, table)}')
+        raise _NoSuchPathError(f'the answer has no {what} "{name}".{way_out(name, table)}')
     return table[name]
 
 

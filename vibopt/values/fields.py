@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -26,7 +27,8 @@ class Fact:
 class Choice:
     """A design variable: the range [low, high] in SI, or the listed `options` only.
 
-    `low` is 0 and `high` is inf where the user left the range half open.
+    Where the user left the range half open `high` is inf, or `open_low` says that `low` stands for
+    "as near to zero as you like".
     """
 
     low: float
@@ -35,9 +37,13 @@ class Choice:
     whole: bool = False
     options: tuple[float, ...] = ()
     echo: str | None = None
+    open_low: bool = False
 
 
 Value = Fact | Choice
+_NEAR_ZERO = 1e-9
+MOST_WHOLE = 5000
+"""Most whole numbers that a range may hold: each one is tried."""
 _KEYS = ("from", "to", "one_of", "whole")
 
 
@@ -186,13 +192,36 @@ def _read_choice(rule: Rule, given: Mapping[str, object]) -> Choice:
         raise QuantityError("is a reversed range: from is greater than to. Exchange the two.")
     if low == high:
         raise QuantityError("is an empty range: from equals to. Write the value alone, as a fact.")
-    whole = given.get("whole", False)
+    echo = next((end.echo for end in ends.values() if end.echo), None)
+    whole = _is_whole(rule, given, low, high)
+    if whole and rule.sign == "positive":
+        low = max(low, 1.0)
+    near_zero = rule.sign == "positive" and low == 0.0 and not whole
+    if near_zero:
+        low = _NEAR_ZERO * (high if high < float("inf") else 1.0)
+    return Choice(low, high, unit, whole, (), echo, near_zero)
+
+
+def _is_whole(rule: Rule, given: Mapping[str, object], low: float, high: float) -> bool:
+    """Whether only whole numbers may be chosen; a few of them must be there, and not too many."""
+    whole = given.get("whole", rule.dimension == "count")
     if not isinstance(whole, bool):
         raise QuantityError("has a whole that is neither true nor false. Write whole = true.")
-    if rule.dimension == "count" and high == float("inf"):
-        raise QuantityError("has no upper end. A count needs both from and to.")
-    echo = next((end.echo for end in ends.values() if end.echo), None)
-    return Choice(low, high, unit, whole or rule.dimension == "count", (), echo)
+    if rule.dimension == "count" and not whole:
+        raise QuantityError("has whole = false, but a count is a whole number. Leave whole out.")
+    if not whole:
+        return False
+    if rule.dimension != "count":
+        raise QuantityError('asks for whole numbers, but only a count is one. Write one_of = ["...", "..."] for a list of values.')
+    if high == float("inf"):
+        raise QuantityError("has no upper end. Whole numbers need both from and to.")
+    least = max(math.ceil(low), 1 if rule.sign == "positive" else 0)
+    many = math.floor(high) - least + 1
+    if many < 1:
+        raise QuantityError("holds no whole number. Write a wider range, or leave whole out.")
+    if many > MOST_WHOLE:
+        raise QuantityError(f"holds more than {MOST_WHOLE} whole numbers. Write a narrower range, or leave whole out.")
+    return True
 
 
 def _end(rule: Rule, given: object, key: str) -> Quantity:

@@ -55,6 +55,6 @@ class Slsqp:
             method="SLSQP",
             bounds=bounds,
             constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
-            options={"ftol": 1e-12, "maxiter": 200},
+            options={"ftol": 1e-9, "maxiter": 200},
         )
         return claimed(self.name, program, answer.x[:n], success=bool(answer.success), word=str(answer.message), speeds=self.speeds)

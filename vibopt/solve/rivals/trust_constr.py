@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from dataclasses import dataclass
 
@@ -21,6 +22,7 @@ class TrustConstr:
     speeds: int = 200
     name: str = "trust_constr"
     iterations: int = 500
+    seconds: float = 15.0
 
     @property
     def summary(self) -> str:
@@ -34,6 +36,7 @@ class TrustConstr:
         """Run it once, and pass on its flag."""
         from scipy.optimize import BFGS, Bounds, NonlinearConstraint, minimize
 
+        deadline = time.perf_counter() + self.seconds
         rows = SampledRows(program, self.speeds)
         start = rows.start()
         top = float(rows.goal(start)[0].max())
@@ -60,7 +63,8 @@ class TrustConstr:
                 method="trust-constr",
                 bounds=Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),  # type: ignore[arg-type]
                 constraints=[NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=BFGS())],  # type: ignore[arg-type]
-                options={"gtol": 1e-9, "xtol": 1e-10, "maxiter": self.iterations},
+                options={"gtol": 1e-8, "xtol": 1e-8, "maxiter": self.iterations},
+                callback=lambda z, state: time.perf_counter() > deadline,
             )
         success = answer.status in (1, 2) and answer.constr_violation <= 1e-6
         return claimed(self.name, program, answer.x[:n], success=success, word=str(answer.message), speeds=self.speeds)

@@ -1,0 +1,92 @@
+"""`vibopt plot` and `vibopt report`: the answer as a picture, and as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from vibopt.cli.options import as_json, changes, file, method, read_scene
+from vibopt.cli.output import checked_target, say, say_json, write_file
+from vibopt.errors import InputError
+
+if TYPE_CHECKING:
+    from vibopt.design.design import Design
+
+FORMATS = (".svg", ".png", ".pdf")
+PAGES = (".html", ".htm")
+
+
+@click.command()
+@file
+@click.option("-o", "--output", metavar="FILE", required=True, help="Picture to write: .svg, .png or .pdf.")
+@click.option("--map", "as_map", is_flag=True, help="Draw the plane of the two design variables instead.")
+@method
+@changes
+@as_json
+def plot(file: str, output: str, as_map: bool, method: str | None, changes: tuple[str, ...], as_json: bool) -> int:
+    """Draw the responses of the answer against speed, with forbidden zones and worst points.
+
+    Exit code: that of the answer.
+    """
+    from vibopt.cli.solve import answer
+
+    target = checked_target(output, FORMATS)
+    design = answer(read_scene(file, changes), method)
+    write_file(target, _picture(design, as_map, target.suffix[1:].lower()))
+    return _done(design, target, as_json)
+
+
+def _picture(design: Design, as_map: bool, form: str) -> bytes:
+    from vibopt.design.curves import panels
+    from vibopt.design.figures import plane_figure, response_figure, saved
+    from vibopt.design.plane import plane
+
+    name = design.scene.name
+    if as_map:
+        drawn = plane(design)
+        if drawn is None:
+            raise InputError(f"{name}: a map needs exactly two variables that are not whole or listed.")
+        return saved(plane_figure(drawn), form)
+    found = panels(design)
+    if found:
+        return saved(response_figure(found, design.scene.title), form)
+    drawn = plane(design)
+    if drawn is not None:
+        return saved(plane_figure(drawn), form)
+    without = bool(design.scene.variables) and not design.x
+    why = f"there is no design ({design.status})" if without else "nothing depends on a speed"
+    raise InputError(f"{name}: there is nothing to draw: {why}.")
+
+
+@click.command()
+@file
+@click.option("-o", "--output", metavar="FILE", required=True, help="Page to write (.html).")
+@method
+@changes
+@as_json
+def report(file: str, output: str, method: str | None, changes: tuple[str, ...], as_json: bool) -> int:
+    """Write the answer as one page that can be printed and signed (one HTML file, nothing outside it).
+
+    Exit code: that of the answer.
+    """
+    from vibopt.cli.solve import answer, with_prices
+    from vibopt.design.report import html
+
+    target = checked_target(output, PAGES)
+    design = with_prices(answer(read_scene(file, changes), method))
+    write_file(target, html(design, changes=changes).encode())
+    return _done(design, target, as_json)
+
+
+def _done(design: Design, target: Path, as_json: bool) -> int:
+    """Say what was written, and what it says."""
+    from vibopt.design.jsonable import as_json as jsonable
+    from vibopt.design.words import verdict
+
+    if as_json:
+        say_json({**jsonable(design), "written": [str(target)]})
+    else:
+        say(f"{verdict(design)}\nWritten: {target}")
+    return design.exit_code

@@ -1,0 +1,119 @@
+"""`vibopt whatif`: the old answer beside the new."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vibopt.cli.options import as_json, file, keep_design, read_scene, split_change, value_of
+from vibopt.cli.output import colour, say, say_json, width
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from vibopt.design.design import Checked, Design, Shown
+    from vibopt.study.whatif import WhatIf
+
+
+@click.command()
+@file
+@click.option(
+    "--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated."
+)
+@keep_design
+@as_json
+def whatif(file: str, changes: tuple[str, ...], keep_design: bool, as_json: bool) -> int:
+    """Change facts or limits, and see the old answer beside the new.
+
+    With --keep-design the old design stays: which limits break under the changes, and how far each fact
+    may go.  Exit code: that of the new answer.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.whatif import whatif as compare
+
+    scene = read_scene(file)
+    new = {path: value_of(text) for path, text in map(split_change, changes)}
+    with Bar() as bar:
+        result = compare(scene, new, keep_design=keep_design, progress=bar)
+    if as_json:
+        say_json({"status": result.after.status, **_parts(result)})
+    else:
+        from vibopt.design.table import rendered
+
+        say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
+    return result.after.exit_code
+
+
+def _parts(result: WhatIf) -> dict[str, Any]:
+    from vibopt.design.jsonable import plain
+
+    keys = ("changes", "keep_design", "before", "after", "breaks", "thresholds")
+    return {key: plain(getattr(result, key)) for key in keys}
+
+
+def _tell(result: WhatIf, console: Console) -> None:
+    """Changes, then both answers side by side, then what breaks."""
+    from vibopt.design.table import grid, section
+    from vibopt.design.words import listed
+
+    console.print(result.before.scene.title, style="bold")
+    rows = [(path, f"{_old(result.before, path)} -> {new}") for path, new in result.changes.items()]
+    console.print(grid(rows))
+    section(console, "Before and after", grid(_beside(result), ("", "Before", "After")))
+    for name, one in (("before", result.before), ("after", result.after)):
+        if one.reason or one.conflict:
+            limits = one.conflict.limits if one.conflict else ()
+            words = one.reason or f"these cannot hold together: {', '.join(limits)}."
+            console.print(f"  {name}: {words}")
+    if result.keep_design:
+        names = listed([f'"{name}"' for name in result.breaks])
+        console.print(f"\nThe design kept breaks {names}." if names else "\nThe design kept breaks no limit that held.")
+        if result.thresholds:
+            heads = ("Fact", "Now", "Fails below", "Fails above")
+            section(console, "How far each fact may go", grid(_thresholds(result), heads, whole=(0,)))
+
+
+def _old(design: Design, path: str) -> str:
+    here: Any = design.scene.document
+    for step in path.split("."):
+        here = here.get(step) if isinstance(here, dict) else None
+    return "not given" if here is None else str(here)
+
+
+def _beside(result: WhatIf) -> list[tuple[str, ...]]:
+    before, after = result.before, result.after
+    rows: list[tuple[str, ...]] = [("verdict", before.status, after.status)]
+    if (before.goal or after.goal) and not result.keep_design:
+        name = (before.goal or after.goal or ("", None))[0]
+        rows.append((name, *(one.goal[1].shown if one.goal else "-" for one in (before, after))))
+    if not result.keep_design:
+        paths = list(dict.fromkeys((*before.variables, *after.variables)))
+        rows += [
+            (path, *(one.variables[path].value.shown if path in one.variables else "-" for one in (before, after)))
+            for path in paths
+        ]
+    for family in ("limits", "measures"):
+        names = list(dict.fromkeys((*getattr(before, family), *getattr(after, family))))
+        rows += [(name, *(_cell(getattr(one, family).get(name)) for one in (before, after))) for name in names]
+    return rows
+
+
+def _cell(checked: Checked | None) -> str:
+    from vibopt.design.words import state_words, value_at
+
+    if checked is None:
+        return "-"
+    state = state_words(checked) if checked.limit is not None else ""
+    return f"{value_at(checked)}{f', {state}' if state else ''}"
+
+
+def _thresholds(result: WhatIf) -> list[tuple[str, ...]]:
+    return [
+        (one.path, one.now.shown, _edge(one.below, one.limits[0]), _edge(one.above, one.limits[1]))
+        for one in result.thresholds
+    ]
+
+
+def _edge(value: Shown | None, limit: str) -> str:
+    return f"{value.shown}\n  {limit}" if value is not None else "-"

@@ -1,0 +1,12 @@
+"""Figures: responses against speed, the plane of two design variables, a sweep.
+
+Drawn for paper as well as for the screen: forbidden zones are hatched and lines differ by style, so that
+nothing is lost in grey.  Matplotlib is loaded when something is drawn, and none of its global state is touched.
+"""
+
+from vibopt.design.figures.paper import saved
+from vibopt.design.figures.plane import plane_figure
+from vibopt.design.figures.response import response_figure
+from vibopt.design.figures.strips import strips_figure
+
+__all__ = ["plane_figure", "response_figure", "saved", "strips_figure"]

@@ -1,0 +1,98 @@
+"""One pair of axes of a response figure, as data in the user's units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.forms import FloatArray
+from vibopt.units.spelling import split_detector
+
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """Where a limit forbids the response: beyond `bound`, for x from `low` to `high` (one speed if equal).
+
+    `above` tells on which side.
+    """
+
+    name: str
+    words: str
+    low: float
+    high: float
+    bound: float
+    above: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """The worst of a limit or measure; y is inf where the response is infinite."""
+
+    name: str
+    words: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """y against x; `known` is false where the file does not say how the excitation varies."""
+
+    label: str
+    x: FloatArray
+    y: FloatArray
+    known: BoolArray
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One pair of axes.
+
+    own
+        Own speeds of the excitation: (low, high) each.
+    good
+        Intervals that `find_all` found.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: tuple[Curve, ...]
+    zones: tuple[Zone, ...]
+    marks: tuple[Mark, ...]
+    own: tuple[tuple[float, float], ...]
+    excitation: str
+    log_x: bool
+    log_y: bool
+    x_span: tuple[float, float]
+    y_span: tuple[float, float]
+    good: tuple[tuple[float, float], ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def heights(
+    curves: Iterable[Curve], zones: Iterable[Zone], marks: Iterable[Mark], unit: str
+) -> tuple[tuple[float, float], bool]:
+    """Span of the y axis, and whether it is logarithmic."""
+    values = np.concatenate([curve.y[np.isfinite(curve.y)] for curve in curves])
+    named = [one.bound for one in zones] + [one.y for one in marks if isfinite(one.y)]
+    if split_detector(unit)[0] == "dB":
+        low, high = float(np.percentile(values, 1)), float(np.percentile(values, 99))
+        low, high = min([low, *named]), max([high, *named])
+        room = 0.12 * max(high - low, 1.0)
+        return (low - room, high + room), False
+    positive = values[values > 0.0]
+    top = float(values.max(initial=0.0))
+    middle = float(np.median(positive)) if len(positive) else 1.0
+    peak = min(top, max(30.0 * middle, 4.0 * max(named, default=0.0)))
+    high = max([peak, *named])
+    floor = min([float(np.percentile(positive, 5)) if len(positive) else high, *(one for one in named if one > 0.0)])
+    if high > 30.0 * floor and floor > 0.0:
+        return (max(floor / 2.0, high * 1e-6), 2.5 * high), True
+    return (0.0, 1.25 * high if high > 0.0 else 1.0), False

@@ -1,0 +1,92 @@
+"""A sweep as series in the user's units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import groupby
+from math import isfinite, nan
+
+import numpy as np
+
+from vibopt.design.design import Shown
+from vibopt.design.strips import Line, Strip, Strips
+from vibopt.design.words import place_of, spoken
+from vibopt.forms import FloatArray
+from vibopt.scene.facts import fact_at
+from vibopt.study.sweep import Point, Sweep
+from vibopt.units import best_unit, to_unit
+from vibopt.units.spelling import split_detector
+
+GOOD = ("optimal", "feasible", "met")
+WORDS = {
+    "infeasible": "no design meets all limits",
+    "unbounded": "the goal has no best value",
+    "unproven": "nothing found, nothing proven",
+    "check_failed": "the independent check refused the design",
+    "violated": "a limit is broken",
+}
+
+
+def strips(sweep: Sweep) -> Strips:
+    """Goal and variables against the varied fact; for a machine that is kept, the margins of its limits."""
+    fact = fact_at(sweep.scene, sweep.path)
+    x = np.array([point.value.value for point in sweep.points]) * to_unit(1.0, fact.unit, fact.dimension)
+    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
+    chosen = bool(sweep.scene.variables) and not sweep.keep_design
+    return Strips(
+        title=sweep.scene.title,
+        x_label=f"{sweep.path} [{unit}]" if unit else sweep.path,
+        x=x,
+        log_x=bool(x[0] > 0.0 and x[-1] > 100.0 * x[0]),
+        strips=tuple(_answers(sweep)) if chosen else (_margins(sweep),),
+        shaded=tuple(_shaded(sweep.points, x)) if chosen else (),
+    )
+
+
+def _answers(sweep: Sweep) -> Iterable[Strip]:
+    """The goal, then each variable that is not the goal itself."""
+    scene = sweep.scene
+    goal = [point.goal for point in sweep.points]
+    drawn = ""
+    if scene.goal is not None and any(goal):
+        response = scene.goal.response
+        drawn = f"links.{getattr(response, 'of', '')}.{response.response}"
+        yield _strip(spoken(response.response, place_of(response)), goal, response.dimension, response.unit or "")
+    for variable in scene.variables:
+        if variable.path != drawn:
+            values = [point.variables.get(variable.path) for point in sweep.points]
+            yield _strip(variable.path, values, variable.dimension, "")
+
+
+def _strip(name: str, values: list[Shown | None], dimension: str, unit: str) -> Strip:
+    si = np.array([one.value if one is not None else nan for one in values])
+    si[~np.isfinite(si)] = nan
+    finite = si[np.isfinite(si)]
+    shown = unit or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
+    y: FloatArray = si if shown == "dB" else si * to_unit(1.0, shown, dimension)
+    log = bool(len(finite) and finite.min() > 0.0 and finite.max() > 30.0 * finite.min())
+    return Strip(f"{name}\n[{shown}]" if shown else name, (Line(name, y),), log)
+
+
+def _margins(sweep: Sweep) -> Strip:
+    names = list(dict.fromkeys(name for point in sweep.points for name in point.margins))
+    lines = tuple(
+        Line(name, np.array([_percent(point.margins.get(name, nan)) for point in sweep.points])) for name in names
+    )
+    return Strip("margin of each limit [%]", lines, bad_below=0.0)
+
+
+def _percent(margin: float) -> float:
+    """A broken limit further out than its bound is of no interest to the eye."""
+    return max(100.0 * margin, -100.0) if isfinite(margin) else -100.0 if margin < 0 else nan
+
+
+def _shaded(points: tuple[Point, ...], x: FloatArray) -> Iterable[tuple[float, float, str]]:
+    """Runs of points without a good answer; each reaches half way to its neighbours."""
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    start = 0
+    for status, run in groupby(points, key=lambda point: point.status):
+        count = len(list(run))
+        if status not in GOOD:
+            yield float(edges[start]), float(edges[start + count]), WORDS.get(status, status)
+        start += count
