@@ -42,10 +42,10 @@ def test_limits_on_one_response_share_a_panel_in_the_users_units(solved: Solved)
     force, motion = panels(solved("rao_9_34"))
     assert (force.title, force.y_label) == ("Transmitted force into ground", "transmitted force [kN pk]")
     assert (motion.title, motion.x_label) == ("Displacement of press", "speed of press [rpm]")
-    zones = [(one.name, one.low, one.high, one.bound, one.above) for one in motion.zones]
-    assert zones[0] == ("amplitude", pytest.approx(3000.0), pytest.approx(3000.0), pytest.approx(2.5), True)
-    assert zones[1] == ("start_up", 0.0, pytest.approx(3000.0), pytest.approx(20.0), True)
-    assert motion.own == ((pytest.approx(3000.0), pytest.approx(3000.0)),)
+    assert [(one.name, one.above) for one in motion.zones] == [("amplitude", True), ("start_up", True)]
+    numbers = [number for one in motion.zones for number in (one.low, one.high, one.bound)]
+    assert numbers == pytest.approx([3000.0, 3000.0, 2.5, 0.0, 3000.0, 20.0])
+    assert list(motion.own[0]) == pytest.approx([3000.0, 3000.0])
 
 
 def test_isolation_is_drawn_as_transmissibility_with_its_bound_turned_round(solved: Solved) -> None:
@@ -122,7 +122,8 @@ def test_the_map_agrees_with_the_exact_answer(solved: Solved) -> None:
     drawn = plane(design)
     assert drawn is not None
     assert (drawn.x.label, drawn.y.label) == ("links.mount.stiffness [MN/m]", "links.mount.damping [kN s/m]")
-    assert drawn.best == (pytest.approx(6.9569172), pytest.approx(9.9086017))
+    assert drawn.best is not None
+    assert list(drawn.best) == pytest.approx([6.9569172, 9.9086017])
     middle = len(drawn.x.values) // 2
     assert drawn.x.values[middle] == pytest.approx(6.9569172)
     excess = {one.name: one.excess[middle, middle] for one in drawn.boundaries}

@@ -48,7 +48,8 @@ def test_the_map_is_drawn(solved: Solved) -> None:
 
 def test_a_sweep_is_drawn_with_gaps_and_shaded_parts() -> None:
     x = np.array([1.0, 2.0, 3.0])
-    strips = Strips("t", "x [mm]", x, False, (Strip("y [N]", (Line("y", np.array([np.nan, 1.0, 2.0])),)),), ((1, 1.5, "no"),))
+    strip = Strip("y [N]", (Line("y", np.array([np.nan, 1.0, 2.0])),))
+    strips = Strips("t", "x [mm]", x, False, (strip,), ((1, 1.5, "no"),))
     text = saved(strips_figure(strips), "svg")
     ElementTree.fromstring(text)
 

@@ -99,5 +99,6 @@ def test_what_the_user_wrote_cannot_break_the_page(solved: Solved) -> None:
 def test_ids_of_an_inline_figure_are_its_own() -> None:
     svg = '<?xml version="1.0"?>\n<svg width="9pt" height="9pt"><g id="a" clip-path="url(#b)"/><use href="#a"/></svg>'
     assert inline(svg, "f1", 'x "y" <z>') == (
-        '<svg role="img" aria-label="x &quot;y&quot; &lt;z>"><g id="f1-a" clip-path="url(#f1-b)"/><use href="#f1-a"/></svg>'
+        '<svg role="img" aria-label="x &quot;y&quot; &lt;z>">'
+        '<g id="f1-a" clip-path="url(#f1-b)"/><use href="#f1-a"/></svg>'
     )

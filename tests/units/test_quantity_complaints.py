@@ -31,7 +31,7 @@ COMPLAINTS: list[tuple[object, str, str]] = [
         "level",
         'is a ratio, but a level in decibel is needed here. Write a level in decibel, for example "14 dB".',
     ),
-    ("5 N m", "force", 'has the unit "N m", but a force is needed here. Write a force, for example "6 kN".'),
+    ("5 N m", "force", 'is a couple, but a force is needed here. Write a force, for example "6 kN".'),
     ("4 %", "count", 'is a ratio, but a whole number is needed here. Write a whole number, for example "4".'),
     ("4.5", "count", 'is not a whole number. Write a whole number, for example "4".'),
     ("20 kn", "force", 'has the unknown unit "kn". Did you mean "kN"?'),

@@ -9,7 +9,7 @@ from importlib import import_module
 
 import click
 
-from vibopt.cli.output import complain, flush, say_json
+from vibopt.cli.output import UnwritableError, complain, flush, say_json
 from vibopt.errors import InputError, VibOptError, way_out
 
 INTERNAL, INPUT, INTERRUPTED = 1, 2, 130
@@ -92,10 +92,21 @@ def main(words: Sequence[str] | None = None) -> int:
         Exit code.
     """
     given = list(sys.argv[1:] if words is None else words)
-    as_json = "--json" in given
     try:
-        code = vibopt.main(args=given, prog_name="vibopt", standalone_mode=False)
-        return flush() or int(code or 0)
+        code = _run(given, "--json" in given)
+        flush()
+    except UnwritableError as error:
+        complain(str(error))
+        return INTERNAL
+    return code
+
+
+def _run(given: list[str], as_json: bool) -> int:
+    """The command, whatever goes wrong in it turned into words."""
+    try:
+        return int(vibopt.main(args=given, prog_name="vibopt", standalone_mode=False) or 0)
+    except UnwritableError:
+        raise
     except click.Abort:
         return INTERRUPTED
     except click.UsageError as error:
@@ -116,7 +127,7 @@ def _usage(error: click.UsageError, as_json: bool) -> int:
         usage = f"{error.ctx.get_usage()}\n" if error.ctx is not None else ""
         way = f"\nTry: {error.ctx.command_path} --help" if error.ctx is not None else ""
         complain(f"{usage}{error.format_message()}{way}")
-    return flush() or INPUT
+    return INPUT
 
 
 def _mistakes(error: VibOptError, as_json: bool) -> int:
@@ -126,7 +137,7 @@ def _mistakes(error: VibOptError, as_json: bool) -> int:
         say_json({"status": STATUS.get(error.exit_code, "internal_error"), "messages": messages})
     else:
         complain("\n".join(messages))
-    return flush() or error.exit_code
+    return error.exit_code
 
 
 def _fault(error: Exception, as_json: bool) -> int:
@@ -139,4 +150,4 @@ def _fault(error: Exception, as_json: bool) -> int:
         say_json({"status": "internal_error", "messages": [message]})
     else:
         complain(message)
-    return flush() or INTERNAL
+    return INTERNAL

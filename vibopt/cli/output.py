@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
 
-from vibopt.errors import InputError
+from vibopt.errors import InputError, VibOptError
 
 _ASCII = str.maketrans(
     {
@@ -33,6 +33,13 @@ _ASCII = str.maketrans(
         "█": "#",
     }
 )
+
+
+class UnwritableError(VibOptError):
+    """Standard output takes nothing more (a full disk)."""
+
+    def __init__(self, error: OSError) -> None:
+        super().__init__(f"The answer cannot be written to standard output: {error.strerror}.")
 
 
 def say(text: str) -> None:
@@ -75,19 +82,17 @@ def plain_text(text: str) -> str:
     return text.translate(_ASCII).encode("ascii", "replace").decode("ascii")
 
 
-def flush() -> int:
-    """Bring standard output to its end; 1 where it cannot be written (a full disk), else 0."""
+def flush() -> None:
+    """Bring standard output to its end."""
     if sys.stdout is None:
-        return 0
+        return
     try:
         sys.stdout.flush()
     except BrokenPipeError:
         _silence(sys.stdout)
     except OSError as error:
         _silence(sys.stdout)
-        complain(f"The answer cannot be written to standard output: {error.strerror}.")
-        return 1
-    return 0
+        raise UnwritableError(error) from None
 
 
 def _fits(text: str, stream: TextIO | None) -> bool:
@@ -106,6 +111,10 @@ def _write(stream: TextIO | None, text: str) -> None:
         stream.write(whole if _fits(whole, stream) else plain_text(whole))
     except BrokenPipeError:
         _silence(stream)
+    except OSError as error:
+        _silence(stream)
+        if stream is sys.stdout:
+            raise UnwritableError(error) from None
 
 
 def _silence(stream: TextIO) -> None:

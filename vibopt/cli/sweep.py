@@ -63,7 +63,9 @@ def sweep(
     else:
         from vibopt.design.table import rendered
 
-        say(rendered(lambda console: _list(result, written, console), width=width(), colour=colour()))
+        say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
+        for one in written:
+            say(f"Written: {one}")
     return 0 if result.complete else UNPROVEN
 
 
@@ -85,17 +87,17 @@ def csv_text(result: Sweep) -> str:
     """Points as comma-separated values: SI numbers, units in the head; margins as parts of the bound."""
     from vibopt.design.jsonable import number
 
-    first = result.points[0]
-    paths = list(dict.fromkeys(path for point in result.points for path in point.variables))
-    units = {path: point.variables[path].unit for point in result.points for path in point.variables}
-    names = list(dict.fromkeys(name for point in result.points for name in point.margins))
-    goal = next((point.goal for point in result.points if point.goal is not None), None)
+    points = list(result.points)
+    units = {path: one.unit for point in points for path, one in point.variables.items()}
+    paths = list(units)
+    names = list(dict.fromkeys(name for point in points for name in point.margins))
+    goal = next((point.goal for point in points if point.goal is not None), None)
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    head = [_head(result.path, first.value.unit), "status"]
+    head = [_head(result.path, points[0].value.unit), "status"]
     head += [_head(result.goal or "goal", goal.unit)] if goal is not None else []
     writer.writerow([*head, *(_head(path, units[path]) for path in paths), *(f"margin of {name}" for name in names)])
-    for point in result.points:
+    for point in points:
         goals = [] if goal is None else ["" if point.goal is None else number(point.goal.value)]
         chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in paths]
         margins = ["" if name not in point.margins else number(point.margins[name]) for name in names]
@@ -107,10 +109,8 @@ def _head(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _list(result: Sweep, written: list[str], console: Console) -> None:
+def _list(result: Sweep, console: Console) -> None:
     from vibopt.design.table import grid
-    from vibopt.design.words import listed
-
     console.print(result.scene.title, style="bold")
     paths = _columns(result)
     step = max(1, -(-len(result.points) // MOST_ROWS))
@@ -125,8 +125,6 @@ def _list(result: Sweep, written: list[str], console: Console) -> None:
     console.print(grid(rows, heads))
     if step > 1:
         console.print(f"Every {step}th of {len(result.points)} points; --csv FILE writes all of them.")
-    if written:
-        console.print(f"Written: {listed(written)}")
 
 
 def _columns(result: Sweep) -> list[str]:

@@ -137,6 +137,8 @@ class _Drawing:
         response = groups[0][0].response
         quantity = spoken(_quantity(response))
         words = f"{quantity} {place_of(response)}" if len(groups) == 1 else quantity
+        if len(names_for(self.scene, response)) > 1:
+            words += f", against {self.excitation}"
         return words[:1].upper() + words[1:]
 
     def _x_label(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import fields, is_dataclass
 from math import isinf, isnan
 from typing import Any
@@ -52,12 +52,12 @@ def plain(data: object) -> Any:
         return number(data)
     if isinstance(data, Design):
         return as_json(data)
+    if isinstance(data, (Sequence, Set)):
+        return [plain(one) for one in data]
     if is_dataclass(data) and not isinstance(data, type):
         return {one.name: plain(getattr(data, one.name)) for one in fields(data)}
     if isinstance(data, Mapping):
         return {str(key): plain(one) for key, one in data.items()}
-    if isinstance(data, (list, tuple, set, frozenset)):
-        return [plain(one) for one in data]
     if hasattr(data, "tolist"):
         return plain(data.tolist())
     return str(data)

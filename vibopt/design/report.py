@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,8 @@ def _words(design: Design) -> dict[str, Any]:
     """Everything the template says, as text."""
     from markupsafe import Markup
 
+    if design.status == "unbounded":  # its values are as far as a search went, and mean nothing
+        design = replace(design, variables={}, limits={}, measures={}, x=())
     scene = design.scene
     ranges = {variable.path: range_words(variable) for variable in scene.variables}
     return {

@@ -117,6 +117,12 @@ def _write(design: Design, console: Console) -> None:
             paragraph(console, text)
     _conflict(design, console)
     _found(design, console)
+    if design.status != "unbounded":  # its values are as far as a search went, and mean nothing
+        _values_and_limits(design, console)
+    _footing(design, console)
+
+
+def _values_and_limits(design: Design, console: Console) -> None:
     if design.variables:
         section(console, "Design", grid(_values(design)))
     if design.limits:
@@ -126,7 +132,6 @@ def _write(design: Design, console: Console) -> None:
     _prices(design, console)
     if design.measures:
         section(console, "Measures", grid(_measure(one) for one in design.measures.values()))
-    _footing(design, console)
 
 
 def _conflict(design: Design, console: Console) -> None:

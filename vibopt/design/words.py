@@ -42,7 +42,7 @@ def spoken(response: str, place: str = "") -> str:
 
 def goal_words(design: Design) -> str:
     """What was made best, and how far: "greatest stiffness of mount is 6.957 MN/m"."""
-    if design.goal is None or design.scene.goal is None:
+    if design.goal is None or design.scene.goal is None or design.status == "unbounded":
         return ""
     best = "greatest" if design.scene.goal.sense == MAXIMISE else "least"
     response = design.scene.goal.response
@@ -120,10 +120,11 @@ def _short(value: float, variable: Variable) -> str:
 
 def model_words(design: Design) -> str:
     """Degrees of freedom declared and used."""
-    if design.model.why:
-        return design.model.why
-    count = design.model.declared_dof
-    return f"{count} degree{'s' * (count != 1)} of freedom declared, {'all' if count > 1 else count} needed"
+    count, used, why = design.model.declared_dof, design.model.used_dof, design.model.why
+    said = f"{count} degree{'s' * (count != 1)} of freedom declared, {used} needed"
+    if not why:
+        return said
+    return why if "declared" in why else f"{said}: {why}"
 
 
 def loosening_words(design: Design) -> list[str]:

@@ -164,7 +164,7 @@ class Excitation(Table):
             ]
             return Amplitude(tuple(scaled))
         grows = POWERS[variation] if isinstance(variation, str) else 0
-        at = self._reference() if grows else 1.0
+        at = (self._reference() or 1.0) if grows else 1.0
         everywhere = Band(0.0, math.inf)
         return Amplitude((Piece(everywhere, amplitude / at**grows, 0.0, grows + power),))
 
@@ -172,6 +172,12 @@ class Excitation(Table):
         """Speed [rad/s] at which the amplitude is given."""
         given: SpeedRange | None = getattr(self, "amplitude_at", None)
         return given.bands[0].low if given is not None else self.own_bands()[0].low
+
+    @property
+    def begins_at_rest(self) -> bool:
+        """Whether an amplitude that grows with the speed is given at standstill, where it is zero."""
+        grows = isinstance(self.variation, str) and POWERS[self.variation] > 0
+        return grows and not self.needs_reference and self._reference() == 0.0
 
     @property
     def needs_reference(self) -> bool:

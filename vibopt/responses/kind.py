@@ -10,7 +10,8 @@ from vibopt.errors import QuantityError
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.units import Quantity, read_quantity
+from vibopt.units import Quantity, read_quantity, to_unit
+from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
 from vibopt.values.fields import complaint
 
@@ -73,7 +74,21 @@ class Response(Table):
     def _bounds(cls, given: Any) -> Any:
         if not isinstance(given, dict):
             return given
+        cls._check_unit(given.get("unit"))
         return {**given, **cls._read_bounds(given)}
+
+    @classmethod
+    def _check_unit(cls, unit: object) -> None:
+        """A unit to show the value in must fit it."""
+        if not isinstance(unit, str):
+            return
+        detector = split_detector(unit)[2]
+        if detector and not cls.amplitude:
+            raise BoundError("unit", unit, f'says "{detector}", but only an amplitude can be peak, peak-to-peak or rms.')
+        try:
+            to_unit(1.0, unit, cls.dimension)
+        except QuantityError as error:
+            raise BoundError("unit", unit, str(error)) from None
 
     @classmethod
     def _read_bounds(cls, given: dict[str, Any]) -> dict[str, Quantity]:

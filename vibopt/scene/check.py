@@ -87,6 +87,8 @@ def _excitations(scene: Scene, mistakes: Mistakes) -> None:
             mistakes.value((*path, "speed"), given_at(scene.document, (*path, "speed")), word)
         if excitation.needs_reference:
             mistakes.add((*path, "varies"), f'excitations.{name} varies with speed, but its speed is not one value: to which speed does the amplitude belong? Add amplitude_at = "2000 rpm".')
+        if excitation.begins_at_rest:
+            mistakes.add(path, f'excitations.{name} has an amplitude that grows with the speed, but gives it at standstill, where it is zero. Write amplitude_at = "2000 rpm".')
         if excitation.speed.asked and scene.find_all != f"{name}.speed":
             mistakes.add((*path, "speed"), f'excitations.{name}.speed is a range to choose from, which only find_all = "{name}.speed" can answer. Write one speed, or "a..b" for every speed in a range.')
 

@@ -274,7 +274,7 @@ class _Parts:
             self.mistakes.unknown_key(("goal", "response"), [])
             return None
         words["response"] = table[sense]
-        if words["response"] not in RESPONSES:
+        if not isinstance(words["response"], str) or words["response"] not in RESPONSES:
             known = list(RESPONSES)
             self.mistakes.value(("goal", sense), table[sense], f"is no response that vibopt knows.{way_out(str(table[sense]), known)}")
             self.broken.add("goal")

@@ -142,7 +142,7 @@ class _Run:
         """Every distinct design brought to its exact local optimum, one per start."""
         done: list[tuple[FloatArray, FloatArray]] = []
         found = []
-        for y in reached:
+        for y in sorted(reached, key=lambda one: max(self.exact.at(one).missed, 0.0)):
             known = next((end for begin, end in done if np.abs(begin - y).max() < 1e-4), None)
             if known is None:
                 if time.perf_counter() > self.deadline:

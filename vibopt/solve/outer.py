@@ -167,7 +167,7 @@ class StiffnessAndDamping:
             return "the variables are not the stiffness and the damping of one link under one mass."
         if any(axis.values is not None for axis in program.axes):
             return "a variable is discrete."
-        if self._goal(program, rows) is None:
+        if self.goal(program, rows) is None:
             name = program.aim.name if program.aim is not None else ""
             return f"the goal {name} does not simply rise or fall with stiffness or damping."
         for limit in program.limits:
@@ -175,7 +175,7 @@ class StiffnessAndDamping:
                 return f"the limit {limit.name} is not linear in the square of the damping."
         return None
 
-    def _goal(self, program: Program, rows: PlaneRows) -> tuple[int, float] | None:
+    def goal(self, program: Program, rows: PlaneRows) -> tuple[int, float] | None:
         """Which of (k, c) the goal moves, and in which direction."""
         if program.aim is None:
             return 0, 1.0
@@ -190,7 +190,7 @@ class StiffnessAndDamping:
         """Status "optimal" or "infeasible", both proven."""
         rows, speeds = PlaneRows.of(program), Speeds(program)
         assert rows is not None
-        goal = self._goal(program, rows)
+        goal = self.goal(program, rows)
         assert goal is not None
         table = np.zeros((0, 4))
         for round_number in range(1, _ROUNDS + 1):

@@ -18,6 +18,8 @@ def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
 
 
 METHODS: dict[str, Callable[[], Method]] = {
+    "closed_form": _late("outer", "OneVariable"),
+    "closed_form_kc": _late("outer", "StiffnessAndDamping"),
     "branch_and_bound": _late("global_search", "BranchAndBound"),
     "nlp": _late("nlp", "Nlp"),
     "grid": _late("rivals.grid", "Grid"),
@@ -32,6 +34,7 @@ METHODS: dict[str, Callable[[], Method]] = {
     "cvxpy": _late("rivals.convex", "Convex"),
     "cvxpy_dpp": _late("rivals.convex", "Convex", keep=True, name="cvxpy_dpp"),
 }
-"""Name and how to make the method.  vibopt chooses the first two by itself; the others only answer to --method."""
+"""Name and how to make the method."""
 
-OWN = ("branch_and_bound", "nlp")
+OWN = ("closed_form", "closed_form_kc", "branch_and_bound", "nlp")
+"""Those from which vibopt chooses by itself; the others only answer to --method."""

@@ -120,26 +120,32 @@ class Sharpener:
 
     deadline
         `time.perf_counter()` beyond which it stops.
+    hopeless
+        Log violation beyond which a start that no longer improves is given up.
     """
 
     exact: Exact
     deadline: float
     rounds: int = 60
+    hopeless: float = 1e-3
 
     def run(self, start: FloatArray, *, only_feasible: bool = False) -> Point:
         """The best design reached from `start` (y); with `only_feasible` the least missed one."""
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
         for weight in (1e2, 1e5) if not only_feasible else (1e8,):
             here = self._descend(here, weight)
-            if here.missed <= 1e-7:
+            if here.missed <= 1e-7 or here.missed > self.hopeless:
                 break
         return here if only_feasible else self._finish(here)
 
     def _descend(self, here: Point, weight: float) -> Point:
         radius, moved = 1.0, False
         bend = np.zeros((len(here.y), len(here.y)))
+        missed: list[float] = []
         for _ in range(self.rounds):
-            if time.perf_counter() > self.deadline:
+            missed.append(here.missed)
+            stuck = here.missed > self.hopeless and len(missed) > 8 and missed[-8] - here.missed < 0.05 * here.missed
+            if stuck or time.perf_counter() > self.deadline:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
             if moved:

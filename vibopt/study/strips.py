@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from math import isfinite, nan
 
@@ -13,7 +13,8 @@ from vibopt.design.strips import Line, Strip, Strips
 from vibopt.design.words import place_of, spoken
 from vibopt.forms import FloatArray
 from vibopt.scene.facts import fact_at
-from vibopt.study.sweep import Point, Sweep
+from vibopt.study.points import Point
+from vibopt.study.sweep import Sweep
 from vibopt.units import best_unit, to_unit
 from vibopt.units.spelling import split_detector
 
@@ -30,7 +31,8 @@ WORDS = {
 def strips(sweep: Sweep) -> Strips:
     """Goal and variables against the varied fact; for a machine that is kept, the margins of its limits."""
     fact = fact_at(sweep.scene, sweep.path)
-    x = np.array([point.value.value for point in sweep.points]) * to_unit(1.0, fact.unit, fact.dimension)
+    points = list(sweep.points)
+    x = np.array([point.value.value for point in points]) * to_unit(1.0, fact.unit, fact.dimension)
     unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
     chosen = bool(sweep.scene.variables) and not sweep.keep_design
     return Strips(
@@ -38,15 +40,15 @@ def strips(sweep: Sweep) -> Strips:
         x_label=f"{sweep.path} [{unit}]" if unit else sweep.path,
         x=x,
         log_x=bool(x[0] > 0.0 and x[-1] > 100.0 * x[0]),
-        strips=tuple(_answers(sweep)) if chosen else (_margins(sweep),),
-        shaded=tuple(_shaded(sweep.points, x)) if chosen else (),
+        strips=tuple(_answers(sweep, points)) if chosen else (_margins(points),),
+        shaded=tuple(_shaded(points, x)) if chosen else (),
     )
 
 
-def _answers(sweep: Sweep) -> Iterable[Strip]:
+def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
     """The goal, then each variable that is not the goal itself."""
     scene = sweep.scene
-    goal = [point.goal for point in sweep.points]
+    goal = [point.goal for point in points]
     drawn = ""
     if scene.goal is not None and any(goal):
         response = scene.goal.response
@@ -54,7 +56,7 @@ def _answers(sweep: Sweep) -> Iterable[Strip]:
         yield _strip(spoken(response.response, place_of(response)), goal, response.dimension, response.unit or "")
     for variable in scene.variables:
         if variable.path != drawn:
-            values = [point.variables.get(variable.path) for point in sweep.points]
+            values = [point.variables.get(variable.path) for point in points]
             yield _strip(variable.path, values, variable.dimension, "")
 
 
@@ -68,10 +70,10 @@ def _strip(name: str, values: list[Shown | None], dimension: str, unit: str) -> 
     return Strip(f"{name}\n[{shown}]" if shown else name, (Line(name, y),), log)
 
 
-def _margins(sweep: Sweep) -> Strip:
-    names = list(dict.fromkeys(name for point in sweep.points for name in point.margins))
+def _margins(points: list[Point]) -> Strip:
+    names = list(dict.fromkeys(name for point in points for name in point.margins))
     lines = tuple(
-        Line(name, np.array([_percent(point.margins.get(name, nan)) for point in sweep.points])) for name in names
+        Line(name, np.array([_percent(point.margins.get(name, nan)) for point in points])) for name in names
     )
     return Strip("margin of each limit [%]", lines, bad_below=0.0)
 
@@ -81,7 +83,7 @@ def _percent(margin: float) -> float:
     return max(100.0 * margin, -100.0) if isfinite(margin) else -100.0 if margin < 0 else nan
 
 
-def _shaded(points: tuple[Point, ...], x: FloatArray) -> Iterable[tuple[float, float, str]]:
+def _shaded(points: list[Point], x: FloatArray) -> Iterable[tuple[float, float, str]]:
     """Runs of points without a good answer; each reaches half way to its neighbours."""
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     start = 0

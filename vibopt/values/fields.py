@@ -42,6 +42,8 @@ class Choice:
 
 Value = Fact | Choice
 _NEAR_ZERO = 1e-9
+LEAST = 1e-30
+"""Least value above zero [SI]; below it products run out of digits."""
 MOST_WHOLE = 5000
 """Most whole numbers that a range may hold: each one is tried."""
 _KEYS = ("from", "to", "one_of", "whole")
@@ -90,6 +92,8 @@ class Rule:
             raise QuantityError("is not greater than zero." + self._way_out())
         if self.sign == "not negative" and value < 0.0:
             raise QuantityError("is negative." + self._way_out())
+        if 0.0 < value < LEAST:
+            raise QuantityError(f"is beyond what any machine has (|value| < {LEAST:g} in SI).")
         if value > self.most:
             raise QuantityError(f"is greater than {self.most:g}, the most that is possible here.")
 

@@ -10,7 +10,6 @@ from vibopt.design.figures.paper import (
     FORBIDDEN_INK,
     HATCHES,
     RED,
-    SIZE,
     STYLES,
     WIDTH,
     dress,
@@ -59,20 +58,9 @@ def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
         axes.axhline(strip.bad_below, color=RED, lw=1.4, zorder=3)
         floor, ceiling = axes.get_ylim()
         low = min(floor, strip.bad_below)
-        axes.axhspan(low, strip.bad_below, fc=FORBIDDEN, ec=FORBIDDEN_INK, hatch=HATCHES[0], lw=0.0, zorder=1)
+        look = {"fc": FORBIDDEN, "ec": FORBIDDEN_INK, "hatch": HATCHES[0], "lw": 0.0, "zorder": 1}
+        axes.axhspan(low, strip.bad_below, label="limit broken", **look)
         axes.set_ylim(floor, ceiling)
-        axes.annotate(
-            "broken below this line",
-            (0.995, strip.bad_below),
-            xycoords=("axes fraction", "data"),
-            xytext=(-2, -6),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            fontsize=SIZE - 2,
-            color=RED,
-            bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": "none", "alpha": 0.9},
-        )
     seen: set[str] = set()
     for low, high, words in strips.shaded:
         axes.axvspan(

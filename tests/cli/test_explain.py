@@ -1,0 +1,29 @@
+"""Reasons behind an answer."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+Run = Callable[..., Any]
+
+
+def test_explain_gives_model_methods_and_the_cost_of_each_limit(run: Run, press: str) -> None:
+    done = run("explain", press)
+    assert done.code == 0
+    for words in ("Model\n  scene", "1 degree of freedom declared, 1 needed", "answers: ", "cannot: "):
+        assert words in done.out
+    assert "floor_force  ACTIVE, 10 kN pk -> " in done.out
+    assert "47.5 % to spare: does not hold the design back" in " ".join(done.out.split())
+
+
+def test_explain_in_json_has_the_same_parts(run: Run, press: str) -> None:
+    data = run("explain", press, "--json").data
+    assert data["status"] == "optimal"
+    assert [one["chosen"] for one in data["methods"]][-1] is True
+    assert {one["name"] for one in data["limits"]} == set(data["design"]["limits"])
+
+
+def test_an_analysis_and_a_search_for_speeds_have_reasons_too(run: Run, press: str) -> None:
+    folder = Path(press).parent
+    assert "nothing to choose" in run("explain", str(folder / "rao_9_34_printed_design.toml")).out
+    assert "separates good speeds" in run("explain", str(folder / "rao_9_35.toml")).out

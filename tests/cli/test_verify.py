@@ -1,0 +1,173 @@
+"""Records against answers: what agrees, what does not, and what is no record at all."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vibopt.design.design import Design
+from vibopt.scene.read import from_text, read
+from vibopt.scene.scene import Scene
+from vibopt.solve import solve
+from vibopt.study.verify import compare, problem_files, verify
+
+Run = Callable[..., Any]
+SPRING = """\
+title = "spring"
+[bodies.block]
+mass = "1 kg"
+[links.mount]
+between = ["block", "ground"]
+stiffness = "100 N/m"
+damping_ratio = 0.1
+[excitations.shaker]
+kind = "force"
+on = "block"
+amplitude = "1 N rms"
+speed = "10 rad/s"
+[measures.motion]
+response = "displacement"
+of = "block"
+unit = "mm pp"
+[measures.ratio]
+response = "transmissibility"
+into = "ground"
+[measures.frequency]
+response = "natural_frequency"
+"""
+
+
+@pytest.fixture(scope="module")
+def spring() -> Design:
+    return solve(from_text(SPRING))
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("status", "met"),
+        ("measures.motion.value", "50 mm rms"),
+        ("measures.motion.value", "70.710678 mm"),
+        ("measures.motion.value", "141.42136 mm pp"),
+        ("measures.motion.value", "0.070710678 m pk"),
+        ("measures.motion.worst_at", "95.492966 rpm"),
+        ("measures.motion.worst_at.shaker", "1.5915494 Hz"),
+        ("measures.ratio.value", 5.0990195),
+        ("measures.ratio.value", "509.90195 %"),
+        ("measures.frequency.value", "10 rad/s"),
+    ],
+)
+def test_a_right_record_agrees_in_any_unit(spring: Design, path: str, value: object) -> None:
+    row = compare(spring, {"what": "it", "path": path, "value": value})
+    assert row.ok, row.why
+
+
+def test_the_tolerance_is_relative_and_can_be_narrowed(spring: Design) -> None:
+    record = {"what": "f", "path": "measures.frequency.value", "value": "10.0005 rad/s"}
+    assert compare(spring, record).ok
+    row = compare(spring, {**record, "rel_tol": 1e-6})
+    assert not row.ok
+    assert row.why == "10 rad/s instead of 10.0005 rad/s, relative difference 5e-05, allowed 1e-06."
+
+
+@pytest.mark.parametrize(
+    ("record", "why"),
+    [
+        ({"path": "measures.motoin.value"}, 'the answer has no measure "motoin". Did you mean "motion"?'),
+        ({"path": "measures.motion"}, 'measures.motion has no "". Write value or worst_at.'),
+        ({"path": "measures.frequency.worst_at"}, "the worst of frequency is at a speed of each of: none."),
+        ({"path": "variables.links.mount.stiffness"}, 'the answer has no variable "links.mount.stiffness".'),
+        ({"path": "goal"}, "the answer has no goal."),
+        ({"path": "set", "value": []}, "the answer has no set"),
+        ({"path": "sattus"}, 'there is no "sattus" in an answer. Did you mean "status"?'),
+        ({"path": "measures.frequency.value", "value": "10 kg"}, 'measures.frequency.value = 10 kg is a mass'),
+        ({"path": "status", "rel_tol": 0}, "rel_tol = 0 is no number between 0 and 1."),
+        ({"path": "status", "valeu": 1}, 'unknown key "valeu" in the record. Did you mean "value"?'),
+        ({"path": "status", "verdict": "bad"}, 'verdict = "bad" is none of right, rounded'),
+        ({"path": "status", "verdict": "wrong"}, "there is a verdict, but nothing printed that it judges."),
+        ({"path": "status", "verdict": "wrong", "printed": "x"}, 'verdict = "wrong" needs a why.'),
+    ],
+)
+def test_what_is_no_record_is_told(spring: Design, record: dict[str, Any], why: str) -> None:
+    row = compare(spring, {"what": "it", "value": "10 rad/s", **record})
+    assert not row.ok
+    assert why in row.why
+
+
+def test_an_infinite_value_is_only_infinite() -> None:
+    design = solve(read(Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_1.toml"))
+    record = {"what": "it", "path": "measures.ride.value"}
+    assert compare(design, {**record, "value": "infinite"}).ok
+    assert not compare(design, {**record, "value": "1e6 mm"}).ok
+    assert not compare(design, {"what": "f", "path": "measures.bounce.value", "value": "infinite"}).ok
+
+
+@pytest.mark.parametrize(
+    ("value", "ok"),
+    [
+        ([["0 rad/s", "56.487316 rad/s"], ["78.395603 rad/s", "1518.3801 rad/s"]], True),
+        ([["0 rad/s", "56.5 rad/s"], ["78.395603 rad/s", "1518.3801 rad/s"]], False),
+        ([["0 rad/s", "56.487316 rad/s"]], False),
+        ([], False),
+    ],
+)
+def test_a_set_must_agree_end_by_end(value: object, ok: bool) -> None:
+    design = solve(read(Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_35.toml"))
+    assert compare(design, {"what": "set", "path": "set", "value": value}).ok is ok
+
+
+def test_a_folder_is_searched_below_and_each_file_counts_once(tmp_path: Path) -> None:
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    for name in ("a/one.toml", "a/b/two.toml", "a/note.md"):
+        (tmp_path / name).write_text(SPRING)
+    found = problem_files([tmp_path / "a", tmp_path / "a" / "one.toml"])
+    assert [name for _, name in found] == ["b/two.toml", "one.toml"]
+
+
+def test_a_file_without_an_answer_is_not_as_recorded(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("title = 1")
+    (tmp_path / "good.toml").write_text(SPRING)
+
+    def fails(scene: Scene) -> Design:
+        raise ZeroDivisionError("no")
+
+    rows = verify([tmp_path], fails).rows
+    assert [(row.file, row.ours, row.ok) for row in rows] == [
+        ("bad.toml", "input_error", False),
+        ("good.toml", "internal_error", False),
+    ]
+
+
+def test_an_answer_that_failed_its_check_is_never_as_recorded(tmp_path: Path, spring: Design) -> None:
+    from dataclasses import replace
+
+    (tmp_path / "one.toml").write_text(SPRING)
+    refused = replace(spring, status="check_failed", claim="it breaks motion")
+    (row,) = verify([tmp_path], lambda scene: refused).rows
+    assert (row.ok, row.ours, row.why) == (False, "check_failed", "it breaks motion")
+
+
+def test_the_verb_prints_every_record_and_its_exit_code_tells(run: Run, file: Callable[..., str]) -> None:
+    record = '[[expected]]\nwhat = "own"\npath = "measures.frequency.value"\nvalue = "{} rad/s"\n'
+    good = file(SPRING + record.format(10) + 'printed = "11 rad/s"\nverdict = "wrong"\nwhy = "slip"\n', "good.toml")
+    done = run("verify", good)
+    assert (done.code, done.err) == (0, "")
+    assert done.out == (
+        "What                 Printed      Right           Ours            Verdict    OK\n"
+        "good.toml\n"
+        "own                  11 rad/s     10 rad/s        10 rad/s        wrong      ok\n"
+        "1 file, 1 record, 1 as recorded.\n"
+    )
+    bad = file(SPRING + record.format(12), "bad.toml")
+    done = run("verify", good, bad)
+    assert done.code == 6
+    assert "bad.toml, own: 10 rad/s instead of 12 rad/s, relative difference 0.17, allowed 0.0001.\n" in done.out
+    data = run("verify", bad, "--json").data
+    assert (data["status"], data["files"], data["records"][0]["ok"]) == ("different", 1, False)
+
+
+def test_an_empty_folder_is_an_input_error(run: Run, tmp_path: Path) -> None:
+    done = run("verify", str(tmp_path))
+    assert done.code == 2
+    assert "holds no problem file" in done.err

@@ -1,0 +1,235 @@
+"""Sweeps answer many points together; each is what the scene alone would have been answered."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from math import inf
+
+import pytest
+
+from vibopt.errors import InputError
+from vibopt.scene.read import from_text, read
+from vibopt.scene.scene import Scene
+from vibopt.study.points import Points
+from vibopt.study.sweep import Sweep, sweep
+
+FILE = "problems/isolation/rao_9_34.toml"
+SAME = 1e-9
+
+FORCE = """
+[bodies.press]
+mass = "300 kg"
+[links.mount]
+between = ["press", "ground"]
+{mount}
+[excitations.press]
+kind = "{kind}"
+on = "press"
+{shaken}
+speed = "{speed}"
+{more}
+"""
+BASE = """
+[bodies.unit]
+mass = "25 kg"
+[bases.floor]
+[links.mount]
+between = ["unit", "floor"]
+{mount}
+[excitations.floor]
+kind = "base_motion"
+on = "floor"
+{shaken}
+speed = "{speed}"
+{more}
+"""
+BOTH = 'stiffness = { from = "1 kN/m", to = "100 MN/m" }\ndamping = { from = "1 N s/m", to = "1 MN s/m" }'
+TIED = 'stiffness = { from = "1 kN/m", to = "100 MN/m" }\ndamping_ratio = 0.08'
+LOSSY = 'stiffness = { from = "1 kN/m", to = "100 MN/m" }\nloss_factor = 0.1'
+HELD = 'stiffness = { from = "1 kN/m", to = "100 MN/m" }\ndamping = "900 N s/m"'
+DAMPER = 'stiffness = "4 MN/m"\ndamping = { from = "1 N s/m", to = "1 MN s/m" }'
+UNDAMPED = 'stiffness = { from = "1 kN/m", to = "100 MN/m" }'
+
+
+FLAT = ("sag",)
+"""Here the peak is level with a limit at speed zero: rounding alone leaves the damping free in its fifth digit."""
+
+
+def limit(name: str, response: str, bound: str) -> str:
+    return f'[limits.{name}]\nresponse = "{response}"\n{bound}\n'
+
+
+def goal(sense: str, what: str, of: str = 'of = "mount"') -> str:
+    return f'[goal]\n{sense} = "{what}"\n{of}\n'
+
+
+FLOOR = limit("floor", "transmitted_force", 'into = "ground"\nat_most = "9 kN"')
+RUN_UP = limit("run_up", "displacement", 'of = "press"\nover = "start-up"\nat_most = "20 mm"')
+FAST = limit("fast", "acceleration", 'of = "press"\nover = "500..3000 rpm"\nat_most = "120 m/s^2"')
+STIFF = goal("maximise", "stiffness")
+UNBALANCE = {"kind": "unbalance", "shaken": 'unbalance = "0.3 kg m"', "speed": "3000 rpm"}
+CONSTANT = {"kind": "force", "shaken": 'amplitude = "30 kN"\nvaries = "constant"', "speed": "3000 rpm"}
+SHAKEN = {"shaken": 'displacement = "0.5 mm"\nvaries = "constant"', "speed": "5..60 Hz"}
+SECOND = '[links.pipe]\nbetween = ["press", "ground"]\nstiffness = "80 kN/m"\n'
+
+SCENES: dict[str, tuple[str, str, str]] = {
+    "both": (FORCE.format(mount=BOTH, **CONSTANT, more=FLOOR + RUN_UP + STIFF), "bodies.press.mass", "250 kg..400 kg"),
+    "speed": (FORCE.format(mount=BOTH, **CONSTANT, more=FLOOR + RUN_UP + STIFF), "excitations.press.speed", "1500..4000 rpm"),
+    "unbalance": (
+        FORCE.format(mount=BOTH, **UNBALANCE, more=FLOOR + RUN_UP + FAST + STIFF),
+        "excitations.press.unbalance",
+        "0.1 kg m..0.6 kg m",
+    ),
+    "force on the way up": (
+        FORCE.format(mount=BOTH, **UNBALANCE, more=limit("f", "transmitted_force", 'into = "ground"\nover = "0..3000 rpm"\nat_most = "9 kN"') + STIFF),
+        "limits.f.at_most",
+        "3 kN..60 kN",
+    ),
+    "least damping": (
+        FORCE.format(mount=BOTH, **CONSTANT, more=FLOOR + RUN_UP + goal("minimise", "damping")),
+        "limits.run_up.at_most",
+        "10 mm..40 mm",
+    ),
+    "most damping": (
+        FORCE.format(mount=BOTH, **CONSTANT, more=FLOOR + RUN_UP + goal("maximise", "damping")),
+        "limits.floor.at_most",
+        "2 kN..29 kN",
+    ),
+    "frequency": (
+        FORCE.format(
+            mount=BOTH,
+            **CONSTANT,
+            more=RUN_UP
+            + limit("soft", "natural_frequency", 'at_most = "20 Hz"')
+            + limit("calm", "damping_ratio", "at_least = 0.1")
+            + STIFF,
+        ),
+        "limits.calm.at_least",
+        "0.05..0.4",
+    ),
+    "sag": (
+        FORCE.format(
+            mount=BOTH,
+            **CONSTANT,
+            more=RUN_UP + limit("sag", "static_deflection", 'of = "mount"\nat_most = "2 mm"') + goal("minimise", "stiffness"),
+        ),
+        "limits.sag.at_most",
+        "0.1 mm..20 mm",
+    ),
+    "two links": (
+        FORCE.format(mount=BOTH, **CONSTANT, more=SECOND + FLOOR + RUN_UP + STIFF),
+        "links.pipe.stiffness",
+        "10 kN/m..900 kN/m",
+    ),
+    "tied": (FORCE.format(mount=TIED, **CONSTANT, more=FLOOR + STIFF), "links.mount.damping_ratio", "0.01..0.3"),
+    "lossy": (FORCE.format(mount=LOSSY, **CONSTANT, more=FLOOR + STIFF), "links.mount.loss_factor", "0.01..0.3"),
+    "held": (FORCE.format(mount=HELD, **CONSTANT, more=FLOOR + STIFF), "links.mount.damping", "100 N s/m..9 kN s/m"),
+    "damper": (FORCE.format(mount=DAMPER, **CONSTANT, more=RUN_UP + goal("minimise", "damping")), "links.mount.stiffness", "1 MN/m..9 MN/m"),
+    "undamped": (FORCE.format(mount=UNDAMPED, **CONSTANT, more=FLOOR + STIFF), "limits.floor.at_most", "1 kN..40 kN"),
+    "isolation": (
+        FORCE.format(mount=BOTH, **CONSTANT, more=limit("i", "isolation", 'into = "ground"\nat_least = "60 %"') + RUN_UP + STIFF),
+        "limits.i.at_least",
+        "50 %..95 %",
+    ),
+    "base": (
+        BASE.format(
+            mount=BOTH,
+            **SHAKEN,
+            more=limit("motion", "displacement", 'of = "unit"\nat_most = "0.9 mm"')
+            + limit("shock", "acceleration", 'of = "unit"\nover = "30..60 Hz"\nat_most = "4 m/s^2"')
+            + STIFF,
+        ),
+        "limits.shock.at_most",
+        "1 m/s^2..30 m/s^2",
+    ),
+    "rattle": (
+        BASE.format(
+            mount=BOTH,
+            **SHAKEN,
+            more=limit("rattle", "relative_displacement", 'across = "mount"\nat_most = "1.2 mm"')
+            + limit("into", "transmitted_force", 'into = "floor"\nat = "60 Hz"\nat_most = "90 N"')
+            + STIFF,
+        ),
+        "excitations.floor.displacement",
+        "0.1 mm..0.8 mm",
+    ),
+    "tied base": (
+        BASE.format(mount=TIED, **SHAKEN, more=limit("t", "transmissibility", 'of = "unit"\nover = "20..60 Hz"\nat_most = 0.5') + STIFF),
+        "limits.t.at_most",
+        "0.1..3",
+    ),
+    "amplifier": (
+        FORCE.format(mount=TIED, **CONSTANT, more=limit("a", "transmissibility", 'into = "ground"\nat_least = 2') + goal("minimise", "stiffness")),
+        "limits.a.at_least",
+        "1.2..9",
+    ),
+}  # fmt: skip
+
+
+def alone(scene: Scene, path: str, low_high: str, points: int, keep: bool, monkeypatch: pytest.MonkeyPatch) -> Sweep:
+    """The same sweep, one point after the other."""
+    with monkeypatch.context() as patch:
+        patch.setattr(import_module("vibopt.study.sweep"), "FEWEST_TOGETHER", inf)
+        return sweep(scene, path, low_high, points, keep_design=keep)
+
+
+@pytest.mark.parametrize("keep", [False, True], ids=["chosen", "kept"])
+@pytest.mark.parametrize("name", SCENES)
+def test_points_answered_together_are_those_answered_alone(name: str, keep: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    text, path, low_high = SCENES[name]
+    scene = from_text(text)
+    many = sweep(scene, path, low_high, 40, keep_design=keep)
+    assert isinstance(many.points, Points)
+    assert len(many.points.single) < 12, "these points were not answered together"
+    for together, one in zip(many.points, alone(scene, path, low_high, 40, keep, monkeypatch).points, strict=True):
+        assert together.status == one.status
+        assert together.value == one.value
+        assert together.variables.keys() == one.variables.keys()
+        near = 1e-4 if name in FLAT else SAME
+        for key, value in one.variables.items():
+            assert together.variables[key].value == pytest.approx(value.value, rel=near)
+        assert together.margins == pytest.approx(dict(one.margins), rel=near, abs=near)
+        assert (together.goal is None) == (one.goal is None)
+        if together.goal is not None and one.goal is not None:
+            assert together.goal.value == pytest.approx(one.goal.value, rel=SAME)
+
+
+def test_points_with_tables_of_amplitudes_are_answered_one_by_one() -> None:
+    table = {**CONSTANT, "shaken": 'amplitude = "30 kN"\nvaries = [["0 rpm", 0.2], ["3000 rpm", 1.0]]'}
+    scene = from_text(FORCE.format(mount=BOTH, **table, more=FLOOR + STIFF))
+    found = sweep(scene, "limits.floor.at_most", "5 kN..10 kN", 14)
+    assert isinstance(found.points, Points)
+    assert len(found.points.single) == 14
+    assert found.complete
+
+
+def test_points_can_be_counted_sliced_and_read_from_the_end() -> None:
+    found = sweep(read(FILE), "limits.start_up.at_most", "5 mm..30 mm", 100)
+    assert len(found.points) == 100
+    assert found.points[-1].value.shown == "30 mm pk"
+    assert [one.value for one in found.points[10:13]] == [found.points[index].value for index in (10, 11, 12)]
+    with pytest.raises(IndexError):
+        found.points[100]
+
+
+def test_a_sweep_over_the_edge_of_feasibility_says_so_on_both_sides() -> None:
+    found = sweep(read(FILE), "limits.start_up.at_most", "5 mm..30 mm", 400)
+    words = [point.status for point in found.points]
+    edge = words.index("optimal")
+    assert words == ["infeasible"] * edge + ["optimal"] * (400 - edge)
+    assert 0 < edge < 400
+    assert found.complete
+
+
+def test_a_kept_design_breaks_its_limit_where_the_limit_falls_below_it() -> None:
+    found = sweep(read(FILE), "limits.start_up.at_most", "10 mm..30 mm", 21, keep_design=True)
+    assert [point.status for point in found.points] == ["violated"] * 10 + ["met"] * 11
+    assert found.points[0].variables == {}
+    assert found.points[20].margins["start_up"] == pytest.approx(1.0 / 3.0, rel=1e-9)
+
+
+def test_an_unreadable_range_is_refused_in_words() -> None:
+    with pytest.raises(InputError, match=r'"30 mm" is no range\. Write "5 mm\.\.30 mm"\.'):
+        sweep(read(FILE), "limits.start_up.at_most", "30 mm")
+    with pytest.raises(InputError, match=r"--points 1 is not between 2 and 100000\."):
+        sweep(read(FILE), "limits.start_up.at_most", "5 mm..30 mm", 1)

@@ -1,0 +1,1 @@
+"""Balancing: measured rotors by influence coefficients, known masses on a shaft, and reciprocating engines."""

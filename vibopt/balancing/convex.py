@@ -1,0 +1,161 @@
+"""One convex program solved to a checked gap: only the rows that matter are shown to the solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibopt.balancing.cone import solve_cone
+from vibopt.balancing.dual import Dual, weak_duality
+from vibopt.balancing.scaled import Scaled
+from vibopt.forms import ComplexArray, FloatArray
+
+KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
+FEW = 40  # up to so many rows all of them are shown at once
+ROUNDS = 40
+
+
+@dataclass(frozen=True)
+class Convex:
+    """Answer of one convex program in scaled variables.
+
+    x
+        None where no correction keeps the limits (then `factor` > 1 is proven) or none was found.
+    factor
+        Every limit would have to be at least this many times as wide; 0 where not asked, nan where unknown.
+    """
+
+    x: ComplexArray | None
+    value: float
+    bound: float
+    dual: Dual | None
+    factor: float = 0.0
+    rounds: int = 0
+
+
+def solve_convex(scene: Scaled) -> Convex:
+    """Least goal over discs, arcs, total and limits; the bound is our own."""
+    if not scene.n_planes:
+        return _nothing_to_choose(scene)
+    found = _rounds(scene)
+    if found.x is not None:
+        return found
+    ratio = _rounds(least_factor(scene))
+    if ratio.bound > 1.0 + KEPT:
+        return Convex(None, np.inf, np.inf, None, ratio.bound, found.rounds)
+    if ratio.x is not None and ratio.value <= 1.0 + KEPT:
+        return Convex(ratio.x, scene.value(ratio.x), found.bound, found.dual, 1.0, found.rounds)
+    return Convex(None, np.inf, found.bound, None, float("nan"), found.rounds)
+
+
+def least_factor(scene: Scaled) -> Scaled:
+    """The program whose answer is the least common factor on all limits."""
+    none = np.empty((0, scene.n_planes), dtype=complex)
+    return replace(scene, G=scene.F, g=scene.f, F=none, f=none[:, 0], limited=np.empty(0, int), goal="worst", goal_size=1.0)
+
+
+def _rounds(scene: Scaled) -> Convex:
+    """Solve, look at the rows left out, add the violated ones, until the gap is closed or nothing is left to add."""
+    goal_rows, limit_rows = _first_rows(scene)
+    best: Convex = Convex(None, np.inf, -np.inf, None)
+    for count in range(1, ROUNDS + 1):
+        answer = solve_cone(scene, goal_rows, limit_rows)
+        x = pull_in(scene, answer.x) if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
+        goal_left, limits_left = np.abs(scene.G @ x + scene.g), np.abs(scene.F @ x + scene.f)
+        value = scene.value(x) if limits_left.max(initial=0.0) <= 1.0 + KEPT else np.inf
+        dual = weak_duality(scene, answer.z, answer.v, float(np.abs(x).max()))
+        if dual.bound > best.bound:
+            best = replace(best, bound=dual.bound, dual=dual)
+        best = replace(best, rounds=count)
+        if value < best.value:
+            best = replace(best, x=x, value=value)
+        if best.value - best.bound <= 1e-10 * max(abs(best.value), 1e-6):
+            break
+        if "nfeasible" in answer.status or "umerical" in answer.status:
+            break
+        more_goal, more_limits = _missing(scene, goal_rows, goal_left), _add(limit_rows, limits_left, 1.0 + 0.5 * KEPT, scene)
+        if not len(more_goal) and not len(more_limits):
+            break
+        goal_rows, limit_rows = np.union1d(goal_rows, more_goal), np.union1d(limit_rows, more_limits)
+    return best
+
+
+def _missing(scene: Scaled, rows: FloatArray, left: FloatArray) -> FloatArray:
+    """Goal rows left out although they are the worst; only "worst" leaves rows out."""
+    if scene.goal != "worst" or len(rows) == len(left):
+        return np.empty(0, int)
+    return _add(rows, left, float(left[rows].max(initial=0.0)) * (1.0 + 1e-11), scene)
+
+
+def _add(rows: FloatArray, left: FloatArray, level: float, scene: Scaled) -> FloatArray:
+    """The rows above `level` that are not shown yet, the worst few of them."""
+    above = np.setdiff1d(np.flatnonzero(left > level), rows, assume_unique=True)
+    return above[np.argsort(-left[above])[: 2 * scene.n_planes + 4]]
+
+
+def _first_rows(scene: Scaled) -> tuple[FloatArray, FloatArray]:
+    """Goal and limit rows shown first: all where few, else the worst after a few rounds of Lawson's weights."""
+    every = np.arange(len(scene.g))
+    goal_rows = np.empty(0, int) if scene.goal == "correction" else every
+    limit_rows = np.arange(len(scene.f))
+    if scene.goal == "worst" and len(every) > FEW:
+        goal_rows = _lawson(scene, scene.G, scene.g)
+    if len(limit_rows) > FEW:
+        limit_rows = _lawson(scene, scene.F, scene.f)
+    return goal_rows, limit_rows
+
+
+def _lawson(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 8) -> FloatArray:
+    """Rows that are likely to be worst at the answer: weighted least squares, weights times residual, a few times.
+
+    (Lawson 1961; Ellacott and Williams 1976 for complex data.)
+    """
+    weights = np.full(len(c), 1.0 / len(c))
+    left = np.abs(c)
+    for _ in range(rounds):
+        heavy = M.conj().T * weights
+        square = heavy @ M
+        square.flat[:: len(square) + 1] += 1e-12 * np.trace(square).real + 1e-300
+        x = pull_in(scene, np.linalg.solve(square, -heavy @ c))
+        left = np.abs(M @ x + c)
+        weights = weights * left
+        weights /= weights.sum() or 1.0
+    count = min(4 * scene.n_planes + 8, len(c))
+    worst = np.argpartition(-left, count - 1)[:count]
+    heavy = np.argpartition(-weights, count - 1)[:count]
+    return np.union1d(worst, heavy)
+
+
+def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:
+    """x brought into its discs, arcs and the total mass, by as little as rounding asks for."""
+    for plane, wedge in enumerate(scene.wedges):
+        if wedge is not None:
+            x[plane] = into_wedge(x[plane], *wedge)
+    size = np.abs(x)
+    over = size > scene.caps
+    if over.any():
+        x = np.where(over, x * (scene.caps / np.where(over, size, 1.0)), x)
+    if np.isfinite(scene.total):
+        mass = float(scene.mass @ np.abs(x))
+        if mass > scene.total:
+            x = x * (scene.total / mass)
+    return x
+
+
+def into_wedge(value: complex, middle: float, half: float) -> complex:
+    """Nearest point of the arc of directions middle ± half (half <= pi/2) to `value`."""
+    off = (np.angle(value) - middle + np.pi) % (2.0 * np.pi) - np.pi
+    if abs(off) <= half:
+        return value
+    edge = np.exp(1j * (middle + np.copysign(half, off)))
+    return complex(edge * max((value * edge.conjugate()).real, 0.0))
+
+
+def _nothing_to_choose(scene: Scaled) -> Convex:
+    """No plane is free: the readings stay as they are."""
+    factor = float(np.abs(scene.f).max(initial=0.0))
+    if factor > 1.0 + KEPT:
+        return Convex(None, np.inf, np.inf, None, factor)
+    value = scene.value(np.empty(0, dtype=complex))
+    return Convex(np.empty(0, dtype=complex), value, value, None)

@@ -1,0 +1,109 @@
+"""The planes that are really free: pairs merged into one, kept and unseen planes left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibopt.balancing.arcs import covers_all
+from vibopt.balancing.question import Question, Sectors, breaks
+from vibopt.forms import ComplexArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Free:
+    """A question in independent planes: u of the asker = spread @ x.
+
+    spread
+        Shape (n_planes, n_free), complex; one entry per row at most.
+    question
+        The same question in x, without pairs; each list holds only what caps and sectors allow.
+    """
+
+    spread: ComplexArray
+    question: Question
+
+
+def free_planes(question: Question) -> Free:
+    """Merge pairs, drop planes with a cap of zero and planes that no reading sees."""
+    whole = _spread(question)
+    densities = np.abs(whole).T @ question.densities
+    with np.errstate(divide="ignore"):
+        reach = np.where(whole != 0, question.caps[:, None] / np.abs(whole), np.inf).min(axis=0)
+    for column in range(whole.shape[1]):
+        if covers_all(_sectors(question, whole[:, column])):
+            reach[column] = 0.0
+    H = question.H @ whole
+    kept = [c for c in range(whole.shape[1]) if reach[c] > 0 and (np.any(H[:, c] != 0) or _must(question, whole, c))]
+    spread = whole[:, kept]
+    lists = [_list(question, spread[:, c]) for c in range(len(kept))]
+    inner = replace(
+        question,
+        H=H[:, kept],
+        caps=reach[kept],
+        sectors=tuple(_sectors(question, spread[:, c]) for c in range(len(kept))),
+        options=tuple(entry[0] for entry in lists),
+        option_masses=tuple(entry[1] for entry in lists),
+        mass_per_unbalance=densities[kept],
+        pairs=(),
+    )
+    return Free(spread, inner)
+
+
+def _spread(question: Question) -> ComplexArray:
+    """One column per set of planes tied by pairs; a set that closes on itself with two ratios can only be zero."""
+    spread = np.eye(question.n_planes, dtype=complex)
+    for i, j, ratio in question.pairs:
+        a, b = np.flatnonzero(spread[i]), np.flatnonzero(spread[j])
+        if not len(a) or not len(b):
+            spread[:, np.concatenate([a, b])] = 0.0
+            continue
+        factor = ratio * spread[i, a[0]] / spread[j, b[0]]
+        if a[0] == b[0]:
+            if abs(factor - 1.0) > 1e-9:
+                spread[:, a[0]] = 0.0
+            continue
+        spread[:, a[0]] += factor * spread[:, b[0]]
+        spread[:, b[0]] = 0.0
+    return spread[:, np.any(spread != 0, axis=0)]
+
+
+def _must(question: Question, spread: ComplexArray, column: int) -> bool:
+    """Whether an unseen plane has a list without zero: something has to be fitted there."""
+    lists = [question.options[p] for p in np.flatnonzero(spread[:, column]) if question.options]
+    return any(entry is not None and np.abs(entry).min() > 0 for entry in lists)
+
+
+def _sectors(question: Question, column: ComplexArray) -> Sectors:
+    """Forbidden arcs of every plane of a set, turned into the angle of its first."""
+    if not question.sectors:
+        return ()
+    turned = [(p, float(np.angle(column[p]))) for p in np.flatnonzero(column)]
+    return tuple((low - by, high - by) for p, by in turned for low, high in question.sectors[p])
+
+
+def _list(question: Question, column: ComplexArray) -> tuple[ComplexArray | None, FloatArray | None]:
+    """Options of a set of planes that every one of its planes has, and their masses."""
+    members = [p for p in np.flatnonzero(column)]
+    listed = [p for p in members if question.options and question.options[p] is not None]
+    if not listed:
+        return None, None
+    first = question.options[listed[0]]
+    assert first is not None
+    x = first / column[listed[0]]
+    single = [replace(question, options=(), option_masses=(), limits=np.full(question.n_readings, np.inf),
+                      total_cap=np.inf, pairs=())]
+    fits = np.array([not breaks(single[0], column * value, 1e-9) for value in x], dtype=bool)
+    masses = np.zeros(len(x))
+    size = float(np.abs(x).max(initial=0.0))
+    for p in members:
+        option = question.options[p]
+        if option is None:
+            masses += np.abs(column[p] * x) * question.densities[p]
+            continue
+        near = np.argmin(np.abs(column[p] * x[:, None] - option[None, :]), axis=1)
+        fits &= np.abs(option[near] - column[p] * x) <= 1e-9 * size * abs(column[p])
+        own = question.option_masses[p] if question.option_masses else None
+        masses += np.abs(option[near]) * question.densities[p] if own is None else own[near]
+    return x[fits], masses[fits]

@@ -1,0 +1,178 @@
+"""The answer to a job with known masses, put back into the shaft and turned by hand."""
+
+from __future__ import annotations
+
+from math import tau
+
+from vibopt.balancing.known.job import KnownJob, Spot
+from vibopt.balancing.known.solve import Correction, correct
+from vibopt.balancing.known.statics import (
+    balance_rows,
+    equilibrium,
+    middle_and_arm,
+    reactions,
+    turned_by_hand,
+    unbalances,
+)
+from vibopt.balancing.known.tables import KnownLimitTable
+from vibopt.balancing.outcome import Entry, Held, Outcome, angle
+from vibopt.balancing.planes import MASS, neighbours
+from vibopt.forms import ComplexArray
+
+_TINY = 1e-9
+
+
+def solve_known(job: KnownJob) -> Outcome:
+    """Correct the shaft, put the weights back, and say what is left."""
+    found = correct(job)
+    limits = {name: _held(job, found, name, table) for name, table in job.limits.items()}
+    status, claim = _status(job, found, limits)
+    return Outcome(
+        name=job.name,
+        title=job.title,
+        status=status,
+        claim=claim,
+        values=_values(job, found),
+        limits=limits,
+        measures={name: _held(job, found, name, table) for name, table in job.measures.items()},
+        goal=_goal(job, found),
+        method=found.way,
+        notes=(*job.notes, *_notes(job, found)),
+        expected=job.expected,
+    )
+
+
+def _status(job: KnownJob, found: Correction, limits: dict[str, Held]) -> tuple[str, str]:
+    """The status after the check by hand: force and couple left must be what the sums say."""
+    if found.status == "infeasible":
+        return found.status, found.claim
+    static, couple = left_over(job, found.u)
+    force, moment = turned_by_hand(job, found.u)
+    speed2 = job.speed**2 if job.speed is not None else 1.0
+    size = (abs(unbalances(job)).sum() + abs(found.u).sum()) * speed2 or 1.0
+    middle, _ = middle_and_arm(job)
+    places = [one.at for one in job.masses] + [one.at for one in job.spots]
+    length = max(abs(at - middle) for at in places) or 1.0
+    misfit = max(abs(force - abs(static) * speed2), abs(moment - abs(couple) * speed2) / length) / size
+    if max(misfit, equilibrium(job, found.u)) > _TINY:
+        return "check_failed", f"the turned shaft differs from the vector sums by {misfit:.1e} of all forces"
+    broken = [name for name, held in limits.items() if not held.met]
+    if found.way == "none":
+        return ("violated", "limits that do not hold: " + ", ".join(broken)) if broken else ("met", found.claim)
+    if broken:
+        return "check_failed", "limits that the correction breaks: " + ", ".join(broken)
+    return found.status, found.claim
+
+
+def left_over(job: KnownJob, u: ComplexArray) -> tuple[complex, complex]:
+    """Static [kg m] and couple unbalance about the middle [kg m²] with the correction u."""
+    rows = balance_rows(job)
+    left = rows.masses @ unbalances(job) + rows.planes @ u
+    _, arm = middle_and_arm(job)
+    return complex(left[0]), complex(left[1] * arm) if len(left) > 1 else 0j
+
+
+def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
+    if job.goal is None:
+        return None
+    if job.goal.minimise == "correction":
+        return "correction", Entry(_total(job, found), "mass")
+    if job.goal.minimise == "reaction":
+        return "reaction", Entry(max(abs(one) for one in reactions(job, found.u).values()), "force")
+    return "unbalance", Entry(abs(left_over(job, found.u)[0]), "unbalance")
+
+
+def _total(job: KnownJob, found: Correction) -> float:
+    return float(sum(spot.plane.amount(z) for spot, z in zip(job.spots, found.u, strict=True)))
+
+
+def _values(job: KnownJob, found: Correction) -> dict[str, Entry]:
+    """Every number by its path."""
+    values: dict[str, Entry] = {}
+    for k, spot in enumerate(job.spots):
+        values.update(_plane_values(spot, complex(found.u[k]), found.weights[k] if found.weights else ()))
+    for when, u in (("as_found", 0.0 * found.u), ("residual", found.u)):
+        static, couple = left_over(job, u)
+        size = float(abs(unbalances(job)).sum())
+        values[f"{when}.static"] = Entry(_clean(abs(static), size), "unbalance")
+        if _clean(abs(static), size):
+            values[f"{when}.static_angle"] = angle(static)
+        if not job.flat:
+            length = middle_and_arm(job)[1]
+            values[f"{when}.couple"] = Entry(_clean(abs(couple), size * length), "couple_unbalance")
+            if _clean(abs(couple), size * length):
+                values[f"{when}.couple_angle"] = angle(couple)
+        for name, force in reactions(job, u).items():
+            value, path = _clean(abs(force), size * (job.speed or 1.0) ** 2), f"{when}.bearings.{name}"
+            values[f"{path}.reaction"] = Entry(value, "force")
+            if value:
+                values[f"{path}.angle"] = angle(force)
+        if not job.spots:
+            break
+    return values
+
+
+def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float], ...]) -> dict[str, Entry]:
+    """Mass, angle, hole and depth of one plane; where material is removed, of the material to take away."""
+    plane, path = spot.plane, f"planes.{spot.plane.name}"
+    where = -u if plane.remove else u
+    values = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
+    if plane.kind == MASS:
+        values[f"{path}.mass"] = Entry(plane.amount(u), "mass", plane.unit)
+    if abs(u) > 0.0:
+        values[f"{path}.angle"] = angle(where)
+    if plane.remove:
+        values[f"{path}.action"] = Entry("remove material here")
+    if plane.drill is not None:
+        values[f"{path}.depth"] = Entry(plane.drill.depth(plane.amount(u)), "length", "mm")
+    if plane.shelf:
+        said = ", ".join(f"{plane.show(m)} in hole {h + 1} ({_degrees(plane.holes[h])})" for h, m, _ in weights)
+        values[f"{path}.weights"] = Entry(said or "none")
+    elif plane.holes and abs(u) > 0.0:
+        one, other = neighbours(plane, float(angle(where).value))
+        said = f"between hole {one + 1} and hole {other + 1}" if one != other else f"hole {one + 1}"
+        values[f"{path}.holes"] = Entry(said)
+    return values
+
+
+def _degrees(turn: float) -> str:
+    return f"{turn / tau * 360.0:.6g} deg"
+
+
+def _clean(value: float, size: float) -> float:
+    """Zero where a sum cancels to rounding."""
+    return 0.0 if value < 1e-13 * size else float(value)
+
+
+def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -> Held:
+    """A limit or measure on the corrected shaft, by the masses turned by hand where it is a sum."""
+    static, couple = left_over(job, found.u)
+    size = float(abs(unbalances(job)).sum())
+    if table.response == "static_unbalance":
+        place, value = "", _clean(abs(static), size)
+    elif table.response == "couple_unbalance":
+        place, value = "", _clean(abs(couple), size * middle_and_arm(job)[1])
+    elif table.response == "bearing_reaction":
+        all_forces = {n: abs(force) for n, force in reactions(job, found.u).items()}
+        place = f" of {table.of}" if table.of else ""
+        value = _clean(all_forces[table.of] if table.of else max(all_forces.values()), size * (job.speed or 1.0) ** 2)
+    else:
+        amounts = {spot.plane.name: spot.plane.amount(z) for spot, z in zip(job.spots, found.u, strict=True)}
+        place = f" of {table.of}" if table.of else " in total"
+        value = amounts[table.of] if table.of else sum(amounts.values())
+    bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
+    return Held(table.response + place, Entry(float(value), table.dimension, table.unit), bound, found.prices.get(name))
+
+
+def _notes(job: KnownJob, found: Correction) -> tuple[str, ...]:
+    """What must be known to use the answer."""
+    notes = []
+    if reactions(job, found.u):
+        notes.append("A reaction is the force of the bearing on the shaft; it turns with it, and the weight is left out.")
+    if not job.flat and not job.bearings:
+        notes.append("Without bearings the couple is taken about the middle of all masses and planes.")
+    static, couple = left_over(job, found.u)
+    size = float(abs(unbalances(job)).sum())
+    if found.way == "program" and max(abs(static), abs(couple) / middle_and_arm(job)[1]) > 1e-6 * size:
+        notes.append("Complete balance is out of reach within the caps, holes and limits; this is what comes nearest.")
+    return tuple(notes)

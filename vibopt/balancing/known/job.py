@@ -1,0 +1,208 @@
+"""A job with known masses, read from its file into plain numbers."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf, pi
+from typing import Any, TypeVar
+
+from vibopt.balancing.known.tables import (
+    KnownGoalTable,
+    KnownLimitTable,
+    KnownPlaneTable,
+    MassTable,
+    ShaftTable,
+)
+from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane
+from vibopt.balancing.tables import named_tables, read_table
+from vibopt.scene.mistakes import Mistakes
+from vibopt.values import Table
+
+KEYS = (
+    "title", "statement", "source", "conventions", "shaft", "masses", "planes", "limits", "measures", "goal",
+    "expected",
+)  # fmt: skip
+CONVENTIONS = ("angles", "zero")
+Kind = TypeVar("Kind", bound=Table)
+
+
+@dataclass(frozen=True, slots=True)
+class Mass:
+    """A known unbalance `u` (complex) [kg m] at the place `at` [m]; material that was removed has the opposite sign."""
+
+    name: str
+    u: complex
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bearing:
+    """A bearing and its axial place [m]."""
+
+    name: str
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A correction plane and its axial place [m]."""
+
+    plane: Plane
+    at: float
+
+
+@dataclass(frozen=True)
+class KnownJob:
+    """Known masses on a shaft, where corrections may go, and what is asked of them.
+
+    flat
+        All masses and planes in one plane: there is no couple.
+    speed
+        For reactions [rad/s]; None where none are asked for.
+    limits, measures
+        By name; `bound` is in SI.
+    goal
+        None: an analysis of the shaft as it is.
+    """
+
+    name: str
+    title: str
+    masses: tuple[Mass, ...]
+    spots: tuple[Spot, ...]
+    bearings: tuple[Bearing, ...]
+    speed: float | None
+    flat: bool
+    limits: Mapping[str, KnownLimitTable]
+    measures: Mapping[str, KnownLimitTable]
+    goal: KnownGoalTable | None
+    notes: tuple[str, ...]
+    expected: tuple[Mapping[str, Any], ...]
+
+
+def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob | None:
+    """The job of a parsed file; None where a table could not be read. Mistakes are collected, not raised."""
+    for key in document:
+        if key not in KEYS:
+            mistakes.unknown_key((key,), list(KEYS))
+    shaft = read_table(ShaftTable, document.get("shaft", {}), ("shaft",), mistakes)
+    masses = read_tables(document, "masses", MassTable, mistakes)
+    planes = read_tables(document, "planes", KnownPlaneTable, mistakes)
+    limits = read_tables(document, "limits", KnownLimitTable, mistakes)
+    measures = read_tables(document, "measures", KnownLimitTable, mistakes)
+    goal = read_table(KnownGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
+    notes = _conventions(document.get("conventions", {}), mistakes)
+    if mistakes.found or shaft is None:
+        return None
+    _check(shaft, masses, planes, limits, measures, mistakes)
+    if mistakes.found:
+        return None
+    if goal is None and planes:
+        goal = KnownGoalTable(minimise="unbalance")
+    return KnownJob(
+        name=mistakes.name,
+        title=str(document.get("title", mistakes.name)),
+        masses=tuple(Mass(n, cmath.rect(m.size, m.angle.value), _at(m)) for n, m in masses.items()),
+        spots=tuple(Spot(plane_of(n, one), _at(one)) for n, one in planes.items()),
+        bearings=tuple(Bearing(n, at) for n, at in shaft.bearings.items()),
+        speed=None if shaft.speed is None else shaft.speed.value,
+        flat=all(m.at is None for m in masses.values()) and all(p.at is None for p in planes.values()),
+        limits=limits,
+        measures=measures,
+        goal=goal,
+        notes=notes,
+        expected=tuple(document.get("expected", ())),
+    )
+
+
+def plane_of(name: str, table: KnownPlaneTable) -> Plane:
+    """The plane in SI; a drill that must not go deeper caps its mass."""
+    kind = MASS if table.radius is not None else UNBALANCE
+    drill = table.drill and Drill(
+        table.drill.diameter.value, table.drill.density.value, table.drill.deepest.value if table.drill.deepest else inf
+    )
+    cap = min([one.high for one in (table.weight,) if one is not None] or [inf])
+    if table.unbalance is not None:
+        cap = min(cap, table.unbalance.high / (table.radius.value if table.radius is not None else 1.0))
+    if drill and drill.deepest < inf:
+        cap = min(cap, drill.deepest * drill.density * 0.25 * pi * drill.diameter**2)
+    unit = table.weight.unit if table.weight is not None else ""
+    plane = Plane(name, kind, unit=unit, cap=cap, remove=table.remove, keep=table.keep, drill=drill or None)
+    return replace(
+        plane,
+        radii=(table.radius.value,) if table.radius is not None else (),
+        length_unit=table.radius.unit if table.radius is not None else "mm",
+        holes=tuple(table.holes or ()),
+        shelf=table.weights,
+        most_weights=table.most_weights,
+        forbidden=tuple(table.forbidden),
+    )
+
+
+def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mistakes: Mistakes) -> dict[str, Kind]:
+    """All tables [family.NAME] by name."""
+    given = named_tables(document, family, mistakes)
+    found = {name: read_table(kind, table, (family, name), mistakes) for name, table in given.items()}
+    return {name: table for name, table in found.items() if table is not None}
+
+
+def _at(table: MassTable | KnownPlaneTable) -> float:
+    return 0.0 if table.at is None else table.at.value
+
+
+def _conventions(given: Any, mistakes: Mistakes) -> tuple[str, ...]:
+    """What the file says of its angles, as notes for the answer."""
+    if not isinstance(given, Mapping):
+        mistakes.value(("conventions",), given, "is not a table. Write [conventions] and its keys below it.")
+        return ()
+    for key, said in given.items():
+        if key not in CONVENTIONS:
+            mistakes.unknown_key(("conventions", key), list(CONVENTIONS))
+        elif not isinstance(said, str):
+            mistakes.value(("conventions", key), said, "is not a text. Write it in quotation marks.")
+    words = {"angles": "Angles are counted {}.", "zero": "Angle zero is at: {}."}
+    return tuple(text.format(given[key]) for key, text in words.items() if isinstance(given.get(key), str))
+
+
+def _check(
+    shaft: ShaftTable,
+    masses: Mapping[str, MassTable],
+    planes: Mapping[str, KnownPlaneTable],
+    limits: Mapping[str, KnownLimitTable],
+    measures: Mapping[str, KnownLimitTable],
+    mistakes: Mistakes,
+) -> None:
+    """What the tables say of each other."""
+    if not masses:
+        mistakes.add(("masses",), "there is no mass on the shaft. Write [masses.NAME] with mass, radius and angle.")
+    placed: dict[tuple[str, str], MassTable | KnownPlaneTable] = {("masses", n): m for n, m in masses.items()}
+    placed.update({("planes", n): p for n, p in planes.items()})
+    if any(one.at is not None for one in placed.values()) or shaft.bearings:
+        for path, one in placed.items():
+            if one.at is None:
+                example = 'at = "300 mm"'
+                mistakes.add(path, f"{'.'.join(path)} has no axial place. Add it, for example {example}.")
+    for family, tables in (("limits", limits), ("measures", measures)):
+        for name, table in tables.items():
+            _check_limit((family, name), table, shaft, planes, mistakes)
+
+
+def _check_limit(
+    path: tuple[str, str],
+    table: KnownLimitTable,
+    shaft: ShaftTable,
+    planes: Mapping[str, KnownPlaneTable],
+    mistakes: Mistakes,
+) -> None:
+    """Whether a limit speaks of something that is there."""
+    if path[0] == "limits" and table.at_most is None:
+        mistakes.add(path, f"limits.{path[1]} has no bound. Write at_most, or move it to [measures.{path[1]}].")
+    if table.response == "bearing_reaction":
+        if not shaft.bearings or shaft.speed is None:
+            example = 'bearings = { A = "0 mm", B = "900 mm" } and speed = "1500 rpm"'
+            mistakes.add(path, f"{'.'.join(path)} needs [shaft] with {example}.")
+        elif table.of is not None and table.of not in shaft.bearings:
+            mistakes.unknown_name((*path, "of"), table.of, "bearing", list(shaft.bearings))
+    elif table.response == "correction" and table.of is not None and table.of not in planes:
+        mistakes.unknown_name((*path, "of"), table.of, "plane", list(planes))

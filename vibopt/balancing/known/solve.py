@@ -1,0 +1,195 @@
+"""The correction of a shaft with known masses: a vector sum where that is all, a program where it is not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from vibopt.balancing.known.job import KnownJob
+from vibopt.balancing.known.statics import Rows, balance_rows, bearing_rows, middle_and_arm, unbalances
+from vibopt.balancing.planes import Options, options_of
+from vibopt.balancing.question import Question, breaks
+from vibopt.balancing.words import WITH, Conventions
+from vibopt.forms import ComplexArray, FloatArray
+
+AS_WRITTEN = Conventions("", "", WITH, "pk", "")
+"""Angles of known masses have one sense throughout, so none has to be turned round."""
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What is added in each plane, u (n_planes,) [kg m], and how that is known.
+
+    way
+        "vector sum", "least mass", "program" or "none".
+    prices
+        What the goal falls by per unit of each limit [SI], by name.
+    weights
+        Per plane (hole, mass, radius) of each weight; empty where the plane is continuous.
+    """
+
+    u: ComplexArray
+    status: str
+    claim: str
+    way: str
+    prices: dict[str, float]
+    weights: tuple[tuple[tuple[int, float, float], ...], ...] = ()
+
+
+def correct(job: KnownJob) -> Correction:
+    """The best correction under the goal and the limits of the job.
+
+    Complete balance is a set of linear equations.  Where it has one solution that breaks nothing, that is the answer;
+    where it has many, the one with the least mass; where caps, lists or limits stand in the way, the program decides.
+    """
+    question, options = pose(job)
+    n = len(job.spots)
+    if not n or job.goal is None:
+        return Correction(np.zeros(n, dtype=complex), "met", "nothing is corrected: the shaft as it is", "none", {})
+    if job.goal.minimise != "reaction" and not question.is_discrete:
+        exact = _exact(job, question)
+        if exact is not None:
+            return exact
+    if question.is_discrete:
+        from vibopt.balancing.discrete import solve_discrete as solve
+    else:
+        from vibopt.balancing.continuous import solve_continuous as solve
+    solved = solve(question)
+    u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
+    prices = _prices(job, question, solved)
+    weights = tuple(
+        one.weights(solved.chosen[k]) if one is not None and solved.u is not None else ()
+        for k, one in enumerate(options)
+    )
+    return Correction(np.asarray(u), solved.status, solved.claim, "program", prices, weights)
+
+
+def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
+    """The rows and limits of the job as a question: balance rows first, then the bearings'."""
+    rows = [balance_rows(job)] + ([bearing_rows(job)] if job.bearings else [])
+    known = unbalances(job)
+    goal = job.goal.minimise if job.goal is not None else "unbalance"
+    importance = [np.full(len(one.names), float((goal == "reaction") == (k == 1))) for k, one in enumerate(rows)]
+    planes = [spot.plane for spot in job.spots]
+    options = tuple(options_of(one, AS_WRITTEN) if one.is_discrete else None for one in planes)
+    caps = np.array([0.0 if one.keep else one.cap * one.radius for one in planes])
+    question = Question(
+        y0=np.concatenate([one.masses @ known for one in rows]),
+        H=np.concatenate([one.planes for one in rows]).astype(complex),
+        importance=np.concatenate(importance),
+        limits=_limits(job, rows),
+        caps=np.minimum(caps, _own_caps(job)),
+        total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
+        sectors=tuple(one.internal_sectors(AS_WRITTEN) for one in planes),
+        options=tuple(None if one is None else one.u for one in options),
+        goal="correction" if goal == "correction" else (job.goal.combine if job.goal is not None else "rms"),
+        mass_per_unbalance=np.array([1.0 / one.radius for one in planes]),
+        option_masses=tuple(None if one is None else one.masses for one in options),
+    )
+    return question, options
+
+
+def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
+    """Greatest amplitude per row [kg m]; with the goal "correction" and no limit, complete balance is meant."""
+    names = [(k, name) for k, one in enumerate(rows) for name in one.names]
+    limits = np.full(len(names), inf)
+    _, arm = middle_and_arm(job)
+    for table in job.limits.values():
+        for row, (k, name) in enumerate(names):
+            if table.response == "static_unbalance" and (k, name) == (0, "static"):
+                limits[row] = min(limits[row], table.bound)
+            elif table.response == "couple_unbalance" and (k, name) == (0, "couple"):
+                limits[row] = min(limits[row], table.bound / arm)
+            elif table.response == "bearing_reaction" and k == 1 and table.of in (None, name) and job.speed:
+                limits[row] = min(limits[row], table.bound / job.speed**2)
+    return limits
+
+
+def _own_caps(job: KnownJob) -> FloatArray:
+    """Caps from limits on the correction of one plane [kg m]."""
+    caps = np.full(len(job.spots), inf)
+    for table in job.limits.values():
+        for k, spot in enumerate(job.spots):
+            if table.response == "correction" and table.of == spot.plane.name:
+                caps[k] = min(caps[k], table.bound * spot.plane.radius)
+    return caps
+
+
+def _exact(job: KnownJob, question: Question) -> Correction | None:
+    """Complete balance: the only one, or the lightest of many; None where there is none that keeps every limit."""
+    goal = job.goal.minimise if job.goal is not None else ""
+    if goal == "correction" and np.isfinite(question.limits).any():
+        return None
+    n_rows = len(balance_rows(job).names)
+    free = np.flatnonzero(question.caps > 0.0)
+    H, y0 = question.H[:n_rows, free].real, question.y0[:n_rows]
+    if not len(free):
+        return None
+    left, sizes, right = np.linalg.svd(H)
+    rank = int((sizes > _ROUNDING * sizes[0]).sum())
+    part = right[:rank].T @ ((left[:, :rank].T @ -y0) / sizes[:rank])
+    if np.abs(y0 + H @ part).max() > 1e-9 * max(np.abs(y0).max(), 1e-300):
+        return None
+    u = np.zeros(len(question.caps), dtype=complex)
+    if rank == len(free):
+        u[free] = part
+        if breaks(question, u):
+            return None
+        said = "static and couple unbalance" if n_rows == 2 else "static unbalance"
+        return Correction(u, "optimal", f"vector sums: the only correction that leaves no {said}", "vector sum", {})
+    lightest = _lightest(question, free, part, right[rank:].T)
+    if lightest is None:
+        return None
+    u[free] = lightest
+    claim = f"complete balance with the least mass of all {len(free)} planes together, a convex program"
+    return None if breaks(question, u) else Correction(u, "optimal", claim, "least mass", {})
+
+
+def _lightest(question: Question, free: np.ndarray, part: ComplexArray, null: FloatArray) -> ComplexArray | None:
+    """Of all u = part + null w the one with the least mass: a question whose readings are the corrections."""
+    from vibopt.balancing.continuous import solve_continuous
+
+    if any(question.sectors[k] for k in free if question.sectors):
+        return None
+    inner = Question(
+        y0=part,
+        H=null.astype(complex),
+        importance=question.densities[free],
+        limits=question.caps[free],
+        caps=np.full(null.shape[1], inf),
+        goal="sum",
+    )
+    solved = solve_continuous(inner)
+    if solved.u is None or solved.status != "optimal":
+        return None
+    found: ComplexArray = part + null @ solved.u
+    return found if (question.densities[free] * np.abs(found)).sum() <= question.total_cap * (1 + 1e-9) else None
+
+
+def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, float]:
+    """Prices of the limits by their names in the file [goal per SI unit of the limit]."""
+    prices = getattr(solved, "prices", None)
+    if prices is None:
+        return {}
+    found: dict[str, float] = {}
+    _, arm = middle_and_arm(job)
+    n_rows = len(balance_rows(job).names)
+    for name, table in job.limits.items():
+        if table.response == "static_unbalance":
+            found[name] = float(prices.readings[0])
+        elif table.response == "couple_unbalance" and n_rows > 1:
+            found[name] = float(prices.readings[1]) / arm
+        elif table.response == "bearing_reaction" and job.speed:
+            rows = [n_rows + k for k, one in enumerate(job.bearings) if table.of in (None, one.name)]
+            found[name] = float(max(prices.readings[k] for k in rows)) / job.speed**2
+        elif table.total:
+            found[name] = float(prices.total)
+        else:
+            k = next(i for i, spot in enumerate(job.spots) if spot.plane.name == table.of)
+            found[name] = float(prices.caps[k]) * job.spots[k].plane.radius
+    return found
+
+

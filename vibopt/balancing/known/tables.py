@@ -1,0 +1,187 @@
+"""Tables of a job with known masses: [shaft], [masses.NAME], [planes.NAME], their limits and goal."""
+
+from __future__ import annotations
+
+from math import tau
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from vibopt.balancing.planes import read_arc
+from vibopt.errors import QuantityError
+from vibopt.units import read_quantity
+from vibopt.values import Choice, Fact, Table, number
+from vibopt.values.fields import complaint, word
+
+_DIMENSION_OF = {
+    "static_unbalance": "unbalance",
+    "couple_unbalance": "couple_unbalance",
+    "bearing_reaction": "force",
+    "correction": "mass",
+}
+
+
+class ShaftTable(Table):
+    """[shaft]: bearings by name and place, and the speed of the reactions; all optional."""
+
+    speed: Fact | None = number("angular_rate", choice=False)
+    bearings: dict[str, Any] = Field(default_factory=dict)
+
+    @field_validator("bearings")
+    @classmethod
+    def _places(cls, given: dict[str, Any]) -> dict[str, float]:
+        if given and len(given) != 2:
+            example = 'bearings = { A = "0 mm", B = "900 mm" }'
+            raise word(f"names {len(given)} bearings, but two carry a shaft. Write {example}.")
+        places = {name: quantity(at, "length") for name, at in given.items()}
+        if len(set(places.values())) < len(places):
+            raise word("has both bearings at the same place.")
+        return places
+
+
+class MassTable(Table):
+    """[masses.NAME]: a mass at a radius, or an unbalance, at an angle and an axial place."""
+
+    mass: Fact | None = number("mass", choice=False)
+    radius: Fact | None = number("length", choice=False)
+    unbalance: Fact | None = number("unbalance", choice=False)
+    angle: Fact = number("angle", choice=False, sign="any", required=True)
+    at: Fact | None = number("length", choice=False, sign="any")
+    removed: bool = False
+
+    @model_validator(mode="after")
+    def _size(self) -> MassTable:
+        if (self.unbalance is None) == (self.mass is None and self.radius is None):
+            raise word('needs mass and radius, or an unbalance alone. Write mass = "1 kg" and radius = "50 mm".')
+        if self.unbalance is None and (self.mass is None or self.radius is None):
+            absent = "radius" if self.radius is None else "mass"
+            raise word(f"has no {absent}. Add it, or write unbalance = \"50 kg mm\" instead of both.")
+        return self
+
+    @property
+    def size(self) -> float:
+        """Unbalance, signed: material that was removed counts backwards [kg m]."""
+        full = self.unbalance.value if self.unbalance is not None else 1.0
+        for part in (self.mass, self.radius):
+            full *= part.value if part is not None else 1.0
+        return -full if self.removed else full
+
+
+class DrillTable(Table):
+    """drill = { diameter, density }: turns a removed mass into the depth of a flat-bottomed hole."""
+
+    diameter: Fact = number("length", choice=False, required=True)
+    density: Fact = number("density", choice=False, required=True)
+    deepest: Fact | None = number("length", choice=False)
+
+
+class KnownPlaneTable(Table):
+    """[planes.NAME]: where a correction may be fitted, and what there is to fit."""
+
+    at: Fact | None = number("length", choice=False, sign="any")
+    radius: Fact | None = number("length", choice=False)
+    weight: Choice | None = number("mass")
+    unbalance: Choice | None = number("unbalance")
+    holes: Any = None
+    shelf: list[str] = Field(default_factory=list)
+    most_weights: int = 1
+    forbidden: list[Any] = Field(default_factory=list)
+    remove: bool = False
+    drill: DrillTable | None = None
+    keep: bool = False
+
+    @field_validator("weight", "unbalance")
+    @classmethod
+    def _cap(cls, given: Any) -> Any:
+        if given is not None and not isinstance(given, Choice):
+            raise word('is one value, but a plane needs the range to choose from. Write { from = "0 g", to = "60 g" }.')
+        return given
+
+    @field_validator("holes")
+    @classmethod
+    def _angles(cls, given: Any) -> tuple[float, ...] | None:
+        """Angles [rad]; a count starts at zero."""
+        if isinstance(given, int) and not isinstance(given, bool) and given > 0:
+            return tuple(tau * k / given for k in range(given))
+        if isinstance(given, list) and given:
+            return tuple(quantity(one, "angle") for one in given)
+        raise complaint('is neither a number of holes nor a list of angles. Write 24, or ["0 deg", "30 deg"].')
+
+    @field_validator("forbidden")
+    @classmethod
+    def _sectors(cls, given: list[Any]) -> list[tuple[float, float]]:
+        try:
+            return [read_arc(one) for one in given]
+        except QuantityError as error:
+            raise complaint(f"holds a sector that {error.complaint}") from None
+
+    @model_validator(mode="after")
+    def _fits(self) -> KnownPlaneTable:
+        for wrong, sentence in (
+            (
+                self.holes is not None and not self.shelf,
+                'has holes but no weights to put in. Write shelf = ["5 g", "10 g"].',
+            ),
+            (bool(self.shelf) and self.holes is None, "has weights on the shelf but no holes. Write holes = 24."),
+            (self.radius is None and bool(self.shelf), 'has weights but no radius. Write radius = "150 mm".'),
+            (self.drill is not None and not self.remove, "has a drill but adds weights. Write remove = true."),
+            (self.radius is None and self.drill is not None, 'has a drill but no radius. Write radius = "150 mm".'),
+            (
+                self.radius is None and self.weight is not None,
+                'limits its weight but has no radius. Write radius = "150 mm", or limit unbalance.',
+            ),
+            (self.remove and bool(self.shelf), "removes material and has weights on the shelf. Keep one of them."),
+            (self.most_weights < 1, "has most_weights below 1. Write 1, or keep = true where nothing may change."),
+        ):
+            if wrong:
+                raise word(sentence)
+        return self
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """Masses on the shelf [kg]."""
+        return tuple(sorted({quantity(one, "mass") for one in self.shelf}))
+
+
+class KnownLimitTable(Table):
+    """[limits.NAME] or [measures.NAME]: what is left after the correction, or the correction itself."""
+
+    response: Literal["static_unbalance", "couple_unbalance", "bearing_reaction", "correction"]
+    of: str | None = None
+    total: bool = False
+    at_most: Any = None
+    unit: str = ""
+
+    @model_validator(mode="after")
+    def _bound(self) -> KnownLimitTable:
+        if self.at_most is not None:
+            quantity(self.at_most, self.dimension)
+        if self.response == "correction" and (self.of is None) != self.total:
+            raise word('needs of = "PLANE" or total = true, one of the two.')
+        return self
+
+    @property
+    def dimension(self) -> str:
+        """Dimension of the response."""
+        return _DIMENSION_OF[self.response]
+
+    @property
+    def bound(self) -> float:
+        """at_most in SI; inf for a measure."""
+        return float("inf") if self.at_most is None else quantity(self.at_most, self.dimension)
+
+
+class KnownGoalTable(Table):
+    """[goal] minimise = "unbalance" | "reaction" | "correction", over the rows combined as rms, worst or sum."""
+
+    minimise: Literal["unbalance", "reaction", "correction"]
+    combine: Literal["rms", "worst", "sum"] = "rms"
+
+
+def quantity(given: object, dimension: str) -> float:
+    """A value inside a list or a table without a field of its own, in SI."""
+    try:
+        return read_quantity(given, dimension).value
+    except QuantityError as error:
+        said = error.complaint
+        raise complaint(f'holds "{given}", which {said}' if isinstance(given, str) else said) from None

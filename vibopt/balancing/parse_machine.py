@@ -1,0 +1,257 @@
+"""The machine's side of a measured rotor's file: conventions, planes, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf, radians
+from typing import Any, cast
+
+from vibopt.balancing.job import Sensor
+from vibopt.balancing.planes import MASS, MOST_OPTIONS, UNBALANCE, Drill, Plane, count_options, read_arc
+from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
+from vibopt.balancing.words import CHOICES, MARK, Conventions, read_angle, read_reading
+from vibopt.errors import QuantityError
+from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.units import Detector, read_quantity
+from vibopt.units.spelling import split_detector
+
+_MOST_HOLES = 720
+
+
+def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mistakes) -> Conventions | None:
+    """The conventions; nothing is assumed for the user. Where no reading has an angle, `phase` and `readings` say nothing."""
+    given = document.get("conventions")
+    if not isinstance(given, Mapping):
+        mistakes.add(
+            ("conventions",),
+            'the table [conventions] is missing. Write phase = "lag", readings = "phase", angles = "against rotation", '
+            'detector = "pp" and zero = "reflective tape" as they are on your instrument; vibopt does not guess them.',
+        )
+        return None
+    before = len(mistakes.found)
+    said = {key: _choice(key, given, has_angles, mistakes) for key in CHOICES}
+    for key in given:
+        if key not in (*CHOICES, "zero"):
+            mistakes.unknown_key(("conventions", key), [*CHOICES, "zero"])
+    zero = given.get("zero")
+    if not isinstance(zero, str) or not zero.strip():
+        mistakes.add(("conventions",), 'conventions has no zero: where angle zero is, in words. Write zero = "reflective tape".')
+    if len(mistakes.found) > before:
+        return None
+    readings = said["readings"] if has_angles else ""
+    phase = said["phase"] if has_angles and readings != MARK else ""
+    return Conventions(phase, readings, said["angles"], cast(Detector, said["detector"]), str(zero).strip())
+
+
+def _choice(key: str, given: Mapping[str, Any], has_angles: bool, mistakes: Mistakes) -> str:
+    options, meaning = CHOICES[key]
+    listed = " or ".join(f'{key} = "{one}"' for one in options)
+    value = given.get(key)
+    if value is None:
+        if key in ("detector", "angles") or has_angles and not (key == "phase" and given.get("readings") == MARK):
+            mistakes.add(("conventions",), f"conventions has no {key}: {meaning}. Write {listed}.")
+        return ""
+    if value not in options:
+        mistakes.value(("conventions", key), value, f"is no word for {meaning}. Write {listed}.")
+        return ""
+    return str(value)
+
+
+def read_planes(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Plane, ...] | None:
+    """The planes in the order of the file; None where one cannot be read."""
+    tables = named_tables(document, "planes", mistakes)
+    if not tables:
+        mistakes.add(("planes",), 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".')
+    read = [_plane(name, table, mistakes) for name, table in tables.items()]
+    return None if None in read or not read else tuple(cast(list[Plane], read))
+
+
+def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
+    path: Path = ("planes", name)
+    before = len(mistakes.found)
+    table = read_table(PlaneTable, given, path, mistakes)
+    if table is None:
+        return None
+    radii, length_unit = _radii((*path, "radius"), table.radius, mistakes)
+    kind, cap, unit = _cap(path, table, radii, mistakes)
+    holes = _holes((*path, "holes"), table.holes, mistakes)
+    shelf, shelf_unit = _shelf((*path, "shelf"), table.shelf, mistakes)
+    forbidden = _forbidden((*path, "forbidden"), table.forbidden, mistakes)
+    plane = Plane(
+        name=name, kind=kind, radii=radii, unit=unit or shelf_unit or ("g mm" if kind == UNBALANCE else "g"),
+        length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, most_weights=table.most_weights, split=table.split,
+        forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
+    )  # fmt: skip
+    if len(mistakes.found) == before:
+        _check_plane(path, table, plane, mistakes)
+    return plane if len(mistakes.found) == before else None
+
+
+def _radii(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, ...], str]:
+    if given is None:
+        return (), "mm"
+    listed = given if isinstance(given, list) else [given]
+    if not listed:
+        mistakes.value(path, given, 'is an empty list. Write radius = "150 mm".')
+    read = [read_value(path, one, mistakes, _positive, "length") for one in listed]
+    good = [one for one in read if one is not None]
+    return tuple(sorted({value for value, _ in good})), good[0][1] if good else "mm"
+
+
+def _positive(given: object, dimension: str) -> tuple[float, str]:
+    found = read_quantity(given, dimension)
+    if not found.value > 0.0:
+        raise QuantityError("is not greater than zero.")
+    return found.value, found.unit
+
+
+def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mistakes) -> tuple[str, float, str]:
+    """Kind of the plane, its cap in kg (kg m) and the unit of it."""
+    if table.weight is not None and table.unbalance is not None:
+        mistakes.add(path, f"planes.{table_name(path)} has weight and unbalance. Keep one of them.")
+        return MASS, inf, ""
+    if table.unbalance is not None:
+        found = read_value((*path, "unbalance"), table.unbalance, mistakes, _range, "unbalance", '{ from = "0 g mm", to = "900 g mm" }')
+        return (MASS if radii else UNBALANCE), *((found[0] / (radii[-1] if radii else 1.0), "" if radii else found[1]) if found else (inf, ""))
+    if table.weight is not None:
+        found = read_value((*path, "weight"), table.weight, mistakes, _range, "mass", '{ from = "0 g", to = "60 g" }')
+        return MASS, *(found or (inf, ""))
+    return MASS, inf, ""
+
+
+def table_name(path: Path) -> str:
+    return str(path[1])
+
+
+def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
+    """Upper end of a range from zero."""
+    if not isinstance(given, Mapping) or not set(given) <= {"from", "to"} or "to" not in given:
+        raise QuantityError(f"is no range. The correction is to be chosen: write {example}.")
+    high = read_quantity(given["to"], dimension)
+    low = read_quantity(given["from"], dimension).value if "from" in given else 0.0
+    if low != 0.0:
+        raise QuantityError("does not start at zero. No weight at all is always possible: write from zero.")
+    if high.value == 0.0:
+        raise QuantityError("is a cap of zero: nothing could be put here. Write keep = true to leave the plane untouched, or a cap.")
+    if high.value < 0.0:
+        raise QuantityError("is a reversed range: from is greater than to. Exchange the two.")
+    return high.value, high.unit
+
+
+def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
+    """Angles as written [rad]; of a count, evenly from zero."""
+    if given is None:
+        return ()
+    if isinstance(given, int) and not isinstance(given, bool):
+        if not 2 <= given <= _MOST_HOLES:
+            mistakes.value(path, given, f"is no number of holes from 2 to {_MOST_HOLES}. Write holes = 24, or a list of angles.")
+            return ()
+        return tuple(radians(360.0 * index / given) for index in range(given))
+    if not isinstance(given, list) or not given:
+        mistakes.value(path, given, 'is no count and no list of angles. Write holes = 24, or holes = ["0 deg", "30 deg"].')
+        return ()
+    read = [read_value((*path, index), one, mistakes, read_angle) for index, one in enumerate(given)]
+    return tuple(one for one in read if one is not None)
+
+
+def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, ...], str]:
+    if given is None:
+        return (), ""
+    if not isinstance(given, list) or not given:
+        mistakes.value(path, given, 'is no list of weights. Write shelf = ["5 g", "10 g"].')
+        return (), ""
+    read = [read_value((*path, index), one, mistakes, _positive, "mass") for index, one in enumerate(given)]
+    good = [one for one in read if one is not None]
+    return tuple(sorted({value for value, _ in good})), good[0][1] if good else ""
+
+
+def _forbidden(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, float], ...]:
+    if given is None:
+        return ()
+    listed = given if isinstance(given, list) else [given]
+    read = [read_value((*path, index), one, mistakes, read_arc) for index, one in enumerate(listed)]
+    return tuple(one for one in read if one is not None)
+
+
+def _drill(path: Path, table: PlaneTable, mistakes: Mistakes) -> Drill | None:
+    if table.drill is None:
+        return None
+    if not table.remove:
+        mistakes.add(path, f"planes.{table_name(path)} has a drill, but adds weights. Write remove = true, or leave the drill out.")
+    drill = read_table(DrillTable, table.drill, path, mistakes)
+    if drill is None:
+        return None
+    density = read_value((*path, "density"), drill.density, mistakes, _density)
+    return None if density is None else Drill(drill.diameter.value, density, drill.deepest.value if drill.deepest else inf)
+
+
+def _density(given: object) -> float:
+    """kg/m³ from "7850 kg/m³" or "7.85 g/cm³"."""
+    text = str(given).replace("m3", "m³").replace("m^3", "m³").strip()
+    for unit, factor in (("kg/m³", 1.0), ("g/cm³", 1e3), ("kg/dm³", 1e3)):
+        if text.endswith(unit):
+            try:
+                value = float(text[: -len(unit)])
+            except ValueError:
+                break
+            if value > 0.0:
+                return value * factor
+    raise QuantityError('is no density. Write "7850 kg/m³".')
+
+
+def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes) -> None:
+    """What the keys of one plane must be among themselves."""
+    where = f"planes.{plane.name}"
+    if plane.most_weights < 1:
+        mistakes.value((*path, "most_weights"), plane.most_weights, "is no number of weights. Write 1 or more.")
+        return
+    if plane.holes and not plane.shelf and not plane.split:
+        mistakes.add(
+            (*path, "holes"),
+            f'{where} has holes without weights. Add shelf = ["5 g", "10 g"] with the weights there are, '
+            "or split = true for a weight cut to measure in the two neighbouring holes.",
+        )
+    if plane.shelf and not plane.holes:
+        mistakes.add((*path, "shelf"), f"{where} has weights on the shelf, but no holes to put them. Add holes = 24, or a list of angles.")
+    if plane.split and (plane.shelf or not plane.holes):
+        mistakes.add((*path, "split"), f"{where}.split needs holes and no shelf: the weight is cut to measure. Remove split, or the shelf.")
+    if plane.holes and plane.kind == UNBALANCE:
+        mistakes.add((*path, "holes"), f"{where} has holes, but no radius. Add its radius.")
+    elif plane.holes and not any(plane.may_sit_at(angle) for angle in plane.holes):
+        mistakes.add((*path, "forbidden"), f"{where}: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true.")
+    if plane.shelf and plane.cap < plane.shelf[0]:
+        mistakes.add((*path, "weight"), f"{where}: the cap is less than the lightest weight of the shelf. Widen the cap, or write keep = true.")
+    if plane.shelf and plane.holes and count_options(plane) > MOST_OPTIONS:
+        mistakes.add(
+            (*path, "most_weights"), f"{where} has more than {MOST_OPTIONS} ways to fill its holes. Lower most_weights, or shorten the shelf."
+        )
+
+
+def read_sensors(document: Mapping[str, Any], conventions: Conventions, mistakes: Mistakes) -> dict[str, Sensor]:
+    """The sensors named by the file, with their unit where it says one; what they read is known from their readings."""
+    sensors = {}
+    for name, given in named_tables(document, "sensors", mistakes).items():
+        path: Path = ("sensors", name)
+        table = read_table(SensorTable, given, path, mistakes)
+        if table is None:
+            continue
+        unit = table.unit or ""
+        importance = table.importance.value if table.importance is not None else 1.0
+        sensor = Sensor(name, "", unit, split_detector(unit)[1] or conventions.detector, 0.0, importance)
+        if table.runout is not None:
+            sensor = _with_runout(sensor, (*path, "runout"), table.runout, conventions, mistakes)
+        sensors[name] = sensor
+    return sensors
+
+
+def _with_runout(sensor: Sensor, path: Path, given: object, conventions: Conventions, mistakes: Mistakes) -> Sensor:
+    found = read_value(path, given, mistakes, read_reading, conventions, sensor.unit)
+    if found is None:
+        return sensor
+    amplitude, z, has_angle = found
+    if not has_angle:
+        mistakes.value(path, given, 'has no angle: runout is subtracted as a vector. Write "0.4 mil pp @ 20 deg".')
+    return Sensor(sensor.name, amplitude.dimension, sensor.unit, sensor.detector, z, sensor.importance)
+
+
+__all__ = ["read_conventions", "read_planes", "read_sensors"]

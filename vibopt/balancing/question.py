@@ -1,0 +1,204 @@
+"""The question an optimiser is asked, and its answer: arrays in SI, and no words of the file.
+
+A correction u is what is added to the rotor; what is left at the readings is y0 + H u.  Phasors are
+peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.words`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray
+
+Goal = Literal["rms", "worst", "sum", "huber", "correction"]
+Sectors = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is left at each reading, what may be fitted in each plane, and what is to be small.
+
+    Parameters
+    ----------
+    y0
+        Readings as found, shape (n_readings,), peak [SI], runout subtracted.
+    H
+        Response per unit unbalance, shape (n_readings, n_planes) [SI per kg m].
+    importance
+        Factor on each amplitude in the goal (not in its limit), shape (n_readings,), zero or more.
+    limits
+        Greatest amplitude left, shape (n_readings,), inf where there is none.
+    caps
+        Greatest |u| per plane [kg m], shape (n_planes,); 0 for a plane that is kept, inf where there is none.
+    total_cap
+        Greatest sum of correction masses [kg] (of |u| where `mass_per_unbalance` is 1).
+    sectors
+        Per plane the forbidden open arcs (from, to) [rad], counted with growing angle from `from` to `to`; empty: none anywhere.
+    options
+        Per plane the unbalances there are (n_options,) [kg m]; None: continuous; empty: continuous everywhere.
+        Zero belongs to the list where the plane may stay empty.
+    goal
+        "rms": sqrt(mean((importance |r|)²)); "worst": their greatest; "sum": their sum; "huber": sum of t² up to
+        `huber` and 2 huber t - huber² beyond; "correction": the sum of correction masses.
+    huber
+        Amplitude (times importance) from which a reading counts linearly; only for the goal "huber".
+    mass_per_unbalance
+        1/radius per plane [1/m], shape (n_planes,); empty: 1 everywhere (masses are counted as unbalances).
+    option_masses
+        Per plane the mass of each option [kg], same shape as the options; None or empty: |u| * mass_per_unbalance.
+    pairs
+        (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).
+    """
+
+    y0: ComplexArray
+    H: ComplexArray
+    importance: FloatArray
+    limits: FloatArray
+    caps: FloatArray
+    total_cap: float = float("inf")
+    sectors: tuple[Sectors, ...] = ()
+    options: tuple[ComplexArray | None, ...] = ()
+    goal: Goal = "rms"
+    huber: float = float("inf")
+    mass_per_unbalance: FloatArray = field(default_factory=lambda: np.empty(0))
+    option_masses: tuple[FloatArray | None, ...] = ()
+    pairs: tuple[tuple[int, int, complex], ...] = ()
+
+    @property
+    def n_readings(self) -> int:
+        return int(self.H.shape[0])
+
+    @property
+    def n_planes(self) -> int:
+        return int(self.H.shape[1])
+
+    @property
+    def is_discrete(self) -> bool:
+        """Whether any plane chooses from a list."""
+        return any(option is not None for option in self.options)
+
+    @property
+    def densities(self) -> FloatArray:
+        """Mass per unbalance [1/m], shape (n_planes,)."""
+        return self.mass_per_unbalance if len(self.mass_per_unbalance) else np.ones(self.n_planes)
+
+    def residual(self, u: ComplexArray) -> ComplexArray:
+        """What is left at the readings (..., n_readings) after the correction u (..., n_planes)."""
+        left: ComplexArray = self.y0 + u @ self.H.T
+        return left
+
+    def masses(self, u: ComplexArray) -> FloatArray:
+        """Correction mass per plane [kg], shape (n_planes,); an option's own mass where u is one of a list."""
+        masses = np.abs(u) * self.densities
+        for plane, option in enumerate(self.options):
+            own = self.option_masses[plane] if self.option_masses else None
+            if option is not None and own is not None:
+                masses[plane] = own[np.argmin(np.abs(option - u[plane]))]
+        return masses
+
+    def value(self, u: ComplexArray) -> float:
+        """The goal at the correction u, in its own unit (amplitude; mass; amplitude² for "huber")."""
+        if self.goal == "correction":
+            return float(self.masses(u).sum())
+        return float(self.measure(np.abs(self.residual(u))))
+
+    def measure(self, amplitudes: FloatArray) -> FloatArray:
+        """The goal of the amplitudes left (..., n_readings); not for "correction"."""
+        t = self.importance * amplitudes
+        if self.goal == "rms":
+            return np.asarray(np.sqrt(np.mean(t * t, axis=-1)))
+        if self.goal == "worst":
+            return np.asarray(t.max(axis=-1))
+        if self.goal == "sum":
+            return np.asarray(t.sum(axis=-1))
+        inside = np.minimum(t, self.huber)
+        return np.asarray((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum(axis=-1))
+
+
+@dataclass(frozen=True)
+class Prices:
+    """How fast the goal falls when a limit is widened: -d goal / d limit, zero where it does not bind.
+
+    readings
+        Per limit on a reading, shape (n_readings,).
+    caps
+        Per cap [per kg m], shape (n_planes,).
+    total
+        Of the cap on the total mass [per kg].
+    """
+
+    readings: FloatArray
+    caps: FloatArray
+    total: float
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Answer of an optimiser with its evidence.
+
+    u
+        Correction added per plane [kg m], shape (n_planes,); None where there is none.
+    status
+        "optimal" (proven to `gap`), "feasible" (stopped early, `gap` said), "infeasible" (certified) or "unproven".
+    claim
+        How that is known, in words.
+    value, bound
+        The goal at u, and the number no other allowed correction can come below (our own arithmetic).
+    gap
+        (value - bound) / max(|value|, tiny), zero when both are equal.
+    prices
+        Dual prices; None for discrete answers (see `prices.by_solving_again`).
+    chosen
+        Per plane the index into its options, -1 for a continuous plane.
+    least_factor
+        Only when infeasible: every limit would have to be at least this many times as wide; nan where unknown.
+    details
+        Counts of the method.
+    """
+
+    u: ComplexArray | None
+    status: str
+    claim: str
+    value: float = float("nan")
+    bound: float = float("nan")
+    gap: float = float("nan")
+    prices: Prices | None = None
+    chosen: tuple[int, ...] = ()
+    least_factor: float = float("nan")
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+def relative_gap(value: float, bound: float, size: float) -> float:
+    """(value - bound) relative to the value, or to 1e-3 of the goal's natural `size` where the value is about zero."""
+    return max(value - bound, 0.0) / max(abs(value), 1e-3 * size, 1e-300)
+
+
+def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence[str]:
+    """The limits, caps, sectors, pairs and lists that the correction u does not keep, by name; empty: all kept."""
+    left = np.abs(question.residual(u))
+    found = [f"limit {k}" for k in np.flatnonzero(left > question.limits * (1 + slack))]
+    found += [f"cap {p}" for p in np.flatnonzero(np.abs(u) > question.caps * (1 + slack))]
+    if question.masses(u).sum() > question.total_cap * (1 + slack):
+        found.append("total")
+    size = float(np.abs(u).max(initial=0.0))
+    for plane, sectors in enumerate(question.sectors):
+        if any(_inside(u[plane], *sector, slack * size) for sector in sectors):
+            found.append(f"sector of {plane}")
+    found += [f"pair {i}, {j}" for i, j, ratio in question.pairs if abs(u[j] - ratio * u[i]) > slack * size]
+    for plane, option in enumerate(question.options):
+        if option is not None and np.abs(option - u[plane]).min() > slack * size:
+            found.append(f"list of {plane}")
+    return found
+
+
+def _inside(u: complex, low: float, high: float, slack: float) -> bool:
+    """Whether u lies inside the open arc low..high [rad], further than `slack` [kg m] from its edges."""
+    turn = 2.0 * np.pi
+    width = (high - low) % turn or turn
+    angle = (np.angle(u) - low) % turn
+    edge = min(angle, width - angle)
+    return bool(angle < width and abs(u) * np.sin(min(edge, 0.5 * np.pi)) > slack)

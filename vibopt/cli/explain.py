@@ -1,0 +1,62 @@
+"""`vibopt explain`: the reasons behind an answer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from vibopt.cli.options import as_json, changes, file, method, read_scene
+from vibopt.cli.output import colour, say, say_json, width
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from vibopt.study.explain import Explanation
+
+
+@click.command()
+@file
+@method
+@changes
+@as_json
+def explain(file: str, method: str | None, changes: tuple[str, ...], as_json: bool) -> int:
+    """Say why this model and this method, which limits are active, and what each costs.
+
+    Exit code: that of the answer.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.explain import explain as explained
+
+    scene = read_scene(file, changes)
+    with Bar() as bar:
+        result = explained(scene, method=method, progress=bar)
+    if as_json:
+        reasons = {"model": result.model, "methods": result.methods, "limits": result.limits}
+        say_json({"status": result.design.status, **reasons, "design": result.design})
+    else:
+        from vibopt.design.table import rendered
+
+        say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
+    return result.design.exit_code
+
+
+def _tell(result: Explanation, console: Console) -> None:
+    from vibopt.design.table import grid, paragraph, section
+    from vibopt.design.words import verdict
+
+    design = result.design
+    console.print(design.scene.title, style="bold")
+    console.print(verdict(design))
+    for text in (design.claim, design.reason):
+        if text:
+            paragraph(console, text)
+    section(console, "Model", grid([(one.name, one.words) for one in result.model], whole=(0,)))
+    methods = [(one.name, f"{'answers' if one.chosen else 'cannot'}: {one.why}") for one in result.methods]
+    section(console, "Method", grid(methods, whole=(0,)))
+    if result.limits:
+        section(console, "Limits", grid([(one.name, one.words) for one in result.limits], whole=(0,)))
+    if design.conflict is not None:
+        section(console, "Cannot hold together", ", ".join(design.conflict.limits))
+    if design.details:
+        section(console, "Work done", grid([(key, str(value)) for key, value in design.details.items()], whole=(0,)))

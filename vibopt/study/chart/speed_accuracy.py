@@ -1,0 +1,95 @@
+"""Speed against accuracy: every method on scenes whose answer is known, timed in one run."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from vibopt.scene.scene import Scene
+from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, QUICK, STOCK, Case
+from vibopt.study.chart.trial import DEFAULT, REFUSES, Trial, trial, warm_up
+
+Progress = Callable[[str, float], None]
+
+METHODS = (
+    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "trust_constr_50", "trust_constr",
+    "ipopt_sampled", "ipopt_sampled_1000", "cvxpy", "cvxpy_dpp",
+)  # fmt: skip
+QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
+QUICK_SECONDS, FULL_SECONDS = 45.0, 270.0
+_PROOF_SECONDS = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedAccuracy:
+    """All trials; `skipped` names those for which there was no time (case, method)."""
+
+    cases: tuple[Case, ...]
+    methods: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    skipped: tuple[tuple[str, str], ...]
+
+    def of(self, case: str) -> list[Trial]:
+        """Trials of one case that gave any answer to its question, in the order of the methods."""
+        return [one for one in self.trials if one.case == case and one.status != REFUSES]
+
+    def ratio(self, one: Trial) -> float:
+        """Time over that of the default on the same case."""
+        base = next((t.seconds for t in self.trials if t.case == one.case and t.method == DEFAULT), math.nan)
+        return one.seconds / base
+
+
+def speed_accuracy(
+    scenes: Sequence[Scene] = (), *, quick: bool = False, progress: Progress | None = None
+) -> SpeedAccuracy:
+    """Run every method on the stock set, or on the user's scenes.
+
+    Parameters
+    ----------
+    scenes
+        The user's scenes; their best goals are proven first, with a gap of 1e-8.
+    quick
+        Fewer cases, methods and runs.
+    """
+    methods = QUICK_METHODS if quick else METHODS
+    runs = 2 if quick else 5
+    deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
+    warm_up(list(methods))
+    pairs = [(referenced(scene), scene) for scene in scenes] or [(case, case.scene()) for case in (QUICK if quick else STOCK)]
+    trials: list[Trial] = []
+    skipped: list[tuple[str, str]] = []
+    total = len(pairs) * len(methods)
+    for case, scene in pairs:
+        for method in methods:
+            if progress:
+                progress(f"{case.name}: {method}", (len(trials) + len(skipped)) / total)
+            if time.perf_counter() > deadline:
+                skipped.append((case.name, method))
+                continue
+            trials.append(trial(case, scene, method, runs))
+    return SpeedAccuracy(tuple(case for case, _ in pairs), methods, tuple(trials), tuple(skipped))
+
+
+def referenced(scene: Scene) -> Case:
+    """The user's scene with its best goal, proven by branch and bound before anything is charted."""
+    from vibopt.program.pose import pose
+    from vibopt.solve.box import closed
+    from vibopt.solve.branch import Judge
+    from vibopt.solve.global_search import BranchAndBound
+
+    program, _ = closed(pose(scene))
+    search = BranchAndBound(gap=1e-8, seconds=_PROOF_SECONDS)
+    name = scene.name.removesuffix(".toml")
+    if program.aim is None or not program.axes or search.refuses(program) is not None:
+        return Case(name, "", FEASIBLE, math.nan, "not known: no proof was possible")
+    found = search.solve(program)
+    if found.status == "infeasible":
+        return Case(name, "", INFEASIBLE, math.nan, "branch and bound: no design exists")
+    if found.x is None:
+        return Case(name, "", FEASIBLE, math.nan, "not known: branch and bound found nothing in time")
+    goal = Judge(program).goal(found.x).value
+    left = abs(goal - found.bound) / max(abs(goal), 1e-300)
+    words = f"branch and bound, proven to {left:.0e}" if found.status == "optimal" else f"best known, proven to {left:.0e} only"
+    return Case(name, "", FEASIBLE, goal * program.aim.sense, words)

@@ -1,0 +1,56 @@
+"""Stability: every method on hard ground, each answer classed from right to silently wrong."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import dataclass
+
+from vibopt.study.chart.cases import Case
+from vibopt.study.chart.hard import families, quick_families
+from vibopt.study.chart.speed_accuracy import Progress
+from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Trial, trial, warm_up
+
+METHODS = (DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "trust_constr_50", "ipopt_sampled", "cvxpy")
+QUICK_METHODS = tuple(name for name in METHODS if name != "trust_constr_50")
+CLASSES = (RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES)
+QUICK_SECONDS, FULL_SECONDS = 45.0, 270.0
+
+
+@dataclass(frozen=True, slots=True)
+class Stability:
+    """All trials; `skipped` names those for which there was no time (case, method)."""
+
+    cases: tuple[Case, ...]
+    methods: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    skipped: tuple[tuple[str, str], ...]
+
+    @property
+    def families(self) -> list[str]:
+        return list(dict.fromkeys(case.family for case in self.cases))
+
+    def count(self, family: str, method: str) -> Counter[str]:
+        """How often each class occurs."""
+        names = {case.name for case in self.cases if case.family == family}
+        return Counter(one.verdict for one in self.trials if one.case in names and one.method == method)
+
+
+def stability(*, quick: bool = False, progress: Progress | None = None) -> Stability:
+    """Run every method once on every case; with `quick` on two cases of each family."""
+    cases = quick_families() if quick else families()
+    methods = QUICK_METHODS if quick else METHODS
+    deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
+    warm_up(list(methods))
+    trials: list[Trial] = []
+    skipped: list[tuple[str, str]] = []
+    for number, case in enumerate(cases):
+        scene = case.scene()
+        for method in methods:
+            if progress:
+                progress(f"{case.name}: {method}", (number + methods.index(method) / len(methods)) / len(cases))
+            if time.perf_counter() > deadline:
+                skipped.append((case.name, method))
+                continue
+            trials.append(trial(case, scene, method, 1))
+    return Stability(tuple(cases), methods, tuple(trials), tuple(skipped))

@@ -1,0 +1,127 @@
+"""Why this model, why this method, which limits are active and what each costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vibopt.design.design import Design
+from vibopt.design.words import margin_words, model_words
+from vibopt.forms import Monomials
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.scene.scene import Scene
+from vibopt.solve import solve
+from vibopt.solve.box import closed
+from vibopt.solve.method import Method, Progress
+from vibopt.study.prices import priced
+
+
+@dataclass(frozen=True, slots=True)
+class Considered:
+    """A method in the order in which vibopt asks them: whether it answered, and why or why not."""
+
+    name: str
+    chosen: bool
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A name and what is to be said of it."""
+
+    name: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The answer with its reasons.
+
+    design
+        The answer, with prices.
+    model
+        What of the model each question needs; the first entry speaks of the whole.
+    methods
+        Methods considered.
+    limits
+        What each limit does to the design.
+    """
+
+    design: Design
+    model: tuple[Said, ...]
+    methods: tuple[Considered, ...]
+    limits: tuple[Said, ...]
+
+
+def explain(scene: Scene, *, method: str | None = None, progress: Progress | None = None) -> Explanation:
+    """Answer a scene and say why the answer is what it is.
+
+    Parameters
+    ----------
+    scene
+        A scene without mistakes.
+    method
+        Name of a method to force; None lets vibopt choose.
+    progress
+        Called with a stage and the part that is done.
+    """
+    design = priced(solve(scene, method=method, progress=progress))
+    program = pose(scene)
+    return Explanation(
+        design,
+        tuple(_model(design, program)),
+        tuple(_methods(design, program, method)),
+        tuple(Said(name, _limit(design, name)) for name in design.limits),
+    )
+
+
+def _model(design: Design, program: Program) -> list[Said]:
+    """The whole, then each limit that needs less of it."""
+    said = [Said("scene", model_words(design))]
+    for limit in program.limits:
+        if isinstance(limit.form, Monomials):
+            said.append(Said(limit.name, "a property of the machine, needs no motion"))
+        elif program.model.n_free > 1:
+            count = limit.model.n_free
+            said.append(Said(limit.name, f"needs {count} degree{'s' * (count != 1)} of freedom"))
+    return list(dict.fromkeys(said))
+
+
+def _methods(design: Design, program: Program, forced: str | None) -> list[Considered]:
+    if design.scene.find_all is not None:
+        return [Considered(design.method, True, "the ends of each interval are roots of response = bound")]
+    if design.scene.is_analysis:
+        return [Considered(design.method, True, "nothing to choose: each response is measured over its whole range")]
+    if forced is not None:
+        return [Considered(design.method, True, f"asked for by --method {forced}")]
+    if design.method == "physical bound":
+        return [Considered(design.method, True, "a balance of forces settles it, whatever the mount")]
+    finite = closed(program)
+    considered = []
+    for one in _in_order():
+        refusal = one.refuses(finite)
+        considered.append(Considered(one.name, refusal is None, refusal or one.summary))
+        if refusal is None:
+            break
+    return considered
+
+
+def _in_order() -> list[Method]:
+    """Methods as vibopt asks them, the one that proves most first."""
+    from vibopt.solve.outer import OneVariable, StiffnessAndDamping
+    from vibopt.solve.registry import METHODS, OWN
+
+    return [OneVariable(), StiffnessAndDamping(), *(METHODS[name]() for name in OWN)]
+
+
+def _limit(design: Design, name: str) -> str:
+    one = design.limits[name]
+    if design.found is not None:
+        return "separates good speeds from bad ones"
+    if not one.met:
+        return "BROKEN"
+    if one.active:
+        return f"ACTIVE, {one.price.words}" if one.price is not None else "ACTIVE"
+    spare = f"{margin_words(one) or 'room'} to spare"
+    stepped = any(variable.values is not None for variable in design.scene.variables)
+    return spare if stepped else f"{spare}: does not hold the design back"

@@ -1,0 +1,128 @@
+"""Many one-mass machines as built, straight from the scene: numbers of links, speeds and amplitudes of what shakes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.scene import Scene
+from vibopt.study.many.lower import Refused
+from vibopt.values.fields import Choice, Fact
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A group of mounts: ends, and per machine k [N/m], c [N s/m], imaginary and static stiffness [N/m]."""
+
+    ends: tuple[str, str]
+    stiffness: FloatArray
+    damping: FloatArray
+    hysteretic: FloatArray
+    static: FloatArray
+    count: FloatArray
+    ratio: FloatArray
+    loss: FloatArray
+
+
+@dataclass(frozen=True)
+class Machines:
+    """One body on links, many times: mass [kg], links by name."""
+
+    body: str
+    mass: FloatArray
+    links: Mapping[str, Link]
+
+    def total(self, quantity: str, names: list[str] | None = None) -> FloatArray:
+        """Sum of "stiffness", "damping", "hysteretic" or "static" over links (None: over all)."""
+        chosen = [link for name, link in self.links.items() if names is None or name in names]
+        return np.asarray(sum((getattr(link, quantity) for link in chosen), np.zeros(())))
+
+
+def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
+    """The machines of a scene whose values at the paths in `known` (variables, the varied fact) are given [SI].
+
+    Raises
+    ------
+    Refused
+        There is more than one body.
+    """
+    if len(scene.bodies) != 1:
+        raise Refused
+
+    def number(path: str, value: Fact | Choice | None, default: float = 0.0) -> FloatArray:
+        if path in known:
+            return known[path]
+        if isinstance(value, Choice):
+            raise Refused
+        return np.array(default if value is None else value.value)
+
+    body = next(iter(scene.bodies))
+    mass = number(f"bodies.{body}.mass", scene.bodies[body].inertia)
+    if f"bodies.{body}.weight" in known:
+        mass = known[f"bodies.{body}.weight"] / GRAVITY
+    links = {}
+    for name, table in scene.links.items():
+        given = {
+            key: number(f"links.{name}.{key}", getattr(table, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0)
+            for key in ("stiffness", "damping", "damping_ratio", "loss_factor", "count", "dynamic_to_static")
+        }
+        stiffness = given["count"] * given["stiffness"]
+        critical = 2.0 * np.sqrt(stiffness * mass)
+        viscous = given["count"] * given["damping"]
+        held = np.where(critical > 0.0, critical, np.inf)
+        links[name] = Link(
+            ends=table.between,
+            stiffness=stiffness,
+            damping=np.where(viscous > 0.0, viscous, given["damping_ratio"] * critical),
+            hysteretic=stiffness * given["loss_factor"],
+            static=stiffness / given["dynamic_to_static"],
+            count=given["count"],
+            ratio=np.where(given["damping_ratio"] > 0.0, given["damping_ratio"], viscous / held),
+            loss=given["loss_factor"],
+        )
+    return Machines(body, mass, links)
+
+
+def shaking(scene: Scene) -> dict[str, float]:
+    """Bounds, amplitudes and speeds of all limits as numbers, and their structure in the names.
+
+    Raises
+    ------
+    Refused
+        A response has several harmonics, or an amplitude in pieces.
+    """
+    found: dict[str, float] = {}
+    for name, response in scene.limits.items():
+        found |= _bounds(name, response)
+        if isinstance(response, HarmonicResponse):
+            found |= _line(scene, name, response)
+    return found
+
+
+def _bounds(name: str, response: Response) -> dict[str, float]:
+    if getattr(response, "outside", None) is not None:
+        raise Refused
+    given = {side: getattr(response, side) for side in ("at_most", "at_least")}
+    return {f"{name}.{side}": float(one.value) for side, one in given.items() if one is not None}
+
+
+def _line(scene: Scene, name: str, response: HarmonicResponse) -> dict[str, float]:
+    drives = names_for(scene, response)
+    lines = scene.excitations[drives[0]].lines(np.ones(1)) if len(drives) == 1 else ()
+    if len(lines) != 1 or len(lines[0].amplitude.pieces) != 1 or lines[0].amplitude.pieces[0].slope:
+        raise Refused
+    piece, order = lines[0].amplitude.pieces[0], lines[0].order
+    power = 0 if response.normalised else piece.power
+    size = 1.0 if response.normalised else abs(piece.constant) / order**power
+    found = {f"{name}.amplitude.{power}": size * float(abs(lines[0].vector[0]))}
+    for b, band in enumerate(bands_for(scene, response, drives[0])):
+        if not np.isfinite(band.high) or (band.low == 0.0 and power < 0):
+            raise Refused
+        found |= {f"{name}.low{b}{'.point' if band.is_point else ''}": order * band.low, f"{name}.high{b}": order * band.high}
+    return found

@@ -1,0 +1,228 @@
+"""Many answers measured on the machines as built, by another road than the one that found them.
+
+Motion is complex arithmetic on K - w^2 M + i (w C + H), the force on a support is read off the balance of
+inertia, and the worst speeds come afresh from the equation of the peaks in w / w_n.  No form is asked.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.responses.damping import DampingOfModes, LossFactor
+from vibopt.responses.motion import Displacement, RelativeDisplacement
+from vibopt.responses.natural_frequency import NaturalFrequency
+from vibopt.responses.parameters import Count, Damping, Mass, Stiffness, TotalMass
+from vibopt.responses.static_deflection import StaticDeflection
+from vibopt.responses.transmitted import Transmissibility, TransmittedForce
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Scene
+from vibopt.study.many.built import Link, Machines
+from vibopt.study.many.lower import Refused
+from vibopt.study.many.numbers import Numbers
+
+_BETWEEN = np.array([0.11, 0.37, 0.63, 0.89])
+"""Further places in a band, as parts of it, at which nothing may be worse than the worst."""
+
+
+def margins(scene: Scene, built: Machines, shaken: Numbers, count: int) -> dict[str, FloatArray]:
+    """Part of each bound that is left over (negative: broken), by the names that a `Design` uses.
+
+    Raises
+    ------
+    Refused
+        A response is not one that can be measured many at a time.
+    """
+    found = {}
+    for name, response in scene.limits.items():
+        sides = [side for side in ("at_most", "at_least") if getattr(response, side) is not None]
+        for side in sides:
+            value = measured(scene, built, shaken, name, response, side, count)
+            given = shaken[f"{name}.{side}"]
+            size = np.where(given == 0.0, 1.0, np.abs(given))
+            left = (given - value) / size if side == "at_most" else (value - given) / size
+            found[name if side == sides[0] else f"{name} ({side})"] = np.broadcast_to(left, (count,))
+    return found
+
+
+def measured(
+    scene: Scene, built: Machines, shaken: Numbers, name: str, response: Response, side: str, count: int
+) -> FloatArray:
+    """Worst value of a response on each machine [SI], shape (count,)."""
+    if not isinstance(response, HarmonicResponse):
+        return np.broadcast_to(plain(built, response), (count,))
+    want_least = (side == "at_least") != response.complement
+    value = _worst(scene, built, shaken, name, response, want_least, count)
+    return 1.0 - value if response.complement else value
+
+
+def plain(built: Machines, response: Response) -> FloatArray:
+    """A response without speeds on each machine [SI]."""
+    mass, stiffness = built.mass, built.total("stiffness")
+    own = built.links.get(getattr(response, "of", None) or "")
+    if isinstance(response, Mass | TotalMass):
+        return mass
+    if isinstance(response, NaturalFrequency) and response.mode == 1 and response.outside is None:
+        return np.sqrt(stiffness / mass)
+    if isinstance(response, StaticDeflection):
+        with np.errstate(divide="ignore"):
+            return np.asarray(mass * GRAVITY / built.total("static"))
+    if isinstance(response, DampingOfModes) and response.of is None and response.mode == 1:
+        if np.any(built.total("hysteretic")) or not np.all(stiffness > 0.0):
+            raise Refused
+        return built.total("damping") / (2.0 * np.sqrt(stiffness * mass))
+    return _of_link(response, own)
+
+
+def _of_link(response: Response, own: Link | None) -> FloatArray:
+    if own is None:
+        raise Refused
+    if isinstance(response, Stiffness):
+        return own.stiffness / own.count
+    if isinstance(response, Damping):
+        return own.damping / own.count
+    if isinstance(response, Count):
+        return own.count
+    if isinstance(response, LossFactor):
+        return own.loss
+    if isinstance(response, DampingOfModes):
+        return own.ratio
+    raise Refused
+
+
+def _worst(
+    scene: Scene, built: Machines, shaken: Numbers, name: str, response: HarmonicResponse, want_least: bool, count: int
+) -> FloatArray:
+    """Greatest (or least) amplitude over the bands of a limit, shape (count,)."""
+    power = next(int(key.rsplit(".", 1)[1]) for key in shaken if key.startswith(f"{name}.amplitude."))
+    place = scene.excitations[names_for(scene, response)[0]].on
+    omega = _speeds(built, shaken, name, response, place, power, count)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = np.abs(_reading(built, response, place, omega)) * shaken[f"{name}.amplitude.{power}"] * omega**power
+    value = np.where(np.isnan(value), np.inf, value)
+    return np.asarray(value.min(axis=0) if want_least else value.max(axis=0))
+
+
+def _speeds(
+    built: Machines, shaken: Numbers, name: str, response: HarmonicResponse, place: str, power: int, count: int
+) -> FloatArray:
+    """Frequencies to look at [rad/s], shape (n, count): ends, peaks and a few places between."""
+    bands = [key for key in shaken if key.startswith(f"{name}.low")]
+    inner = None
+    if not all(key.endswith(".point") for key in bands):
+        inner = peaks(built, response, place, power, count)
+    found = []
+    for b, key in enumerate(bands):
+        low, high = (np.broadcast_to(one, (count,)) for one in (shaken[key], shaken[f"{name}.high{b}"]))
+        found.append(low[None])
+        if not key.endswith(".point") and inner is not None:
+            found += [high[None], low + (high - low) * _BETWEEN[:, None], np.where((inner >= low) & (inner <= high), inner, low)]
+    return np.concatenate(found)
+
+
+def _reading(built: Machines, response: HarmonicResponse, place: str, omega: FloatArray) -> ComplexArray:
+    """What is read per unit of what shakes, complex, shape of `omega`."""
+    inertia = built.mass * omega**2
+    held = built.total("stiffness") - inertia + 1j * (omega * built.total("damping") + built.total("hysteretic"))
+    on_body = place == built.body
+    force = 1.0 + 0.0j if on_body else sum((_impedance(one, omega) for one in _at(built, place)), np.zeros(omega.shape, complex))
+    x: ComplexArray = np.asarray(force / held)
+    if isinstance(response, Displacement):
+        return np.asarray(x * omega**response.power)
+    if isinstance(response, RelativeDisplacement):
+        return np.asarray(x - (1.0 if place in built.links[response.across].ends and not on_body else 0.0))
+    if isinstance(response, Transmissibility) and response.of is not None:
+        return x
+    if isinstance(response, TransmittedForce | Transmissibility) and response.into is not None:
+        return _force_into(built, response.into, x, inertia, omega, place)
+    raise Refused
+
+
+def _force_into(
+    built: Machines, into: str, x: ComplexArray, inertia: FloatArray, omega: FloatArray, place: str
+) -> ComplexArray:
+    """By the balance of inertia where the place is the body or its only support, else link by link."""
+    on_body = place == built.body
+    outside = 1.0 if on_body else 0.0
+    if into == built.body or all(into in link.ends for link in built.links.values()):
+        return np.asarray(outside + inertia * x)
+    moved = 1.0 if into == place else 0.0
+    return sum((_impedance(one, omega) * (x - moved) for one in _at(built, into)), np.zeros(omega.shape, complex))
+
+
+def _at(built: Machines, place: str) -> list[Link]:
+    return [link for link in built.links.values() if place in link.ends]
+
+
+def _impedance(link: Link, omega: FloatArray) -> ComplexArray:
+    return np.asarray(link.stiffness + 1j * (omega * link.damping + link.hysteretic))
+
+
+def peaks(built: Machines, response: HarmonicResponse, place: str, power: int, count: int) -> FloatArray:
+    """Frequencies of all stationary points [rad/s] and the natural frequency, shape (n, count); 0 where not real.
+
+    With u = (w / w_n)^2 the square of the reading is u^p (a + b u) / ((1 - u)^2 + z u + h), and its
+    slope vanishes at the roots of a polynomial of degree three at most.
+    """
+    names, more = _numerator(built, response, place)
+    p = power + more + (response.power if isinstance(response, Displacement) else 0)
+    k = np.broadcast_to(built.total("stiffness"), (count,))
+    if not np.all(k > 0.0):
+        raise Refused
+    natural = k / built.mass
+    z = built.total("damping") ** 2 / (built.mass * k)
+    h = (built.total("hysteretic") / k) ** 2
+    a, b = np.ones(count), np.zeros(count)
+    if names is not None:
+        a = a * (built.total("stiffness", names) ** 2 + built.total("hysteretic", names) ** 2) / k**2
+        b = b + built.total("damping", names) ** 2 / (built.mass * k)
+    line, rest = z - 2.0, 1.0 + h
+    coefficients = (
+        (p - 1) * b, p * (a + b * line) - 2.0 * a, p * (a * line + b * rest) + b * rest - a * line, p * a * rest
+    )  # fmt: skip
+    with np.errstate(invalid="ignore"):
+        found = np.sqrt(_roots(*(np.broadcast_to(one, (count,)) for one in coefficients)) * natural)
+    return np.concatenate([np.sqrt(natural)[None], np.where(np.isfinite(found), found, 0.0)])
+
+
+def _roots(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
+    """Real roots of a u^3 + b u^2 + c u + d by eigenvalues, of quadratics by halves; nan where there is none."""
+    if not a.any():
+        with np.errstate(all="ignore"):
+            root = np.sqrt(c * c - 4.0 * b * d)
+            large = -0.5 * (c + np.copysign(root, c))
+            return np.stack([large / b, d / large])
+    if not d.any():
+        return _roots(np.zeros_like(a), a, b, c)
+    matrix = np.zeros((len(a), 3, 3))
+    # in 1 / u, so that light damping (a small against d) leaves the eigenvalues of size one
+    lead = np.where(d == 0.0, 1e-300, d)
+    matrix[:, 0] = -np.stack([c / lead, b / lead, a / lead], axis=1)
+    matrix[:, 1, 0] = matrix[:, 2, 1] = 1.0
+    inverse = np.linalg.eigvals(matrix).T
+    with np.errstate(all="ignore"):
+        real = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
+        for _ in range(3):
+            real = real - (((a * real + b) * real + c) * real + d) / ((3.0 * a * real + 2.0 * b) * real + c)
+    return np.asarray(real)
+
+
+def _numerator(built: Machines, response: HarmonicResponse, place: str) -> tuple[list[str] | None, int]:
+    """Links whose impedance is the numerator (None: a constant), and the extra power of w from inertia."""
+    names = list(built.links)
+    joined = [name for name in names if place in built.links[name].ends]
+    into = getattr(response, "into", None)
+    if place == built.body:
+        if into is None:
+            return None, 0
+        return (names if into == built.body else [n for n in names if into in built.links[n].ends]), 0
+    if into is None and not isinstance(response, RelativeDisplacement):
+        return joined, 0
+    if joined != names:
+        raise Refused
+    return (names, 2) if into is not None else (None, 2)
+
+
+__all__ = ["margins", "measured", "plain"]

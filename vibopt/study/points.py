@@ -1,0 +1,124 @@
+"""Points of a sweep, held as columns of numbers; each is put into words when it is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import overload
+
+from vibopt.design.design import Design, Shown
+from vibopt.forms import FloatArray
+from vibopt.scene.facts import FactAt
+from vibopt.scene.scene import Scene
+from vibopt.units import si_unit
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Answer at one value of the varied fact; `margins` by limit name."""
+
+    value: Shown
+    status: str
+    goal: Shown | None
+    variables: Mapping[str, Shown]
+    margins: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Answers found together; a status "" means that this one was not.
+
+    x
+        Designs in the order of the scene's variables, shape (n_vars, n_points) [SI]; nan where there is none.
+    goal
+        Value of the goal on the built machine, shape (n_points,); None without a goal.
+    margins
+        Per limit, shape (n_points,).
+    """
+
+    status: list[str]
+    x: FloatArray
+    goal: FloatArray | None
+    margins: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True)
+class Points(Sequence[Point]):
+    """A sequence of `Point`.
+
+    values
+        Of the fact [SI], shape (n_points,).
+    single
+        Points that were answered one by one, by index; they come before the columns.
+    """
+
+    scene: Scene
+    fact: FactAt
+    values: FloatArray
+    columns: Columns
+    single: Mapping[int, Point] = field(default_factory=dict)
+
+    @property
+    def statuses(self) -> list[str]:
+        """Status of every point."""
+        found = list(self.columns.status)
+        for index, point in self.single.items():
+            found[index] = point.status
+        return found
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @overload
+    def __getitem__(self, index: int) -> Point: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Point, ...]: ...
+    def __getitem__(self, index: int | slice) -> Point | tuple[Point, ...]:
+        if isinstance(index, slice):
+            return tuple(self._point(one) for one in range(*index.indices(len(self))))
+        if not -len(self) <= index < len(self):
+            raise IndexError(index)
+        return self._point(index % len(self))
+
+    def __iter__(self) -> Iterator[Point]:
+        return (self._point(index) for index in range(len(self)))
+
+    def tolist(self) -> list[Point]:
+        """All points."""
+        return list(self)
+
+    def _point(self, index: int) -> Point:
+        if index in self.single:
+            return self.single[index]
+        columns, scene = self.columns, self.scene
+        found = columns.status[index] != "infeasible"
+        goal = None
+        if found and columns.goal is not None and scene.goal is not None:
+            response = scene.goal.response
+            dimension = response.dimension
+            goal = Shown.of(
+                float(columns.goal[index]), dimension, si_unit(dimension), response.unit or "", amplitude=response.amplitude
+            )
+        variables = {
+            one.path: Shown.of(float(x[index]), one.dimension, si_unit(one.dimension), one.unit)
+            for one, x in zip(scene.variables, columns.x, strict=True)
+            if found
+        }
+        margins = {name: float(one[index]) for name, one in columns.margins.items() if found}
+        return Point(shown_value(self.fact, float(self.values[index])), columns.status[index], goal, variables, margins)
+
+
+def shown_value(fact: FactAt, value: float) -> Shown:
+    """A value of the varied fact."""
+    return Shown.of(value, fact.dimension, si_unit(fact.dimension), fact.unit, amplitude=fact.amplitude)
+
+
+def point_of(fact: FactAt, value: float, answer: Design) -> Point:
+    """The point that one answer makes."""
+    return Point(
+        value=shown_value(fact, value),
+        status=answer.status,
+        goal=answer.goal[1] if answer.goal is not None else None,
+        variables={path: one.value for path, one in answer.variables.items()},
+        margins={name: one.margin for name, one in answer.limits.items()},
+    )
