@@ -175,7 +175,9 @@ def alone(scene: Scene, path: str, low_high: str, points: int, keep: bool, monke
 
 @pytest.mark.parametrize("keep", [False, True], ids=["chosen", "kept"])
 @pytest.mark.parametrize("name", SCENES)
-def test_points_answered_together_are_those_answered_alone(name: str, keep: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_points_answered_together_are_those_answered_alone(
+    name: str, keep: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     text, path, low_high = SCENES[name]
     scene = from_text(text)
     many = sweep(scene, path, low_high, 40, keep_design=keep)

@@ -8,9 +8,9 @@ from itertools import count
 
 import numpy as np
 
-from vibopt.balancing.convex import KEPT, Convex, into_wedge, pull_in, solve_convex
+from vibopt.balancing.convex import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.question import Sectors
-from vibopt.balancing.scaled import Scaled
+from vibopt.balancing.scaled import Scaled, into_wedge
 from vibopt.forms import ComplexArray
 
 Wedge = tuple[float, float]
@@ -74,12 +74,12 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
             break
         if answer.x is None:
             factors.append(answer.factor)
-            closed = min(closed, answer.bound)
+            closed = min(closed, bound if np.isnan(answer.factor) else np.inf)
             continue
         outside = [_outside(answer.x[p], arcs[p]) for p in range(scene.n_planes)]
         if max(outside) <= 1e-12 * float(np.abs(answer.x).max()):
             best = answer if answer.value < best.value else best
-            closed = min(closed, answer.bound)
+            closed = min(closed, bound)
             continue
         best = _snapped(scene, answer, arcs, best)
         plane = int(np.argmax(outside))

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibopt.balancing.cone import solve_cone
 from vibopt.balancing.dual import Dual, weak_duality
-from vibopt.balancing.scaled import Scaled
+from vibopt.balancing.scaled import Scaled, into_wedge
 from vibopt.forms import ComplexArray, FloatArray
 
 KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
@@ -100,13 +100,13 @@ def _first_rows(scene: Scaled) -> tuple[FloatArray, FloatArray]:
     goal_rows = np.empty(0, int) if scene.goal == "correction" else every
     limit_rows = np.arange(len(scene.f))
     if scene.goal == "worst" and len(every) > FEW:
-        goal_rows = _lawson(scene, scene.G, scene.g)
+        goal_rows = likely_worst(scene, scene.G, scene.g)
     if len(limit_rows) > FEW:
-        limit_rows = _lawson(scene, scene.F, scene.f)
+        limit_rows = likely_worst(scene, scene.F, scene.f)
     return goal_rows, limit_rows
 
 
-def _lawson(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 8) -> FloatArray:
+def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 8) -> FloatArray:
     """Rows that are likely to be worst at the answer: weighted least squares, weights times residual, a few times.
 
     (Lawson 1961; Ellacott and Williams 1976 for complex data.)
@@ -141,15 +141,6 @@ def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:
         if mass > scene.total:
             x = x * (scene.total / mass)
     return x
-
-
-def into_wedge(value: complex, middle: float, half: float) -> complex:
-    """Nearest point of the arc of directions middle ± half (half <= pi/2) to `value`."""
-    off = (np.angle(value) - middle + np.pi) % (2.0 * np.pi) - np.pi
-    if abs(off) <= half:
-        return value
-    edge = np.exp(1j * (middle + np.copysign(half, off)))
-    return complex(edge * max((value * edge.conjugate()).real, 0.0))
 
 
 def _nothing_to_choose(scene: Scaled) -> Convex:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibopt.balancing.scaled import Scaled
+from vibopt.balancing.scaled import Scaled, into_wedge
 from vibopt.forms import ComplexArray, FloatArray
 
 FAR = 1e3  # a plane without a cap is searched this many times beyond the answer; convexity carries the rest
@@ -81,7 +81,7 @@ def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float
 
 
 def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """The nearest multipliers whose slope vanishes along planes without a cap (only rows in use are moved)."""
+    """The nearest multipliers along whose slope planes without a cap gain nothing (only rows in use are moved)."""
     open_planes = np.flatnonzero(~np.isfinite(scene.caps))
     if not len(open_planes) or scene.goal == "correction":
         return z, v
@@ -92,6 +92,9 @@ def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[Comple
     root = np.sqrt(used)
     for _ in range(2):
         slope = rows.conj().T @ both
+        for k, plane in enumerate(open_planes):
+            wedge = scene.wedges[plane]
+            slope[k] = -into_wedge(-slope[k], *wedge) if wedge is not None else slope[k]
         both = both - root * np.linalg.lstsq((root[:, None] * rows).conj().T, slope, rcond=None)[0]
     return both[: len(z)], both[len(z) :]
 

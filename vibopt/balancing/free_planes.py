@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.balancing.arcs import covers_all
-from vibopt.balancing.question import Question, Sectors, breaks
+from vibopt.balancing.question import Question, Sectors, inside_arc
 from vibopt.forms import ComplexArray, FloatArray
+
+
+SAME = 1e-9  # two unbalances this close (as a share of the greatest) are one
 
 
 @dataclass(frozen=True)
@@ -85,25 +89,43 @@ def _sectors(question: Question, column: ComplexArray) -> Sectors:
 
 def _list(question: Question, column: ComplexArray) -> tuple[ComplexArray | None, FloatArray | None]:
     """Options of a set of planes that every one of its planes has, and their masses."""
-    members = [p for p in np.flatnonzero(column)]
+    members = np.flatnonzero(column)
     listed = [p for p in members if question.options and question.options[p] is not None]
     if not listed:
         return None, None
     first = question.options[listed[0]]
     assert first is not None
     x = first / column[listed[0]]
-    single = [replace(question, options=(), option_masses=(), limits=np.full(question.n_readings, np.inf),
-                      total_cap=np.inf, pairs=())]
-    fits = np.array([not breaks(single[0], column * value, 1e-9) for value in x], dtype=bool)
-    masses = np.zeros(len(x))
-    size = float(np.abs(x).max(initial=0.0))
+    fits, masses = np.ones(len(x), dtype=bool), np.zeros(len(x))
     for p in members:
-        option = question.options[p]
+        own = column[p] * x
+        fits &= _allowed(question, p, own)
+        option = question.options[p] if question.options else None
         if option is None:
-            masses += np.abs(column[p] * x) * question.densities[p]
+            masses += np.abs(own) * question.densities[p]
             continue
-        near = np.argmin(np.abs(column[p] * x[:, None] - option[None, :]), axis=1)
-        fits &= np.abs(option[near] - column[p] * x) <= 1e-9 * size * abs(column[p])
-        own = question.option_masses[p] if question.option_masses else None
-        masses += np.abs(option[near]) * question.densities[p] if own is None else own[near]
+        near = np.arange(len(x)) if p == listed[0] else _nearest(option, own)
+        fits &= np.abs(option[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
+        given = question.option_masses[p] if question.option_masses else None
+        masses += np.abs(option[near]) * question.densities[p] if given is None else given[near]
     return x[fits], masses[fits]
+
+
+def _allowed(question: Question, plane: int, values: ComplexArray) -> NDArray[np.bool_]:
+    """Which unbalances the cap and the forbidden sectors of a plane allow."""
+    fine = np.abs(values) <= question.caps[plane] * (1.0 + SAME)
+    slack = SAME * float(np.abs(values).max(initial=0.0))
+    for low, high in question.sectors[plane] if question.sectors else ():
+        fine &= ~inside_arc(values, low, high, slack)
+    return fine
+
+
+def _nearest(options: ComplexArray, wanted: ComplexArray) -> NDArray[np.intp]:
+    """For each wanted value the place of an equal option, or of some other one where there is none."""
+    along = np.exp(-0.7123j)  # a direction in which options of a regular pattern do not hide each other
+    order = np.argsort((options * along).real)
+    keys = (options * along).real[order]
+    at = np.searchsorted(keys, (wanted * along).real)
+    around = np.clip(at[:, None] + np.arange(-4, 5), 0, len(options) - 1)
+    best = np.argmin(np.abs(options[order[around]] - wanted[:, None]), axis=1)
+    return order[around[np.arange(len(wanted)), best]]

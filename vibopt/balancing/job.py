@@ -59,6 +59,10 @@ class Run:
         Per sensor (n_sensors,), internal, runout not yet subtracted; without phase real and positive.
     fitted
         The weights of this run as written: (plane index, text).
+    texts
+        Readings as written, per sensor.
+    stayed
+        Whether the weights of the run before are on as well.
     """
 
     name: str
@@ -67,6 +71,8 @@ class Run:
     weights: ComplexArray
     readings: ComplexArray
     fitted: tuple[tuple[int, str], ...] = ()
+    texts: tuple[str, ...] = ()
+    stayed: bool = False
 
     @property
     def is_initial(self) -> bool:
@@ -163,6 +169,11 @@ class RotorJob:
     @property
     def runout(self) -> ComplexArray:
         return np.array([sensor.runout for sensor in self.sensors], dtype=complex)
+
+    @property
+    def is_advice(self) -> bool:
+        """Whether nothing but runs as found is there yet, and a first trial weight is asked for."""
+        return self.rotor_mass is not None and not self.influence and all(run.is_initial for run in self.runs)
 
     @property
     def importance(self) -> FloatArray:

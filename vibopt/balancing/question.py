@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -186,7 +187,7 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
         found.append("total")
     size = float(np.abs(u).max(initial=0.0))
     for plane, sectors in enumerate(question.sectors):
-        if any(_inside(u[plane], *sector, slack * size) for sector in sectors):
+        if any(inside_arc(u[plane : plane + 1], *sector, slack * size)[0] for sector in sectors):
             found.append(f"sector of {plane}")
     found += [f"pair {i}, {j}" for i, j, ratio in question.pairs if abs(u[j] - ratio * u[i]) > slack * size]
     for plane, option in enumerate(question.options):
@@ -195,10 +196,11 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
     return found
 
 
-def _inside(u: complex, low: float, high: float, slack: float) -> bool:
-    """Whether u lies inside the open arc low..high [rad], further than `slack` [kg m] from its edges."""
+def inside_arc(u: ComplexArray, low: float, high: float, slack: float) -> NDArray[np.bool_]:
+    """Which of u lie inside the open arc low..high [rad], further than `slack` [kg m] from its edges."""
     turn = 2.0 * np.pi
     width = (high - low) % turn or turn
     angle = (np.angle(u) - low) % turn
-    edge = min(angle, width - angle)
-    return bool(angle < width and abs(u) * np.sin(min(edge, 0.5 * np.pi)) > slack)
+    edge = np.minimum(angle, width - angle)
+    inside: NDArray[np.bool_] = (angle < width) & (np.abs(u) * np.sin(np.clip(edge, 0.0, 0.5 * np.pi)) > slack)
+    return inside

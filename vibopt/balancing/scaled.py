@@ -88,3 +88,12 @@ def scaled(question: Question) -> Scaled:
         divisor=float(np.sqrt(question.n_readings)), goal_size=goal_size, mass_size=mass_size, column=column,
         wedges=(None,) * question.n_planes,
     )  # fmt: skip
+
+
+def into_wedge(value: complex, middle: float, half: float) -> complex:
+    """Nearest point of the arc of directions middle ± half (half <= pi/2) to `value`."""
+    off = (np.angle(value) - middle + np.pi) % (2.0 * np.pi) - np.pi
+    if abs(off) <= half:
+        return value
+    edge = np.exp(1j * (middle + np.copysign(half, off)))
+    return complex(edge * max((value * edge.conjugate()).real, 0.0))

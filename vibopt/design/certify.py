@@ -78,12 +78,16 @@ def _one_drive(
     shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     bands = bands_for(scene, response, name)
     lines = scene.excitations[name].lines(np.ones(1))
-    poles = machine.poles()
-    if isinstance(response, InsertionLoss):
+    between = any(not band.is_point for band in bands)
+    poles = machine.poles() if between else np.zeros(0, dtype=complex)
+    if isinstance(response, InsertionLoss) and between:
         poles = np.concatenate([poles, joined(machine, response.across).poles()])
     singular = np.concatenate([poles / line.order for line in lines])
     breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
-    return (least if want_least else greatest)(shaken, bands, singular, breaks)
+    found = (least if want_least else greatest)(shaken, bands, singular, breaks)
+    if not np.isfinite(found.value) or not between:
+        return found
+    return Extreme(float(shaken(np.array([found.speed]))[0]), found.speed)
 
 
 @dataclass(frozen=True)

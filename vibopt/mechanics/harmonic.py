@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray, Output
+from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.model import Model, factors
+from vibopt.mechanics.modes import free_matrices
 
 
 def impedances(model: Model, p: FloatArray, omega: FloatArray) -> ComplexArray:
@@ -41,9 +43,21 @@ def bordered(
     return stiff, border
 
 
-def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray) -> ComplexArray:
+def modal_of(model: Model, p: FloatArray) -> Modal | None:
+    """The modes of a model worth decomposing; None for small ones and where modes cannot be trusted."""
+    if model.n_free < WORTH:
+        return None
+    mass, damping, stiffness, hysteretic = free_matrices(model, p)
+    return decompose(mass, damping, stiffness + 1j * hysteretic)
+
+
+def motion(
+    model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal | None = None
+) -> ComplexArray:
     """Motion of all coordinates per unit line amplitude [m], shape (..., n_coords); inf at a pole."""
     n = model.n_free
+    if modal is not None:
+        return _through_modes(model, p, vector, omega, modal)
     both = dynamic_stiffness(model, impedances(model, p, omega))
     load = vector[:n] - both[..., n:] @ vector[n:]
     if n == 1:
@@ -53,6 +67,18 @@ def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray)
         free = _solve(both[..., :n], load)
     base = np.broadcast_to(vector[n:], (*free.shape[:-1], len(vector) - n))
     return np.concatenate([free, base], axis=-1)
+
+
+def _through_modes(
+    model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal
+) -> ComplexArray:
+    n = model.n_free
+    load = np.broadcast_to(vector[:n], (*omega.shape, n))
+    if vector[n:].any():
+        pull = (impedances(model, p, omega) * (model.vectors[:, n:] @ vector[n:])) @ model.vectors[:, :n]
+        load = load - pull
+    base = np.broadcast_to(vector[n:], (*omega.shape, len(vector) - n))
+    return np.concatenate([modal.motion(load, omega), base], axis=-1)
 
 
 def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
@@ -75,11 +101,16 @@ def _solve_one(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
 
 
 def transfer(
-    model: Model, p: FloatArray, output: Output, vector: ComplexArray, omega: FloatArray
+    model: Model,
+    p: FloatArray,
+    output: Output,
+    vector: ComplexArray,
+    omega: FloatArray,
+    modal: Modal | None = None,
 ) -> ComplexArray:
     """Response per unit line amplitude, complex, shape of omega [rad/s]; inf exactly at a pole."""
     omega = np.asarray(omega, dtype=float)
-    u = motion(model, p, vector, omega)
+    u = motion(model, p, vector, omega, modal)
     row = output.row + (output.signs * impedances(model, p, omega)) @ model.vectors
     with np.errstate(invalid="ignore", over="ignore"):
         value: ComplexArray = np.einsum("...i,...i->...", row, u)

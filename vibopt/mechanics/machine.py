@@ -7,13 +7,16 @@ works in real arithmetic, and reads forces off the balance of inertia where it c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.modal import WORTH, Modal, decompose
 
 GROUND = "ground"
+_MANY = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,8 @@ class Machine:
 
         Solved in real arithmetic for the cosine and the sine part of every displacement.
         """
+        if len(self.masses) >= WORTH and omega.size > _MANY and self._modes is not None:
+            return self._shake_modes(self._modes, omega, forces, bases)
         names = list(self.masses)
         n, count = len(names), omega.size
         flat = np.ravel(omega)
@@ -78,6 +83,30 @@ class Machine:
             self._add_joint(joint, names, flat, matrix, right, bases)
         both = _solve_real(matrix, right)
         points = {name: (both[:, i] + 1j * both[:, n + i]).reshape(omega.shape) for i, name in enumerate(names)}
+        for base in self.bases:
+            points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
+        return Motion(points, forces, omega)
+
+    @cached_property
+    def _modes(self) -> Modal | None:
+        mass, damping, stiffness, hysteretic = self.matrices()
+        return decompose(mass, damping, stiffness + 1j * hysteretic)
+
+    def _shake_modes(
+        self, modal: Modal, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> Motion:
+        """As `shake`, through complex modes: for many frequencies of a large machine."""
+        names = list(self.masses)
+        load = np.zeros((*omega.shape, len(names)), dtype=complex)
+        for name, force in forces.items():
+            load[..., names.index(name)] += force
+        for joint in self.joints:
+            for here, there in (joint.ends, joint.ends[::-1]):
+                if here in self.masses and there in bases:
+                    stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping
+                    load[..., names.index(here)] += stiff * bases[there]
+        moved = modal.motion(load, omega)
+        points = {name: moved[..., i] for i, name in enumerate(names)}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
         return Motion(points, forces, omega)

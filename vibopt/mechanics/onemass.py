@@ -14,6 +14,8 @@ from vibopt.forms import Band, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
 
+_DEGREE = {INERTIA: 2, STIFFNESS: 0, DAMPING: 1, HYSTERETIC: 0}
+
 
 @dataclass(frozen=True, slots=True)
 class Curve:
@@ -104,7 +106,7 @@ def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | No
     mass, c, k, h = (float((p * squares)[kinds == kind].sum()) for kind in (INERTIA, DAMPING, STIFFNESS, HYSTERETIC))
     if h and c:
         return None
-    top = _numerator(model, p, output, line)
+    top = numerator(model, p, output, line)
     square = np.real(np.convolve(top, np.conj(top) * (-1.0) ** np.arange(len(top))))[::2]
     square = square * (-1.0) ** np.arange(len(square))
     piece = line.amplitude.pieces[0]
@@ -120,11 +122,13 @@ def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | No
     return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, k / mass, decay, line.order)
 
 
-def _numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
     """Numerator of the transfer as a polynomial in s = i w, ascending.
 
     Terms with s^0, s^1, s^2 for springs, dampers and masses; structural damping is a complex spring.
     """
+    if model.n_coords == 1:
+        return _on_the_body(model, p, output, line)
     degree = np.array([2, 0, 1, 0])[model.kinds]
     weight = p * np.where(model.kinds == HYSTERETIC, 1j, 1.0)
     load = np.zeros(3, dtype=complex)
@@ -143,6 +147,18 @@ def _numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.nd
     if model.n_coords > 1:
         top = top + np.convolve(row[:, 1:] @ line.vector[1:], stiff)
     return np.trim_zeros(top, "b") if top.any() else np.zeros(1, dtype=complex)
+
+
+def _on_the_body(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+    """The same where nothing but the body moves: what is read times the force."""
+    row = [complex(output.row[0]), 0j, 0j]
+    if output.signs.any():
+        for kind, sign, value, b in zip(model.kinds.tolist(), output.signs.tolist(), p.tolist(), model.vectors, strict=True):
+            if sign:
+                row[_DEGREE[kind]] += sign * value * float(b[0]) * (1j if kind == HYSTERETIC else 1.0)
+    while len(row) > 1 and row[-1] == 0.0:
+        row.pop()
+    return np.array(row) * line.vector[0]
 
 
 def _shift(p: FloatArray, by: float) -> FloatArray:

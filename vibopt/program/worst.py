@@ -19,7 +19,8 @@ from vibopt.forms import (
     StaticRow,
 )
 from vibopt.mechanics.combine import combined
-from vibopt.mechanics.harmonic import transfer
+from vibopt.mechanics.harmonic import modal_of, transfer
+from vibopt.mechanics.modal import WORTH, Modal
 from vibopt.mechanics.modes import damping_ratios, natural_frequencies, poles
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.onemass import Curve, curve
@@ -80,7 +81,10 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         return (min if least_wanted else max)(found, key=lambda one: one.value)
     search = least if least_wanted else greatest
     singular, breaks = singularities(model, form, drive, x)
-    return search(DriveResponse(model, form, drive, x), drive.bands, singular, breaks)
+    found = search(DriveResponse(model, form, drive, x, modal_of(model, model.values(x))), drive.bands, singular, breaks)
+    if model.n_free < WORTH or not np.isfinite(found.value):
+        return found
+    return Extreme(float(DriveResponse(model, form, drive, x)(np.array([found.speed]))[0]), found.speed)
 
 
 def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Curve | None:
@@ -105,12 +109,16 @@ def singularities(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> t
 
 @dataclass(frozen=True)
 class DriveResponse:
-    """Modulus of the response to one excitation against its speed, at one design; callable."""
+    """Modulus of the response to one excitation against its speed, at one design; callable.
+
+    `modal` makes many frequencies of a large model cheap; None solves each directly.
+    """
 
     model: Model
     form: Modulus
     drive: Drive
     x: FloatArray
+    modal: Modal | None = None
 
     def __call__(self, speed: FloatArray) -> FloatArray:
         """Combined peak amplitude, shape of `speed` [rad/s]."""
@@ -130,7 +138,8 @@ class DriveResponse:
         for line in self.drive.lines:
             vector = line.vector if model is self.model else line.vector @ model.basis
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                h = transfer(model, p, output, vector, line.order * speed)
+                modal = self.modal if model is self.model else None
+                h = transfer(model, p, output, vector, line.order * speed, modal)
                 found.append(h * line.amplitude.at(speed) / share)
         return found
 

@@ -7,12 +7,14 @@ nothing broken any more, bound and design are the same.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.forms import FloatArray, Modulus, StaticRow
 from vibopt.program.program import Limit, Program
-from vibopt.solve.branch import Judge
+from vibopt.solve.branch import Judge, violation
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.polish import local_extremes
 from vibopt.solve.rows import LineRows, PlaneRows, direction
@@ -40,17 +42,23 @@ class Speeds:
         return new
 
     def learn(self, x: FloatArray) -> float:
-        """Add the worst speeds at x (n_vars,); the greatest violation found."""
-        judge = Judge(self.program)
+        """Add the worst speeds at x (n_vars,); the greatest violation found.
+
+        A limit without a range of speeds is a row of its own, which x meets already.
+        """
         worst = 0.0
         for index, limit in enumerate(self.program.limits):
-            missed, _ = judge.limit(limit, x)
+            if not isinstance(limit.form, Modulus) or all(band.is_point for band in limit.form.drives[0].bands):
+                continue
+            least = limit.side == "at_least"
+            found = local_extremes(limit.model, limit.form, x, least=least)
+            missed = violation(limit, (min if least else max)(value for _, value in found), x)
             worst = max(worst, missed)
-            if missed > _DONE and isinstance(limit.form, Modulus):
-                for speeds, _value in local_extremes(limit.model, limit.form, x, least=limit.side == "at_least"):
-                    if speeds[0] not in self.known[index]:
-                        self.known[index].append(speeds[0])
-                        self.fresh[index].append(speeds[0])
+            if missed > _DONE:
+                broken = [speeds[0] for speeds, value in found if violation(limit, value, x) > _DONE]
+                fresh = [speed for speed in broken if speed not in self.known[index]]
+                self.known[index] += fresh
+                self.fresh[index] += fresh
         return worst
 
 
@@ -161,8 +169,17 @@ class StiffnessAndDamping:
     name = "closed_form_kc"
     summary = "exact in damping and stiffness, over the worst speeds"
 
+    def __init__(self) -> None:
+        self._last: tuple[Program, PlaneRows | None] | None = None
+
+    def _rows(self, program: Program) -> PlaneRows | None:
+        """The rows of a program; those of the last one are kept."""
+        if self._last is None or self._last[0] is not program:
+            self._last = (program, PlaneRows.of(program))
+        return self._last[1]
+
     def refuses(self, program: Program) -> str | None:
-        rows = PlaneRows.of(program)
+        rows = self._rows(program)
         if rows is None:
             return "the variables are not the stiffness and the damping of one link under one mass."
         if any(axis.values is not None for axis in program.axes):
@@ -188,7 +205,7 @@ class StiffnessAndDamping:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal" or "infeasible", both proven."""
-        rows, speeds = PlaneRows.of(program), Speeds(program)
+        rows, speeds = self._rows(program), Speeds(program)
         assert rows is not None
         goal = self.goal(program, rows)
         assert goal is not None
@@ -265,7 +282,7 @@ class Plane:
         return float(np.sqrt(max(values.max(initial=0.0), 0.0) * self.scale[1]))
 
     def _meetings(self) -> FloatArray:
-        first, second = np.triu_indices(len(self.curves), 1)
+        first, second = _pairs(len(self.curves))
         return _many_roots(np.concatenate([self.curves[first] - self.curves[second], self.walls]))
 
     def _cuts(self, place: int) -> FloatArray:
@@ -276,7 +293,8 @@ class Plane:
             with np.errstate(divide="ignore", invalid="ignore"):
                 found.append(-self.curves[:, 1] / (2.0 * self.curves[:, 0]))
         cuts = np.concatenate(found)
-        return np.unique(cuts[(cuts >= low) & (cuts <= high)])
+        inside: FloatArray = cuts[(cuts >= low) & (cuts <= high)]
+        return inside
 
     def _interval(self, k: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Whether q exists at each k, and its interval, rounding allowed for."""
@@ -291,6 +309,12 @@ class Plane:
         if len(self.walls):
             good &= np.all(self.walls @ powers <= 4e-15 * (np.abs(self.walls) @ powers), axis=0)
         return good, bottom, np.maximum(top, bottom)
+
+
+@lru_cache(maxsize=64)
+def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    first, second = np.triu_indices(count, 1)
+    return first, second
 
 
 def _many_roots(rows: FloatArray) -> FloatArray:

@@ -6,14 +6,18 @@ delta c^2 <= 0, linear in q = c^2, so that for given k each row bounds q from on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
-from vibopt.forms import FloatArray, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
-from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.forms import ComplexArray, FloatArray, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.onemass import numerator
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.rational import Sampled, sampled, sampled_static
+
+_Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)
 
 
 def single_lines(limit: Limit) -> bool:
@@ -115,8 +119,8 @@ class LineRows:
         return True
 
 
-def _plus(a: FloatArray, b: FloatArray) -> FloatArray:
-    total = np.zeros(max(len(a), len(b)))
+def _plus(a: _Numbers, b: _Numbers) -> _Numbers:
+    total = np.zeros(max(len(a), len(b)), dtype=a.dtype)
     total[: len(a)] += a
     total[: len(b)] += b
     return total
@@ -130,11 +134,14 @@ class PlaneRows:
         Indices of k and c among the variables.
     many
         Number of identical mounts.
+    known
+        Transfers met so far, by form.
     """
 
     program: Program
     order: tuple[int, int]
     many: float
+    known: dict[int, tuple[ComplexArray, ComplexArray, ComplexArray]] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, program: Program) -> PlaneRows | None:
@@ -198,25 +205,49 @@ class PlaneRows:
         return rows
 
     def _modulus(self, limit: Limit, speeds: FloatArray) -> FloatArray | None:
-        reference = np.sqrt(np.maximum(self.program.low, self.program.high * 1e-8) * self.program.high)
-        made = sample(limit, speeds, reference)
-        a_n, a_d = made.top[:, 0], made.bottom[:, 0]
-        size = made.scale[:, 0] / self.many
-        b_n, b_d = made.top[:, 1] / size, made.bottom[:, 1] / size
-        for a, b in ((a_n, b_n), (a_d, b_d)):
+        assert isinstance(limit.form, Modulus)
+        line, many = limit.form.drives[0].lines[0], self.many
+        top, top_slope, bottom = self._transfer(limit)
+        omega = line.order * speeds
+        s = 1j * omega
+        size = np.abs(line.amplitude.at(speeds)) * omega**limit.form.output.power
+        a_n, b_n, a_d = _power_series(top, s) * size, _power_series(top_slope, s) * (size * many), _power_series(bottom, s)
+        for a, b in ((a_n, b_n), (a_d, many)):
             if np.any(np.abs((np.conj(a) * b).imag) > 1e-12 * np.abs(a) * np.abs(b)):
                 return None
         square = limit.bound**2
-        omega = np.abs(made.factors[:, _damper(self.program.model)])
-        alpha = np.abs(b_n) ** 2 - square * np.abs(b_d) ** 2
-        beta = 2.0 * ((np.conj(a_n) * b_n).real - square * (np.conj(a_d) * b_d).real)
-        gamma = np.abs(a_n) ** 2 - square * np.abs(a_d) ** 2
-        rows = np.stack([alpha, beta, gamma, alpha * omega**2], axis=1)
+        alpha = _square(b_n) - square * many**2
+        beta = 2.0 * ((np.conj(a_n) * b_n).real - square * many * a_d.real)
+        gamma = _square(a_n) - square * _square(a_d)
+        rows = np.array([alpha, beta, gamma, alpha * omega**2]).T
         return sign_of(limit) * rows
 
+    def _transfer(self, limit: Limit) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """N at no mount, dN per dynamic stiffness of the mounts, and D at no mount, ascending in s = i w."""
+        key = id(limit.form)
+        if key not in self.known:
+            assert isinstance(limit.form, Modulus)
+            model, line, output = limit.model, limit.form.drives[0].lines[0], limit.form.output
+            variable = model.exponents.any(axis=1)
+            fixed = np.where(variable, 0.0, model.scales)
+            typical = float(model.scales[~variable].max())
+            one = np.where(variable & (model.kinds == STIFFNESS), typical, fixed)
+            none, some = numerator(model, fixed, output, line), numerator(model, one, output, line)
+            bottom = np.array([_fixed(model, STIFFNESS) + 1j * _fixed(model, HYSTERETIC), _fixed(model, DAMPING), _fixed(model, INERTIA)])
+            self.known[key] = (none, _plus(some, -none) / typical, bottom)
+        return self.known[key]
 
-def _damper(model: Model) -> int:
-    return next(t for t, term in enumerate(model.terms) if term.kind == DAMPING and term.exponents.any())
+
+def _power_series(coefficients: ComplexArray, s: ComplexArray) -> ComplexArray:
+    value = np.full(s.shape, coefficients[-1])
+    for one in coefficients[-2::-1]:
+        value = value * s + one
+    return value
+
+
+def _square(value: ComplexArray) -> FloatArray:
+    square: FloatArray = value.real**2 + value.imag**2
+    return square
 
 
 def _static(model: Model) -> float:

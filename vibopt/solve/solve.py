@@ -8,11 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.design.certify import TOLERANCE, measure
+from vibopt.design.build import machine_of
+from vibopt.design.certify import TOLERANCE, measure, measure_on
 from vibopt.design.design import Checked, Chosen, Conflict, Design, Shown, Used
 from vibopt.design.words import place_of
 from vibopt.errors import InputError
 from vibopt.forms import Modulus, Monomials
+from vibopt.mechanics.machine import Machine
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Limit, Program
 from vibopt.program.reduce import reason
@@ -158,8 +160,6 @@ def _notes(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
 
 def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """A warning for every mount that stands on a body held less than ten times as stiffly."""
-    from vibopt.design.build import machine_of
-
     machine = machine_of(scene, chosen)
     notes = []
     for mount in machine.joints:
@@ -354,21 +354,23 @@ def shown_value(response: Response, value: float, unit: str) -> Shown:
 def checked_limits(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Checked]:
     """Every limit on the built machine; a limit with two bounds has two rows."""
     rows: dict[str, Checked] = {}
+    machine = machine_of(scene, chosen)
     for name, response in scene.limits.items():
         sides = [side for side in ("at_most", "at_least", "outside") if getattr(response, side, None) is not None]
         for side in sides:
             key = name if side == sides[0] else f"{name} ({side})"
-            rows[key] = _checked(scene, chosen, name, response, side)
+            rows[key] = _checked(scene, machine, name, response, side)
     return rows
 
 
 def checked_measures(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Checked]:
     """Every measure on the built machine."""
-    return {name: _checked(scene, chosen, name, one, "") for name, one in scene.measures.items()}
+    machine = machine_of(scene, chosen)
+    return {name: _checked(scene, machine, name, one, "") for name, one in scene.measures.items()}
 
 
-def _checked(scene: Scene, chosen: Mapping[str, float], name: str, response: Response, side: str) -> Checked:
-    found = measure(scene, chosen, response, side or _natural_side(response))
+def _checked(scene: Scene, machine: Machine, name: str, response: Response, side: str) -> Checked:
+    found = measure_on(scene, machine, response, side or _natural_side(response))
     given = getattr(response, side, None) if side else None
     unit = response.unit or getattr(given, "unit", "") or ""
     margin = 0.0

@@ -97,7 +97,11 @@ class Points(Sequence[Point]):
             response = scene.goal.response
             dimension = response.dimension
             goal = Shown.of(
-                float(columns.goal[index]), dimension, si_unit(dimension), response.unit or "", amplitude=response.amplitude
+                float(columns.goal[index]),
+                dimension,
+                si_unit(dimension),
+                response.unit or "",
+                amplitude=response.amplitude,
             )
         variables = {
             one.path: Shown.of(float(x[index]), one.dimension, si_unit(one.dimension), one.unit)

@@ -168,7 +168,7 @@ def _notes(job: KnownJob, found: Correction) -> tuple[str, ...]:
     """What must be known to use the answer."""
     notes = []
     if reactions(job, found.u):
-        notes.append("A reaction is the force of the bearing on the shaft; it turns with it, and the weight is left out.")
+        notes.append("A reaction is the force of the bearing on the shaft; it turns with it; weight is left out.")
     if not job.flat and not job.bearings:
         notes.append("Without bearings the couple is taken about the middle of all masses and planes.")
     static, couple = left_over(job, found.u)

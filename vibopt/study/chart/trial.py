@@ -60,13 +60,16 @@ class Trial:
     verdict: str
 
 
-def trial(case: Case, scene: Scene, method: str, runs: int) -> Trial:
-    """Run a method `runs` times on a scene, and judge its last answer."""
+def trial(case: Case, scene: Scene, method: str, runs: int, patience: float = math.inf) -> Trial:
+    """Run a method `runs` times on a scene, and judge its last answer.
+
+    A method with a time limit of its own is held to `patience` [s]; the default is not.
+    """
     times, answer = [], ("refused", "", None)
     try:
         for _ in range(max(runs, 1)):
             begin = time.perf_counter()
-            answer = _answer(scene, method)
+            answer = _answer(scene, method, patience)
             times.append(time.perf_counter() - begin)
             if times[-1] > 5.0 or answer[0] == REFUSES:
                 break
@@ -77,7 +80,7 @@ def trial(case: Case, scene: Scene, method: str, runs: int) -> Trial:
     return _judged(case, pose(scene), method, float(median(times)), status, claim, x)
 
 
-def _answer(scene: Scene, method: str) -> tuple[str, str, FloatArray | None]:
+def _answer(scene: Scene, method: str, patience: float) -> tuple[str, str, FloatArray | None]:
     """Status, claim and design; the status is REFUSES where the method does not take the scene."""
     if method == DEFAULT:
         from vibopt.solve.solve import solve
@@ -85,7 +88,9 @@ def _answer(scene: Scene, method: str) -> tuple[str, str, FloatArray | None]:
         design = solve(scene, explain=False)
         return design.status, f"{design.method}: {design.claim}", np.array(design.x) if design.x else None
     program = pose(scene)
-    chosen = METHODS[method]()
+    chosen: Any = METHODS[method]()
+    if hasattr(chosen, "seconds"):
+        chosen.seconds = min(chosen.seconds, patience)
     refusal = chosen.refuses(program)
     if refusal is not None:
         return REFUSES, refusal, None

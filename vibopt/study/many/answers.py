@@ -17,7 +17,7 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.study.many.built import machines, shaking
 from vibopt.study.many.check import margins, plain
-from vibopt.study.many.lower import Question, Refused, question
+from vibopt.study.many.lower import Question, RefusedError, question
 from vibopt.study.many.numbers import follow
 from vibopt.study.many.outer import INFEASIBLE, OPTIMAL, Answers, answer
 from vibopt.study.many.rows import BoolArray
@@ -46,7 +46,7 @@ def columns(
         numbers = follow(values, lambda value: _numbers(at(value), asked))
         found = answer(asked, numbers, len(values), progress)
         return _designs(scene, asked, found, shaken, {fact.path: values})
-    except (Refused, InputError):
+    except (RefusedError, InputError):
         return None
 
 
@@ -57,7 +57,7 @@ def _asked(scene: Scene) -> Question:
 def _numbers(scene: Scene, like: Question) -> Mapping[str, float]:
     here = _asked(scene)
     if here.structure != like.structure:
-        raise Refused
+        raise RefusedError
     return here.numbers
 
 

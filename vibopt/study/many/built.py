@@ -12,7 +12,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
-from vibopt.study.many.lower import Refused
+from vibopt.study.many.lower import RefusedError
 from vibopt.values.fields import Choice, Fact
 
 
@@ -49,17 +49,17 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
 
     Raises
     ------
-    Refused
+    RefusedError
         There is more than one body.
     """
     if len(scene.bodies) != 1:
-        raise Refused
+        raise RefusedError
 
     def number(path: str, value: Fact | Choice | None, default: float = 0.0) -> FloatArray:
         if path in known:
             return known[path]
         if isinstance(value, Choice):
-            raise Refused
+            raise RefusedError
         return np.array(default if value is None else value.value)
 
     body = next(iter(scene.bodies))
@@ -69,7 +69,9 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
     links = {}
     for name, table in scene.links.items():
         given = {
-            key: number(f"links.{name}.{key}", getattr(table, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0)
+            key: number(
+                f"links.{name}.{key}", getattr(table, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0
+            )
             for key in ("stiffness", "damping", "damping_ratio", "loss_factor", "count", "dynamic_to_static")
         }
         stiffness = given["count"] * given["stiffness"]
@@ -94,7 +96,7 @@ def shaking(scene: Scene) -> dict[str, float]:
 
     Raises
     ------
-    Refused
+    RefusedError
         A response has several harmonics, or an amplitude in pieces.
     """
     found: dict[str, float] = {}
@@ -107,7 +109,7 @@ def shaking(scene: Scene) -> dict[str, float]:
 
 def _bounds(name: str, response: Response) -> dict[str, float]:
     if getattr(response, "outside", None) is not None:
-        raise Refused
+        raise RefusedError
     given = {side: getattr(response, side) for side in ("at_most", "at_least")}
     return {f"{name}.{side}": float(one.value) for side, one in given.items() if one is not None}
 
@@ -116,13 +118,16 @@ def _line(scene: Scene, name: str, response: HarmonicResponse) -> dict[str, floa
     drives = names_for(scene, response)
     lines = scene.excitations[drives[0]].lines(np.ones(1)) if len(drives) == 1 else ()
     if len(lines) != 1 or len(lines[0].amplitude.pieces) != 1 or lines[0].amplitude.pieces[0].slope:
-        raise Refused
+        raise RefusedError
     piece, order = lines[0].amplitude.pieces[0], lines[0].order
     power = 0 if response.normalised else piece.power
     size = 1.0 if response.normalised else abs(piece.constant) / order**power
     found = {f"{name}.amplitude.{power}": size * float(abs(lines[0].vector[0]))}
     for b, band in enumerate(bands_for(scene, response, drives[0])):
         if not np.isfinite(band.high) or (band.low == 0.0 and power < 0):
-            raise Refused
-        found |= {f"{name}.low{b}{'.point' if band.is_point else ''}": order * band.low, f"{name}.high{b}": order * band.high}
+            raise RefusedError
+        found |= {
+            f"{name}.low{b}{'.point' if band.is_point else ''}": order * band.low,
+            f"{name}.high{b}": order * band.high,
+        }
     return found

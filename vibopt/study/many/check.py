@@ -20,7 +20,7 @@ from vibopt.responses.transmitted import Transmissibility, TransmittedForce
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.study.many.built import Link, Machines
-from vibopt.study.many.lower import Refused
+from vibopt.study.many.lower import RefusedError
 from vibopt.study.many.numbers import Numbers
 
 _BETWEEN = np.array([0.11, 0.37, 0.63, 0.89])
@@ -32,7 +32,7 @@ def margins(scene: Scene, built: Machines, shaken: Numbers, count: int) -> dict[
 
     Raises
     ------
-    Refused
+    RefusedError
         A response is not one that can be measured many at a time.
     """
     found = {}
@@ -71,14 +71,14 @@ def plain(built: Machines, response: Response) -> FloatArray:
             return np.asarray(mass * GRAVITY / built.total("static"))
     if isinstance(response, DampingOfModes) and response.of is None and response.mode == 1:
         if np.any(built.total("hysteretic")) or not np.all(stiffness > 0.0):
-            raise Refused
+            raise RefusedError
         return built.total("damping") / (2.0 * np.sqrt(stiffness * mass))
     return _of_link(response, own)
 
 
 def _of_link(response: Response, own: Link | None) -> FloatArray:
     if own is None:
-        raise Refused
+        raise RefusedError
     if isinstance(response, Stiffness):
         return own.stiffness / own.count
     if isinstance(response, Damping):
@@ -89,7 +89,7 @@ def _of_link(response: Response, own: Link | None) -> FloatArray:
         return own.loss
     if isinstance(response, DampingOfModes):
         return own.ratio
-    raise Refused
+    raise RefusedError
 
 
 def _worst(
@@ -118,7 +118,11 @@ def _speeds(
         low, high = (np.broadcast_to(one, (count,)) for one in (shaken[key], shaken[f"{name}.high{b}"]))
         found.append(low[None])
         if not key.endswith(".point") and inner is not None:
-            found += [high[None], low + (high - low) * _BETWEEN[:, None], np.where((inner >= low) & (inner <= high), inner, low)]
+            found += [
+                high[None],
+                low + (high - low) * _BETWEEN[:, None],
+                np.where((inner >= low) & (inner <= high), inner, low),
+            ]
     return np.concatenate(found)
 
 
@@ -127,7 +131,11 @@ def _reading(built: Machines, response: HarmonicResponse, place: str, omega: Flo
     inertia = built.mass * omega**2
     held = built.total("stiffness") - inertia + 1j * (omega * built.total("damping") + built.total("hysteretic"))
     on_body = place == built.body
-    force = 1.0 + 0.0j if on_body else sum((_impedance(one, omega) for one in _at(built, place)), np.zeros(omega.shape, complex))
+    force = (
+        1.0 + 0.0j
+        if on_body
+        else sum((_impedance(one, omega) for one in _at(built, place)), np.zeros(omega.shape, complex))
+    )
     x: ComplexArray = np.asarray(force / held)
     if isinstance(response, Displacement):
         return np.asarray(x * omega**response.power)
@@ -137,7 +145,7 @@ def _reading(built: Machines, response: HarmonicResponse, place: str, omega: Flo
         return x
     if isinstance(response, TransmittedForce | Transmissibility) and response.into is not None:
         return _force_into(built, response.into, x, inertia, omega, place)
-    raise Refused
+    raise RefusedError
 
 
 def _force_into(
@@ -170,7 +178,7 @@ def peaks(built: Machines, response: HarmonicResponse, place: str, power: int, c
     p = power + more + (response.power if isinstance(response, Displacement) else 0)
     k = np.broadcast_to(built.total("stiffness"), (count,))
     if not np.all(k > 0.0):
-        raise Refused
+        raise RefusedError
     natural = k / built.mass
     z = built.total("damping") ** 2 / (built.mass * k)
     h = (built.total("hysteretic") / k) ** 2
@@ -221,7 +229,7 @@ def _numerator(built: Machines, response: HarmonicResponse, place: str) -> tuple
     if into is None and not isinstance(response, RelativeDisplacement):
         return joined, 0
     if joined != names:
-        raise Refused
+        raise RefusedError
     return (names, 2) if into is not None else (None, 2)
 
 

@@ -11,7 +11,9 @@ _ROOM = 4e-15
 _FLAT = 1e-15
 
 
-def extreme(table: FloatArray, low: FloatArray, high: FloatArray, place: int, sense: float) -> FloatArray:
+def extreme(
+    table: FloatArray, low: FloatArray, high: FloatArray, goal: tuple[int, float], near: FloatArray | None = None
+) -> FloatArray:
     """The best point of each question: k, and c where there is one; nan where no point meets all rows.
 
     Parameters
@@ -20,9 +22,27 @@ def extreme(table: FloatArray, low: FloatArray, high: FloatArray, place: int, se
         Rows a k^2 + b k + g + d q <= 0 with q = c^2, shape (4, n_rows, count).
     low, high
         Box, shape (1,) or (2,).
-    place, sense
+    goal
         Which of (k, c) is made greatest (+1) or least (-1).
+    near
+        Values of k that are a little worse than the best is expected to be, shape (count,), nan where nothing is
+        expected; it saves work, and where nothing as good is found all places are looked at.
     """
+    place, sense = goal
+    if near is not None and place == 0:
+        best = _extreme(table, low, high, goal, np.where(np.isnan(near), -np.inf, sense * near / high[0]))
+        again = ~(sense * best[0] >= sense * near) & ~np.isnan(near)
+        if again.any():
+            best[:, again] = _extreme(table[:, :, again], low, high, goal, None)
+        return best
+    return _extreme(table, low, high, goal, None)
+
+
+def _extreme(
+    table: FloatArray, low: FloatArray, high: FloatArray, goal: tuple[int, float], least: FloatArray | None
+) -> FloatArray:
+    """As `extreme`, looking only where sense * k / high >= least."""
+    place, sense = goal
     plane = len(low) == 2
     size = np.array([high[0] ** 2, high[0], 1.0, high[1] ** 2 if plane else 1.0])
     rows = table * size[:, None, None]
@@ -32,6 +52,10 @@ def extreme(table: FloatArray, low: FloatArray, high: FloatArray, place: int, se
     largest = np.abs(rows).max(axis=0)
     rows = rows / np.where(largest == 0.0, 1.0, largest)
     cuts = _cuts(rows, float(low[0] / high[0]), plane, vertices=place == 1)
+    if least is not None:
+        cuts = cuts[(sense * cuts >= least).any(axis=1)]
+        if not len(cuts):
+            return np.full((len(low), rows.shape[2]), np.nan)
     if not plane:
         good = _inside(rows, cuts)
         k = _chosen(cuts, good, sense)[0]
@@ -73,6 +97,7 @@ def _cuts(rows: FloatArray, low: float, plane: bool, *, vertices: bool) -> Float
         turns = -rows[1] / (2.0 * rows[0]) if vertices else rows[0, :0]
     found = np.concatenate([np.where(near, first, low), np.where(near, second, low), turns])
     found[~((found >= low) & (found <= 1.0))] = low
+    found = found[(found > low).any(axis=1)]
     return np.concatenate([found, np.full((1, rows.shape[2]), low), np.ones((1, rows.shape[2]))])
 
 

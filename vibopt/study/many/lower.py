@@ -18,7 +18,7 @@ from vibopt.solve.rows import PlaneRows, direction, single_lines
 _LETTERS = {INERTIA: "M", STIFFNESS: "K", DAMPING: "C", HYSTERETIC: "H"}
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """This question is not one of those that are answered many at a time."""
 
 
@@ -87,19 +87,19 @@ def question(program: Program) -> Question:
 
     Raises
     ------
-    Refused
+    RefusedError
         It is more than one mass with one variable or with a stiffness and a damping.
     """
     if program.model.n_free != 1 or any(axis.values is not None for axis in program.axes):
-        raise Refused
+        raise RefusedError
     plane, order, goal = _kind(program)
     if not np.all(np.isfinite([*program.low, *program.high])) or any(a.open_low or a.open_high for a in program.axes):
-        raise Refused
+        raise RefusedError
     numbers = _machine(program.model, order, "", range(len(program.model.terms)))
     rows = [_row(program, limit, index, order, numbers) for index, limit in enumerate(program.limits)]
     low, high = (tuple(float(v[i]) for i in order) for v in (program.low, program.high))
     if not all(np.isfinite(v) for v in numbers.values()):
-        raise Refused
+        raise RefusedError
     return Question(plane, order, low, high, goal, tuple(rows), numbers)
 
 
@@ -109,7 +109,7 @@ def _kind(program: Program) -> tuple[bool, tuple[int, ...], tuple[int, float]]:
         return False, (0,), (0, sense or 1.0)
     method, rows = StiffnessAndDamping(), PlaneRows.of(program)
     if rows is None or method.refuses(program) is not None:
-        raise Refused
+        raise RefusedError
     goal = method.goal(program, rows)
     assert goal is not None
     return True, rows.order, goal
@@ -123,16 +123,16 @@ def _machine(model: Model, order: tuple[int, ...], prefix: str, chosen: range | 
         powers = [float(e) for e in term.exponents if e]
         own = order[1] if term.kind == DAMPING and len(order) == 2 else order[0]
         if powers and (len(powers) > 1 or not term.exponents[own]):
-            raise Refused
+            raise RefusedError
         part = {(): "0", (1.0,): "1", (0.5,): "h"}.get(tuple(powers), "")
         name = f"{prefix}{_LETTERS[term.kind]}{part}"
         if name not in sums:
-            raise Refused
+            raise RefusedError
         sums[name] += term.scale * float(term.vector[0]) ** 2
     plain = not any(sums[f"{prefix}{one}"] for one in ("C0", "C1", "H0", "H1"))
     crowded = len(order) == 2 and any(sums[f"{prefix}{one}"] for one in ("M1", "C0", "Ch", "H0", "H1"))
     if crowded or (sums[f"{prefix}Ch"] and not plain):
-        raise Refused
+        raise RefusedError
     return sums
 
 
@@ -140,7 +140,7 @@ def _row(program: Program, limit: Limit, index: int, order: tuple[int, ...], num
     form, sign = limit.form, 1.0 if limit.side == "at_most" else -1.0
     numbers[f"{index}.bound"] = limit.bound
     if limit.side == "outside" or not limit.bound > 0.0:
-        raise Refused
+        raise RefusedError
     if isinstance(form, ModeFrequency):
         return RowKind(limit.name, "frequency", sign)
     if isinstance(form, ModeDamping):
@@ -167,7 +167,7 @@ def _static(model: Model, form: StaticRow, index: int, order: tuple[int, ...], n
 def _monomial(name: str, form: Monomials, sign: float, index: int, numbers: dict[str, float]) -> RowKind:
     exponents = tuple(tuple(float(e) for e in row) for row in form.exponents)
     if len(exponents[0]) == 1 and not all(row[0] in (0.0, 1.0, 2.0) for row in exponents):
-        raise Refused
+        raise RefusedError
     for j, scale in enumerate(form.scale):
         numbers[f"{index}.scale{j}"] = float(scale)
     return RowKind(name, "monomial", sign, exponents=exponents)
@@ -178,7 +178,7 @@ def _harmonic(
 ) -> RowKind:
     line = form.drives[0].lines[0]
     if not single_lines(limit) or len(line.amplitude.pieces) != 1 or line.amplitude.pieces[0].slope:
-        raise Refused
+        raise RefusedError
     piece = line.amplitude.pieces[0]
     size, selected, inertia = _numerator(limit.model, form.output, line)
     numbers[f"{index}.size"] = abs(piece.constant) * size / line.order**piece.power
@@ -191,7 +191,7 @@ def _harmonic(
     points = tuple(band.is_point for band in form.drives[0].bands)
     row = RowKind(limit.name, "harmonic", sign, power, selected is not None, inertia, points)
     if power < 0 or (inertia and numbers["M1"]) or not points:
-        raise Refused
+        raise RefusedError
     _same(limit, form, row, numbers, index)
     return row
 
@@ -202,23 +202,23 @@ def _numerator(model: Model, output: Output, line: Line) -> tuple[float, list[in
     read = [t for t in links if output.signs[t]]
     moved = [int(j) for j in np.flatnonzero(line.vector)]
     if len(moved) != 1 or len({float(output.signs[t] * model.vectors[t, 0]) for t in read}) > 1:
-        raise Refused
+        raise RefusedError
     place, size = moved[0], float(abs(line.vector[moved[0]]))
     if place == 0:
         if output.row[1:].any() or (bool(read) == bool(output.row[0])):
-            raise Refused
+            raise RefusedError
         return (size, read, False) if read else (size * abs(float(output.row[0])), None, False)
     joined = [t for t in links if model.vectors[t, place]]
     others = [t for t in links if t not in joined and model.vectors[t, 0]]
     if not read and not output.row[1:].any():
         return size * abs(float(output.row[0])), joined, False
     if others:
-        raise Refused
+        raise RefusedError
     if not read and output.row[0] == -output.row[place]:
         return size * abs(float(output.row[0])), None, True
     if read == joined and not output.row.any():
         return size, joined, True
-    raise Refused
+    raise RefusedError
 
 
 def _same(limit: Limit, form: Modulus, row: RowKind, numbers: Mapping[str, float], index: int) -> None:
@@ -229,10 +229,12 @@ def _same(limit: Limit, form: Modulus, row: RowKind, numbers: Mapping[str, float
         p = limit.model.values(np.full(limit.model.n_vars, 1e3 * (1.0 + part)))
         p = np.where(np.isfinite(p), p, 0.0)
         omega = np.array([part * high])
-        right = np.abs(transfer(limit.model, p, form.output, line.vector, omega)) * line.amplitude.at(omega / line.order)
+        right = np.abs(transfer(limit.model, p, form.output, line.vector, omega)) * line.amplitude.at(
+            omega / line.order
+        )
         mine = _value(limit.model, p, form, row, float(omega[0]), numbers[f"{index}.size"])
         if not abs(mine - right[0]) <= 1e-9 * abs(right[0]):
-            raise Refused
+            raise RefusedError
 
 
 def _value(model: Model, p: FloatArray, form: Modulus, row: RowKind, omega: float, size: float) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from vibopt.forms import FloatArray
-from vibopt.study.many.lower import Refused
+from vibopt.study.many.lower import RefusedError
 
 Numbers = Mapping[str, FloatArray]
 _EXACT = 1e-12
@@ -33,13 +33,13 @@ def follow(values: FloatArray, read: Callable[[float], Mapping[str, float]]) -> 
 
     Raises
     ------
-    Refused
+    RefusedError
         A number follows no such law to 12 digits.
     """
     at = samples(values)
     tables = [read(float(v)) for v in at]
     if any(one.keys() != tables[0].keys() for one in tables):
-        raise Refused
+        raise RefusedError
     return {name: _law(at, np.array([one[name] for one in tables]), values) for name in tables[0]}
 
 
@@ -56,7 +56,7 @@ def _law(at: FloatArray, known: FloatArray, values: FloatArray) -> FloatArray:
     slope = (last - first) / (at[-1] - at[0])
     if _fits(first + slope * (at - at[0]), known, np.full(len(known), size)):
         return np.asarray(first + slope * (values - at[0]))
-    raise Refused
+    raise RefusedError
 
 
 def _fits(guess: FloatArray, known: FloatArray, size: FloatArray) -> bool:

@@ -18,66 +18,43 @@ OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
 _DONE = 1e-11
 _ROUNDS = 40
 _COARSE = (33, 513)
-_EVEN = (0, 3, 9)
-_CHUNK = 1024
+_CHUNK = 512
+_WORSE = 1e-3
+
+Speeds = list[tuple[int, FloatArray]]
+"""Squared frequencies at which limits are looked at first: (index of the limit, one per question)."""
 
 
 @dataclass(frozen=True)
 class Answers:
-    """Per question: OPEN (nothing proven), OPTIMAL or INFEASIBLE; x (n_vars, count) in the order (k, c).
-
-    work
-        A measure of what it cost.
-    """
+    """Per question: OPEN (nothing proven), OPTIMAL or INFEASIBLE; x (n_vars, count) in the order (k, c)."""
 
     status: IndexArray
     x: FloatArray
-    work: float = 0.0
 
 
-def answer(
-    asked: Question, numbers: Numbers, count: int, progress: Callable[[float], None] | None = None
-) -> Answers:
+def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[float], None] | None = None) -> Answers:
     """Answer all questions; first a few, whose worst speeds tell where the others begin to look."""
     first: Speeds = []
+    near = np.full(count, np.nan)
     for size in (n for n in _COARSE if n < count):
         few = np.unique(np.round(np.linspace(0, count - 1, size)).astype(int))
-        found = _answer(asked, take(numbers, few), len(few), _at(first, few))
-        first = _speeds(asked, numbers, few, found, count)
-        trials = [first + _even(asked, numbers, n, count) for n in _EVEN]
-        work = [_answer(asked, take(numbers, few), len(few), _at(one, few)).work for one in trials]
-        first = trials[int(np.argmin(work))]
+        found = _answer(asked, take(numbers, few), _at(first, few), near[few])
+        first, near = _speeds(asked, numbers, few, found, count), _expected(asked, few, found, count)
     parts = []
     for begin in range(0, count, _CHUNK):
         chunk = slice(begin, min(begin + _CHUNK, count))
-        parts.append(_answer(asked, take(numbers, chunk), chunk.stop - begin, _at(first, chunk)))
+        parts.append(_answer(asked, take(numbers, chunk), _at(first, chunk), near[chunk]))
         if progress is not None:
             progress(chunk.stop / count)
     return Answers(np.concatenate([one.status for one in parts]), np.concatenate([one.x for one in parts], axis=1))
-
-
-Speeds = list[tuple[int, FloatArray]]
 
 
 def _at(speeds: Speeds, chosen: IndexArray | slice) -> Speeds:
     return [(index, w[chosen]) for index, w in speeds]
 
 
-def _even(asked: Question, numbers: Numbers, many: int, count: int) -> Speeds:
-    """Evenly spread speeds of every range: where a peak can move away from one speed, several hold it."""
-    speeds = []
-    for index, kind in enumerate(asked.rows):
-        for b, point in enumerate(kind.points):
-            if not point:
-                low, high = numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"]
-                for part in np.arange(1, many + 1) / (many + 1.0):
-                    speeds.append((index, np.broadcast_to((low + (high - low) * part) ** 2, (count,))))
-    return speeds
-
-
-def _speeds(
-    asked: Question, numbers: Numbers, few: IndexArray, found: Answers, count: int
-) -> Speeds:
+def _speeds(asked: Question, numbers: Numbers, few: IndexArray, found: Answers, count: int) -> Speeds:
     """Worst speeds at a few answers, drawn as straight lines between them."""
     good = found.status == OPTIMAL
     speeds = []
@@ -89,14 +66,21 @@ def _speeds(
     return speeds
 
 
-def _answer(asked: Question, numbers: Numbers, count: int, first: Speeds) -> Answers:
+def _expected(asked: Question, few: IndexArray, found: Answers, count: int) -> FloatArray:
+    """Stiffnesses a little worse than the straight lines between a few answers; nan beside one that has none."""
+    k = np.interp(np.arange(count), few, found.x[0])
+    return np.asarray(k * (1.0 - asked.goal[1] * _WORSE))
+
+
+def _answer(asked: Question, numbers: Numbers, first: Speeds, near: FloatArray) -> Answers:
+    """Answer some questions, beginning at the speeds `first`; `near` is what `_expected` says."""
+    count = len(near)
     low, high = np.array(asked.low), np.array(asked.high)
     status, x = np.zeros(count, dtype=int), np.full((len(low), count), np.nan)
     table = _first_rows(asked, numbers, count, first)
-    left, work = np.arange(count), 0.0
+    left = np.arange(count)
     for _ in range(_ROUNDS):
-        work += (1.0 + len(left)) * (2.0 + table.shape[1]) ** 3
-        best = extreme(table, low, high, *asked.goal)
+        best = extreme(table, low, high, asked.goal, near)
         none = np.isnan(best[0])
         status[left[none]] = INFEASIBLE
         missed, fresh = _learn(asked, numbers, np.where(none, high[:, None], best))
@@ -105,9 +89,9 @@ def _answer(asked: Question, numbers: Numbers, count: int, first: Speeds) -> Ans
         rest = ~none & ~done
         if not rest.any():
             break
-        left, numbers = left[rest], take(numbers, rest)
+        left, near, numbers = left[rest], near[rest], take(numbers, rest)
         table = np.concatenate([table, *fresh], axis=1)[:, :, rest]
-    return Answers(status, x, work)
+    return Answers(status, x)
 
 
 def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) -> FloatArray:

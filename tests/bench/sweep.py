@@ -1,0 +1,58 @@
+"""Time per point of a sweep of 10 000 points against one SLSQP run written by hand, in one run.
+
+    python tests/bench/sweep.py
+
+Both choose (k, c) of problem 9.34 while the bound of the way up goes from 5 to 30 mm.  SLSQP starts each
+point where the last one ended; its points are counted at every fiftieth bound.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from by_hand import press
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
+
+from vibopt.scene.read import read  # noqa: E402
+from vibopt.study.sweep import sweep  # noqa: E402
+
+POINTS = 10_000
+REPEATS = 5
+
+
+def ours() -> float:
+    """Seconds per point, all statuses and numbers at hand."""
+    scene = read(ROOT / "problems" / "isolation" / "rao_9_34.toml")
+    begin = time.perf_counter()
+    found = sweep(scene, "limits.start_up.at_most", "5 mm..30 mm", POINTS)
+    seconds = (time.perf_counter() - begin) / POINTS
+    assert found.complete
+    return seconds
+
+
+def theirs() -> float:
+    """Seconds per point."""
+    bounds = np.linspace(0.005, 0.03, POINTS)[::50][::-1]
+    start = press().start
+    begin = time.perf_counter()
+    for bound in bounds:
+        x = replace(press(float(bound)), start=start).solve()
+        start = tuple(x) if np.all(np.isfinite(x)) else press().start
+    return (time.perf_counter() - begin) / len(bounds)
+
+
+def main() -> None:
+    pairs = [(ours(), theirs()) for _ in range(REPEATS)]
+    mine, hand = (min(one[i] for one in pairs) for i in (0, 1))
+    print(f"sweep of {POINTS} points: {1e6 * mine:.1f} us a point; SLSQP with 200 speeds: {1e3 * hand:.2f} ms a point")
+    print(f"ratio {hand / mine:.0f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""A plane's options as a tree of boxes in the complex plane, split only where the search looks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.forms import ComplexArray, FloatArray
+
+Places = NDArray[np.intp]
+
+
+class Cells:
+    """Boxes of options: cell 0 holds all; the children of a cell halve it along its longer side.
+
+    Attributes
+    ----------
+    points, masses
+        The options and their masses, in an order that keeps each cell together; `order` leads back to the asker's.
+    centre, half
+        Middle of each cell's box and half its sides (half.real along Re, half.imag along Im), shape (n_cells,), complex.
+    lightest, start, stop, left
+        Least mass in the cell, its range of points, and its first child (the second is the next one; -1: not split yet).
+    """
+
+    def __init__(self, points: ComplexArray, masses: FloatArray) -> None:
+        self.points, self.masses, self.order = points.copy(), masses.copy(), np.arange(len(points))
+        room = 256
+        self.centre, self.half = np.zeros(room, dtype=complex), np.zeros(room, dtype=complex)
+        self.lightest = np.zeros(room)
+        self.start, self.stop, self.left = (np.zeros(room, dtype=int) for _ in range(3))
+        self.count = 0
+        self._add(0, len(points))
+
+    def children(self, cells: Places) -> Places:
+        """First child of each cell (which must hold two options at least), split now where that was not done."""
+        for cell in np.unique(cells[self.left[cells] < 0]):
+            self._split(int(cell))
+        return self.left[cells]
+
+    def sizes(self, cells: Places) -> Places:
+        """Number of options in each cell."""
+        return self.stop[cells] - self.start[cells]
+
+    def _split(self, cell: int) -> None:
+        start, stop = int(self.start[cell]), int(self.stop[cell])
+        part = self.points[start:stop]
+        side = part.real if self.half[cell].real >= self.half[cell].imag else part.imag
+        order = start + np.argsort(side, kind="stable")
+        for name in ("points", "masses", "order"):
+            values = getattr(self, name)
+            values[start:stop] = values[order]
+        middle = (start + stop) // 2
+        self.left[cell] = self.count
+        self._add(start, middle)
+        self._add(middle, stop)
+
+    def _add(self, start: int, stop: int) -> None:
+        if self.count == len(self.centre):
+            for name in ("centre", "half", "lightest", "start", "stop", "left"):
+                values = getattr(self, name)
+                setattr(self, name, np.concatenate([values, np.zeros_like(values)]))
+        part = self.points[start:stop]
+        low, high = complex(part.real.min(), part.imag.min()), complex(part.real.max(), part.imag.max())
+        cell = self.count
+        self.centre[cell], self.half[cell] = 0.5 * (low + high), 0.5 * (high - low)
+        self.lightest[cell] = self.masses[start:stop].min()
+        self.start[cell], self.stop[cell], self.left[cell] = start, stop, -1
+        self.count += 1

@@ -1,0 +1,125 @@
+"""Weights that exist, in holes that exist: all planes chosen jointly, with proof that no other choice is better."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.balancing.cells import Cells
+from vibopt.balancing.convex import FEW, KEPT, Convex, likely_worst, solve_convex
+from vibopt.balancing.free_planes import Free, free_planes
+from vibopt.balancing.question import Question, Solved, relative_gap
+from vibopt.balancing.rounding import rounded
+from vibopt.balancing.scaled import Scaled, scaled
+from vibopt.balancing.tree import Tree
+from vibopt.forms import ComplexArray, FloatArray
+
+DONE = 1e-8
+
+
+def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
+    """The best joint choice from the lists of all planes.
+
+    Parameters
+    ----------
+    question
+        At least one plane has a list; planes without one take any correction up to their caps.
+    seconds
+        After so long the best choice found is given with its gap.
+
+    Returns
+    -------
+    Solved
+        "optimal": no other choice is better by more than 1e-9 of the goal; "feasible": stopped, `gap` says how much
+        better another choice could be; "infeasible": every choice was ruled out by a bound; "unproven": stopped with nothing.
+    """
+    free = free_planes(question)
+    lists = free.question.options
+    empty = [p for p, entry in enumerate(lists) if entry is not None and not len(entry)]
+    if empty:
+        names = ", ".join(str(p) for p in np.flatnonzero(free.spread[:, empty[0]]))
+        return Solved(None, "infeasible", f"caps and forbidden sectors leave nothing of the list of plane {names}")
+    scene = _with_lists(scaled(free.question), free)
+    relaxed = solve_convex(scene)
+    if relaxed.x is None and relaxed.factor > 1.0 + KEPT:
+        claim = f"even weights of any size keep the limits only if all are {relaxed.factor:.4g} times as wide"
+        return Solved(None, "infeasible", claim, least_factor=relaxed.factor)
+    tree = _tree(scene, free, relaxed)
+    start = relaxed.x if relaxed.x is not None else np.zeros(scene.n_planes, dtype=complex)
+    _first_guess(tree, scene, free, start)
+    bound = tree.search(start, seconds)
+    return _solved(question, free, scene, tree, max(bound, relaxed.bound))
+
+
+def _with_lists(scene: Scaled, free: Free) -> Scaled:
+    """Caps and masses of the continuous relaxation: the disc that holds a list, and the least mass per unbalance in it."""
+    caps, mass = scene.caps.copy(), scene.mass.copy()
+    for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True)):
+        if options is None or masses is None:
+            continue
+        size = np.abs(options) / scene.column[p]
+        caps[p] = float(size.max())
+        some = size > 1e-9 * caps[p]
+        mass[p] = float((masses[some] / size[some]).min()) / scene.mass_size if some.any() else 0.0
+    return replace(scene, caps=caps, mass=mass)
+
+
+def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
+    """The search with its cells and the rows that matter."""
+    v = relaxed.dual.v if relaxed.dual is not None else np.zeros(len(scene.f), dtype=complex)
+    goal_rows, limit_rows = np.arange(len(scene.g)), np.arange(len(scene.f))
+    if scene.goal == "worst" and len(goal_rows) > FEW:
+        goal_rows = likely_worst(scene, scene.G, scene.g)
+    if scene.goal == "correction":
+        goal_rows = goal_rows[:0]
+    if len(limit_rows) > FEW:
+        limit_rows = np.union1d(likely_worst(scene, scene.F, scene.f), np.flatnonzero(np.abs(v) > 1e-9 * np.abs(v).max()))
+        v = np.where(np.isin(np.arange(len(v)), limit_rows), v, 0.0)
+    far = 30.0 * (1.0 + float(np.abs(relaxed.x).max(initial=0.0))) if relaxed.x is not None else 1e3
+    rows = replace(
+        scene, G=scene.G[goal_rows], g=scene.g[goal_rows], F=scene.F[limit_rows], f=scene.f[limit_rows],
+        caps=np.minimum(scene.caps, far),
+    )  # fmt: skip
+    cells = [
+        None if options is None or masses is None else Cells(options / scene.column[p], masses / scene.mass_size)
+        for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True))
+    ]
+    return Tree(scene, rows, cells, v[limit_rows], rounds=4 if all(cell is not None for cell in cells) else 12)
+
+
+def _first_guess(tree: Tree, scene: Scaled, free: Free, x: ComplexArray) -> None:
+    """Round the continuous answer, so that the search has something to beat."""
+    lists: list[ComplexArray] = []
+    masses: list[FloatArray] = []
+    for p, cells in enumerate(tree.planes):
+        lists.append(np.array([x[p]]) if cells is None else cells.points.copy())
+        masses.append(np.array([abs(x[p]) * scene.mass[p]]) if cells is None else cells.masses.copy())
+    chosen, value = rounded(scene, lists, masses, x)
+    tree.offer(np.array([lists[p][k] for p, k in enumerate(chosen)], dtype=complex), value)
+
+
+def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: float) -> Solved:
+    """The answer in the asker's planes and units."""
+    details = {"boxes": tree.boxes, "choices": tree.leaves}
+    choices = float(np.prod([float(len(cells.points)) for cells in tree.planes if cells is not None]))
+    if not np.isfinite(tree.best_value):
+        if bound == np.inf:
+            claim = f"none of the {choices:.6g} choices keeps the limits (branch and bound over all of them)"
+            return Solved(None, "infeasible", claim, details=details)
+        return Solved(None, "unproven", "stopped before a choice that keeps the limits was found", details=details)
+    u = free.spread @ (tree.best_x * scene.column)
+    chosen = []
+    for plane, options in enumerate(question.options):
+        place = -1 if options is None else int(np.argmin(np.abs(options - u[plane])))
+        chosen.append(place)
+        if options is not None:
+            u[plane] = options[place]
+    value = question.value(u)
+    low = min(bound * scene.goal_size, value)
+    gap = relative_gap(value, low, scene.goal_size)
+    done = gap <= DONE
+    claim = f"none of the {choices:.6g} choices is better (branch and bound over all of them)"
+    if not done:
+        claim = f"stopped; of the {choices:.6g} choices none is better by more than {100 * gap:.3g} %"
+    return Solved(u, "optimal" if done else "feasible", claim, value, low, gap, chosen=tuple(chosen), details=details)

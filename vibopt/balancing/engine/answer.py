@@ -1,0 +1,152 @@
+"""The answer to an engine job: cranks, weights, what still shakes order by order, and what a short series hides."""
+
+from __future__ import annotations
+
+from math import degrees
+
+import numpy as np
+
+from vibopt.balancing.engine.firing import best_firing, is_even
+from vibopt.balancing.engine.job import EngineJob
+from vibopt.balancing.engine.shaking import Arms, arms, at_crank, free_weights, has_free_share, of_order, peak
+from vibopt.balancing.engine.solve import Balanced, balance, goal_table
+from vibopt.balancing.engine.tables import EngineLimitTable
+from vibopt.balancing.outcome import Entry, Held, Outcome, angle
+from vibopt.forms import ComplexArray
+
+_ZERO = 1e-12
+_TINY = 1e-6
+
+
+def solve_engine(job: EngineJob) -> Outcome:
+    """Choose what is to be chosen, and say what the engine still does."""
+    found = balance(job)
+    here = arms(job, found.cranks)
+    limits = {name: _held(job, found, one) for name, one in job.limits.items()}
+    status, claim = found.status, found.claim
+    if status in ("optimal", "feasible", "met"):
+        status, claim = _checked(job, found, here, limits)
+    goal = goal_table(job)
+    value = _measured(job, found, goal)
+    return Outcome(
+        name=job.name,
+        title=job.title,
+        status=status,
+        claim=claim,
+        values=_values(job, found, here),
+        limits=limits,
+        measures={name: _held(job, found, one) for name, one in job.measures.items()},
+        goal=None if job.goal is None else (job.goal.minimise, Entry(value, goal.dimension)),
+        method=found.way,
+        notes=_notes(job, found, here),
+        details={"classes": found.tried, "as_good": found.alike},
+        expected=job.expected,
+    )
+
+
+def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Held]) -> tuple[str, str]:
+    """Status after the pistons were moved through a turn in time and their accelerations taken by differences."""
+    from vibopt.balancing.engine.simulate import simulated
+
+    if not job.truncated:
+        for couple in (False, True):
+            shown = simulated(job, found, couple)
+            size = _size(job, couple)
+            gap = abs(shown - peak(here.at(found.x), couple)) / size
+            beyond = job.ratio ** (job.orders // 2 * 2 + 1)
+            if gap > 1e-5 + beyond:
+                return "check_failed", f"the turning engine shows {gap:.1e} of all forces more or less than its orders"
+    broken = [name for name, one in limits.items() if not one.met]
+    if broken and found.status == "met":
+        return "violated", "limits that do not hold: " + ", ".join(broken)
+    if broken:
+        return "check_failed", "limits that the chosen weights break: " + ", ".join(broken)
+    return found.status, found.claim
+
+
+def _size(job: EngineJob, couple: bool) -> float:
+    """Sum of the primary forces [N] or couples [N m], for telling zero from rounding."""
+    levers = [abs(one.at) if couple else 1.0 for one in job.cylinders]
+    masses = [one.reciprocating + one.rotating for one in job.cylinders]
+    return sum(a * b for a, b in zip(levers, masses, strict=True)) * job.speed**2 or 1.0
+
+
+def _clean(value: float, size: float) -> float:
+    """Zero where a sum cancels to rounding."""
+    return 0.0 if value < _ZERO * size else float(value)
+
+
+def _measured(job: EngineJob, found: Balanced, table: EngineLimitTable) -> float:
+    """A response of the engine as balanced [N or N m]."""
+    truncated = None if table.kinematics is None else table.kinematics == "truncated"
+    now = arms(job, found.cranks, truncated=truncated).at(found.x)
+    if table.when is not None:
+        value = at_crank(now, table.is_couple, table.of_order, table.when.value)
+    else:
+        value = of_order(now, table.is_couple, table.of_order)
+    return _clean(value, _size(job, table.is_couple))
+
+
+def _held(job: EngineJob, found: Balanced, table: EngineLimitTable) -> Held:
+    """A limit or measure."""
+    order = f" of order {table.order}" if table.order else ""
+    bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
+    value = Entry(_measured(job, found, table), table.dimension, table.unit, amplitude=table.when is None)
+    return Held(table.response + order, value, bound)
+
+
+def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Entry]:
+    """Every number by its path."""
+    values: dict[str, Entry] = {}
+    for k, one in enumerate(job.cylinders):
+        values[f"cylinders.{k + 1}.crank"] = angle(np.exp(1j * found.cranks[one.throw]))
+    first = int(has_free_share(job))
+    if job.share is not None:
+        values["counterweight_share"] = Entry(float(found.x[0]) if first else job.share[0], "ratio")
+    for k, index in enumerate(free_weights(job)):
+        weight = job.weights[index]
+        u = complex(*found.x[first + 2 * k : first + 2 * k + 2])
+        values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
+        values[f"{weight.family}.{weight.name}.angle"] = angle(u)
+    values.update(_orders(job, here.at(found.x)))
+    if len(job.cylinders) > 1:
+        firing = best_firing(job, found.cranks)
+        values["firing.order"] = Entry(firing.text)
+        values["firing.even"] = Entry("yes" if is_even(firing) else "no")
+        values["firing.neighbours"] = Entry(float(firing.neighbours), "count")
+    return values
+
+
+def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Entry]:
+    """Force and couple of each order that the series has, and the greatest of all together over a turn."""
+    values: dict[str, Entry] = {}
+    for couple, word, dimension in ((False, "force", "force"), (True, "couple", "moment")):
+        size = _size(job, couple)
+        for order in (1, *range(2, job.orders + 1, 2)):
+            values[f"orders.{order}.{word}"] = Entry(
+                _clean(of_order(now, couple, order), size), dimension, amplitude=True
+            )
+        values[f"all_orders.{word}"] = Entry(_clean(peak(now, couple), size), dimension, amplitude=True)
+    return values
+
+
+def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
+    """Conventions, and what the textbook's two terms would have hidden."""
+    notes = [
+        "Crank angles are counted in the sense of rotation; couples are about "
+        "the middle of the cylinders unless the file says reference.",
+    ]
+    exact = arms(job, found.cranks, truncated=False).at(found.x)
+    short = arms(job, found.cranks, truncated=True).at(found.x)
+    for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
+        full, cut = peak(exact, couple), peak(short, couple)
+        if max(full, cut) > _TINY * _size(job, couple):
+            off = f"{100.0 * (full / cut - 1.0):+.2g} %" if cut > _TINY * _size(job, couple) else "all of it"
+            said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
+            notes.append(f"{said}; exact kinematics {full:.5g} {unit} ({off}).")
+    if any(u.sense < 0 or u.order == 2 for u in job.weights):
+        notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")
+    if job.is_search:
+        listed = ", ".join(f"{degrees(one):.6g}" for one in found.cranks)
+        notes.append(f"Cranks, in the order of the throws: {listed} deg.")
+    return tuple(notes)

@@ -1,0 +1,246 @@
+"""A reciprocating engine, read from its file into plain numbers."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf, tau
+from typing import Any
+
+from vibopt.balancing.engine.tables import (
+    BalanceShaftTable,
+    CounterweightTable,
+    CylinderTable,
+    EngineGoalTable,
+    EngineLimitTable,
+    EngineTable,
+)
+from vibopt.balancing.known.job import read_tables
+from vibopt.balancing.tables import listed_tables, read_table
+from vibopt.scene.mistakes import Mistakes
+from vibopt.values import Choice, Fact
+
+KEYS = (
+    "title", "statement", "source", "engine", "cylinders", "counterweights", "balance_shafts", "limits", "measures",
+    "goal", "expected",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """One cylinder.
+
+    throw
+        Index of its crank throw; cylinders on one throw share its angle.
+    bank
+        Direction of its axis from that of bank zero, in the sense of rotation [rad].
+    at
+        Place along the crankshaft, from the reference of the couples [m].
+    reciprocating, rotating
+        Mass times crank radius [kg m].
+    """
+
+    throw: int
+    bank: float
+    at: float
+    reciprocating: float
+    rotating: float
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """An unbalance that turns `order` times as fast as the crank, +1 with it or -1 against it.
+
+    fixed
+        Complex unbalance at crank angle zero [kg m]; None where it is chosen up to `cap`.
+    """
+
+    name: str
+    family: str
+    order: int
+    sense: int
+    at: float
+    fixed: complex | None
+    cap: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class EngineJob:
+    """An engine, what may be chosen, and what is asked.
+
+    cranks
+        Crank angle per throw [rad]; None where it is chosen from `offered`.
+    ratio
+        Crank radius over rod length.
+    share
+        (least, greatest) share of the reciprocating mass that a counterweight opposite each crank carries, with all of
+        the rotating mass; None: no such counterweights.
+    """
+
+    name: str
+    title: str
+    speed: float
+    ratio: float
+    orders: int
+    truncated: bool
+    cylinders: tuple[Cylinder, ...]
+    cranks: tuple[float | None, ...]
+    offered: tuple[float, ...]
+    share: tuple[float, float] | None
+    weights: tuple[Weight, ...]
+    strokes: int
+    even_firing: bool
+    limits: Mapping[str, EngineLimitTable]
+    measures: Mapping[str, EngineLimitTable]
+    goal: EngineGoalTable | None
+    expected: tuple[Mapping[str, Any], ...]
+
+    @property
+    def is_search(self) -> bool:
+        """Whether crank angles are chosen."""
+        return any(one is None for one in self.cranks)
+
+
+def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob | None:
+    """The job of a parsed file; None where a table could not be read. Mistakes are collected, not raised."""
+    for key in document:
+        if key not in KEYS:
+            mistakes.unknown_key((key,), list(KEYS))
+    if "engine" not in document:
+        mistakes.add(("cylinders",), "there are cylinders but no [engine]. Write [engine] with stroke, rod and speed.")
+        return None
+    engine = read_table(EngineTable, document["engine"], ("engine",), mistakes)
+    listed = [
+        read_table(CylinderTable, one, ("cylinders", k), mistakes)
+        for k, one in enumerate(listed_tables(document, "cylinders", mistakes))
+    ]
+    cylinders = [one for one in listed if one is not None]
+    counterweights = read_tables(document, "counterweights", CounterweightTable, mistakes)
+    shafts = read_tables(document, "balance_shafts", BalanceShaftTable, mistakes)
+    limits = read_tables(document, "limits", EngineLimitTable, mistakes)
+    measures = read_tables(document, "measures", EngineLimitTable, mistakes)
+    goal = read_table(EngineGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
+    if engine is None or mistakes.found:
+        return None
+    _check(engine, cylinders, counterweights, shafts, limits, goal, mistakes)
+    if mistakes.found:
+        return None
+    throws, cranks = _throws(engine, cylinders)
+    places = _places(engine, cylinders)
+    middle = engine.reference.value if engine.reference is not None else 0.5 * (min(places) + max(places))
+    return EngineJob(
+        name=mistakes.name,
+        title=str(document.get("title", mistakes.name)),
+        speed=engine.speed.value,
+        ratio=engine.radius / engine.rod.value,
+        orders=engine.orders,
+        truncated=engine.kinematics == "truncated",
+        cylinders=tuple(
+            Cylinder(
+                throw=throw,
+                bank=one.bank.value if one.bank is not None else 0.0,
+                at=at - middle,
+                reciprocating=_mass(one.reciprocating, engine.reciprocating) * engine.radius,
+                rotating=_mass(one.rotating, engine.rotating) * engine.radius,
+            )
+            for one, throw, at in zip(cylinders, throws, places, strict=True)
+        ),
+        cranks=cranks,
+        offered=tuple(engine.cranks),
+        share=_share(engine.counterweight_share),
+        weights=tuple(_weight(name, "counterweights", one, middle) for name, one in counterweights.items())
+        + tuple(_weight(name, "balance_shafts", one, middle) for name, one in shafts.items()),
+        strokes=engine.strokes,
+        even_firing=engine.even_firing,
+        limits=limits,
+        measures=measures,
+        goal=goal,
+        expected=tuple(document.get("expected", ())),
+    )
+
+
+def _mass(own: Fact | None, common: Fact | None) -> float:
+    found = own if own is not None else common
+    return found.value if found is not None else 0.0
+
+
+def _share(given: Fact | Choice | None) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    return (given.low, given.high) if isinstance(given, Choice) else (given.value, given.value)
+
+
+def _places(engine: EngineTable, cylinders: list[CylinderTable]) -> list[float]:
+    """Place of each cylinder [m]; by the spacing where it has none of its own."""
+    spacing = engine.spacing.value if engine.spacing is not None else 0.0
+    return [one.at.value if one.at is not None else k * spacing for k, one in enumerate(cylinders)]
+
+
+def _throws(engine: EngineTable, cylinders: list[CylinderTable]) -> tuple[list[int], tuple[float | None, ...]]:
+    """Throw of each cylinder, and the angle of each throw (None: to be chosen)."""
+    names: dict[str, int] = {}
+    throws = [names.setdefault(one.throw or f"#{k}", len(names)) for k, one in enumerate(cylinders)]
+    cranks: list[float | None] = [None] * len(names)
+    step = engine.strokes * tau / 2.0 / len(cylinders)
+    for k, one in enumerate(cylinders):
+        if isinstance(one.crank, float):
+            cranks[throws[k]] = one.crank
+        elif one.crank is None and engine.firing_order:
+            bank = one.bank.value if one.bank is not None else 0.0
+            cranks[throws[k]] = (bank - engine.firing_order.index(k + 1) * step) % tau
+    return throws, tuple(cranks)
+
+
+def _weight(name: str, family: str, table: CounterweightTable | BalanceShaftTable, middle: float) -> Weight:
+    given, place = table.unbalance, table.at.value - middle
+    order = table.order if isinstance(table, BalanceShaftTable) else 1
+    sense = -1 if isinstance(table, BalanceShaftTable) and table.turns == "against rotation" else 1
+    if isinstance(given, Choice):
+        return Weight(name, family, order, sense, place, None, given.high, given.unit)
+    fixed = cmath.rect(given.value, table.angle.value if table.angle is not None else 0.0)
+    return Weight(name, family, order, sense, place, fixed, inf, given.unit)
+
+
+def _check(
+    engine: EngineTable,
+    cylinders: list[CylinderTable],
+    counterweights: Mapping[str, CounterweightTable],
+    shafts: Mapping[str, BalanceShaftTable],
+    limits: Mapping[str, EngineLimitTable],
+    goal: EngineGoalTable | None,
+    mistakes: Mistakes,
+) -> None:
+    """What the tables say of each other."""
+    if not cylinders:
+        mistakes.add(("cylinders",), "there is no cylinder. Write [[cylinders]] once for each.")
+        return
+    for k, one in enumerate(cylinders):
+        if one.reciprocating is None and engine.reciprocating is None:
+            mistakes.add(("cylinders", k), f'cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].')
+        if one.crank is None and not engine.firing_order and not _shared(one, cylinders):
+            example = 'crank = "90 deg", or crank = "choose"'
+            mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no crank. Write {example}.")
+    if len(cylinders) > 1 and engine.spacing is None and all(one.at is None for one in cylinders):
+        mistakes.add(("engine",), 'the cylinders have no places. Write spacing = "100 mm" in [engine].')
+    if engine.firing_order and sorted(engine.firing_order) != list(range(1, len(cylinders) + 1)):
+        mistakes.value(("engine", "firing_order"), engine.firing_order, "does not name each cylinder once.")
+    wanted = len({one.throw or k for k, one in enumerate(cylinders) if one.crank == "choose"})
+    if wanted and wanted != len(engine.cranks):
+        mistakes.value(
+            ("engine", "cranks"), engine.cranks, f"offers {len(engine.cranks)} angles for {wanted} throws that choose."
+        )
+    for name, table in limits.items():
+        if table.at_most is None:
+            way = f"Write at_most, or move it to [measures.{name}]."
+            mistakes.add(("limits", name), f"limits.{name} has no bound. {way}")
+    sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
+    free = [one for one in sizes if isinstance(one, Choice)]
+    if goal is not None and not free and not wanted and not isinstance(engine.counterweight_share, Choice):
+        mistakes.add(("goal",), "there is a goal but nothing to choose. Write crank = \"choose\", or leave [goal] out.")
+
+
+def _shared(cylinder: CylinderTable, cylinders: list[CylinderTable]) -> bool:
+    """Whether another cylinder on the same throw has the crank angle."""
+    return cylinder.throw is not None and any(o.throw == cylinder.throw and o.crank is not None for o in cylinders)

@@ -1,0 +1,118 @@
+"""Shaking forces and couples of an engine, order by order, linear in what is chosen.
+
+In the plane across the crankshaft a vector is x + iy, x along the axis of bank zero, y a quarter turn on in the sense
+of rotation.  Each order k is P exp(i k a) + N exp(-i k a), a the crank angle: two arms that turn with and against the
+crank.  Their ellipse is |P| + |N| at its longest; in-line pistons alone have |P| = |N|, a line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.balancing.engine.job import EngineJob
+from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
+from vibopt.forms import ComplexArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Arms:
+    """Arms of force (rows 0) and couple (rows 1) per order, affine in the real choices x.
+
+    constant
+        Shape (2, 2, n_orders + 1): force or couple, arm with or against, order [N, N m].
+    slope
+        Shape (2, 2, n_orders + 1, n_x) per unit of x (share [1]; real and imaginary part of unbalances [kg m]).
+    """
+
+    constant: ComplexArray
+    slope: ComplexArray
+
+    def at(self, x: FloatArray) -> ComplexArray:
+        """Arms at the choices x, shape (2, 2, n_orders + 1)."""
+        found: ComplexArray = self.constant + self.slope @ x
+        return found
+
+
+def free_weights(job: EngineJob) -> list[int]:
+    """Indices of the weights that are chosen."""
+    return [k for k, one in enumerate(job.weights) if one.fixed is None]
+
+
+def has_free_share(job: EngineJob) -> bool:
+    return job.share is not None and job.share[0] < job.share[1]
+
+
+def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = None) -> Arms:
+    """Arms of all orders for given crank angles per throw [rad]; x is (share?, then re and im of each free weight)."""
+    short = job.truncated if truncated is None else truncated
+    series = (truncated_orders if short else exact_orders)(job.ratio, job.orders)
+    free, shared = free_weights(job), has_free_share(job)
+    constant = np.zeros((2, 2, job.orders + 1), dtype=complex)
+    slope = np.zeros((2, 2, job.orders + 1, int(shared) + 2 * len(free)), dtype=complex)
+    speed2 = job.speed**2
+    order = np.arange(job.orders + 1)
+    for one in job.cylinders:
+        crank = cranks[one.throw]
+        levers = np.array([1.0, one.at])
+        half = 0.5 * speed2 * one.reciprocating * series * np.exp(1j * one.bank)
+        turn = np.exp(1j * order * (crank - one.bank))
+        constant[:, 0] += np.outer(levers, half * turn)
+        constant[:, 1] += np.outer(levers, half / turn)
+        pin = speed2 * np.exp(1j * crank) * levers
+        constant[:, 0, 1] += pin * one.rotating
+        if job.share is not None:
+            constant[:, 0, 1] -= pin * (one.rotating + (0.0 if shared else job.share[0] * one.reciprocating))
+        if shared:
+            slope[:, 0, 1, 0] -= pin * one.reciprocating
+    for k, weight in enumerate(job.weights):
+        arm = np.array([1.0, weight.at]) * (weight.order**2 * speed2)
+        side = 0 if weight.sense > 0 else 1
+        if weight.fixed is not None:
+            constant[:, side, weight.order] += arm * weight.fixed
+        else:
+            column = int(shared) + 2 * free.index(k)
+            slope[:, side, weight.order, column] += arm
+            slope[:, side, weight.order, column + 1] += 1j * arm
+    return Arms(constant, slope)
+
+
+def of_order(found: ComplexArray, couple: bool, order: int) -> float:
+    """Greatest force [N] or couple [N m] of one order over a turn; of all orders together where `order` is 0."""
+    if order == 0:
+        return peak(found, couple)
+    if order >= found.shape[2]:
+        return 0.0
+    return float(np.abs(found[int(couple), :, order]).sum())
+
+
+def at_crank(found: ComplexArray, couple: bool, order: int, crank: float) -> float:
+    """Size of the force [N] or couple [N m] at one crank angle [rad]; `order` 0: all together."""
+    orders = np.arange(found.shape[2]) if order == 0 else np.array([order])
+    with_, against = found[int(couple), :, orders].T if order else found[int(couple)]
+    return float(abs((with_ * np.exp(1j * orders * crank) + against * np.exp(-1j * orders * crank)).sum()))
+
+
+def over_turn(found: ComplexArray, couple: bool, crank: FloatArray) -> ComplexArray:
+    """Force or couple at crank angles [rad], all orders together, same shape as `crank`."""
+    orders = np.arange(found.shape[2])
+    turn = np.exp(1j * np.outer(crank, orders))
+    total: ComplexArray = turn @ found[int(couple), 0] + turn.conj() @ found[int(couple), 1]
+    return total
+
+
+def peak(found: ComplexArray, couple: bool) -> float:
+    """Greatest size over a turn of all orders together: a grid, then the best grid points refined by halving."""
+    if np.abs(found[int(couple)]).max() == 0.0:
+        return 0.0
+    step = 2.0 * np.pi / 1440.0
+    grid: FloatArray = np.arange(1440, dtype=np.float64) * step
+    sizes = np.abs(over_turn(found, couple, grid))
+    best, low = float(grid[int(np.argmax(sizes))]), step
+    while low > 1e-9:
+        near: FloatArray = np.asarray(best + low * np.linspace(-1.0, 1.0, 9), dtype=np.float64)
+        best = float(near[int(np.argmax(np.abs(over_turn(found, couple, near))))])
+        low *= 0.25
+    return float(abs(over_turn(found, couple, np.array([best]))[0]))

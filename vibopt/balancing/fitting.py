@@ -1,0 +1,151 @@
+"""From the optimiser's numbers to weights: which mass, where, in which hole, and the sentence that says so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi, tau
+
+import numpy as np
+
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.outcome import Entry
+from vibopt.balancing.plan import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.balancing.planes import MASS, Options, Plane, hole_name, neighbours
+from vibopt.balancing.pose import row_limits
+from vibopt.balancing.words import show_angle
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.units import show
+
+NOTHING = 1e-9
+"""Corrections below this part of the greatest unbalance that matters are none."""
+
+
+def fitting_of(
+    job: RotorJob, identified: Identified, u: ComplexArray, options: Sequence[Options | None], band: FloatArray | None = None
+) -> Fitting:
+    """The correction u as weights, and what is left with it."""
+    tiny = NOTHING * _scale(identified, u)
+    planes = tuple(_plane(job, index, complex(u[index]), options[index], tiny) for index in range(len(job.planes)))
+    return Fitting(planes, _rows(job, identified, u, band))
+
+
+def _scale(identified: Identified, u: ComplexArray) -> float:
+    """An unbalance that the readings could not miss [kg m]."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        felt = np.abs(identified.y0).max(initial=0.0) / np.abs(identified.H).max(initial=0.0)
+    return float(max(felt if np.isfinite(felt) else 0.0, np.abs(u).max(initial=0.0)))
+
+
+def _plane(job: RotorJob, index: int, u: complex, options: Options | None, tiny: float) -> PlaneAnswer:
+    plane = job.planes[index]
+    weights = _weights(job, plane, u, options) if abs(u) > tiny else ()
+    angle = job.conventions.weight_angle(-u if plane.remove else u) if weights else 0.0
+    action = "keep" if plane.keep else "nothing" if not weights else "remove" if plane.remove else "add"
+    amount = plane.amount(u) if weights else 0.0
+    radius = plane.radius if plane.kind == MASS and plane.radii else None
+    if len(weights) == 1:
+        amount, angle = weights[0].mass, weights[0].angle % tau
+        radius = weights[0].radius
+    return PlaneAnswer(
+        plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit), Entry(angle, "angle", "deg"),
+        None if radius is None else Entry(radius, "length", plane.length_unit), weights, _words(job, plane, action, weights),
+    )  # fmt: skip
+
+
+def _weights(job: RotorJob, plane: Plane, u: complex, options: Options | None) -> tuple[Weight, ...]:
+    if options is not None:
+        return tuple(_in_hole(plane, *one) for one in options.weights(int(np.argmin(np.abs(options.u - u)))))
+    size, angle = plane.amount(u), job.conventions.weight_angle(-u if plane.remove else u)
+    if plane.split:
+        return split(plane, size, angle)
+    radius = plane.radius if plane.radii else None
+    return (Weight(size, radius, angle, None, plane.drill.depth(size) if plane.drill else None),)
+
+
+def _in_hole(plane: Plane, hole: int, mass: float, radius: float) -> Weight:
+    return Weight(mass, radius if plane.radii else None, plane.holes[hole] % tau, hole, plane.drill.depth(mass) if plane.drill else None)
+
+
+def split(plane: Plane, size: float, angle: float) -> tuple[Weight, ...]:
+    """A weight cut in two for the neighbouring holes, the same vector together; one where it hits a hole."""
+    first, second = neighbours(plane, angle)
+    if first == second:
+        return (_in_hole(plane, first, size, plane.radius),)
+    low, high = plane.holes[first], plane.holes[second]
+    width = (high - low) % tau
+    if width >= pi - 1e-9:
+        near = min((first, second), key=lambda index: abs((plane.holes[index] - angle + pi) % tau - pi))
+        return (_in_hole(plane, near, size, plane.radius),)
+    before = (angle - low) % tau
+    shares = (np.sin(width - before) / np.sin(width), np.sin(before) / np.sin(width))
+    return tuple(_in_hole(plane, hole, float(size * part), plane.radius) for hole, part in zip((first, second), shares, strict=True))
+
+
+def _words(job: RotorJob, plane: Plane, action: str, weights: Sequence[Weight]) -> str:
+    """The sentence for the shop floor."""
+    if action == "keep":
+        return f"{plane.name}: leave untouched."
+    if action == "nothing":
+        return f"{plane.name}: no weight."
+    verb = "take away" if plane.remove else "fit"
+    parts = [_one(job, plane, weight) for weight in weights]
+    return f"{plane.name}: {verb} {' and '.join(parts)}."
+
+
+def _one(job: RotorJob, plane: Plane, weight: Weight) -> str:
+    said = plane.show(weight.mass)
+    if weight.radius is not None:
+        said += f" at radius {show(weight.radius, plane.length_unit, 'length')}"
+    if weight.hole is not None:
+        said += f" in {hole_name(plane, weight.hole)} {job.conventions.angles} from the {_zero(job)}"
+    else:
+        said += f", {show_angle(weight.angle)} {job.conventions.angles} from the {_zero(job)}"
+    if weight.depth is not None and plane.drill is not None:
+        said += f" (hole of {show(plane.drill.diameter, 'mm', 'length')}, {show(weight.depth, 'mm', 'length', digits=3)} deep)"
+    return said
+
+
+def _zero(job: RotorJob) -> str:
+    zero = job.conventions.zero
+    return zero.removeprefix("the ").removeprefix("The ")
+
+
+def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArray | None) -> tuple[RowAnswer, ...]:
+    left, limits = identified.residual(u), row_limits(job)
+    rows = []
+    for row, (speed, index) in enumerate(job.readings):
+        sensor = job.sensors[index]
+        rows.append(
+            RowAnswer(
+                sensor=sensor.name,
+                speed=Entry(job.speeds[speed], "angular_rate", job.speed_units[speed]),
+                found=amplitude(job, row, float(abs(identified.y0[row]))),
+                residual=amplitude(job, row, float(abs(left[row]))),
+                found_phasor=sensor.show_phasor(complex(identified.y0[row]), job.conventions),
+                residual_phasor=sensor.show_phasor(complex(left[row]), job.conventions),
+                y0=complex(identified.y0[row]),
+                left=complex(left[row]),
+                band=None if band is None else (amplitude(job, row, float(band[row, 0])), amplitude(job, row, float(band[row, 1]))),
+                limit=amplitude(job, row, float(limits[row])) if np.isfinite(limits[row]) else None,
+            )
+        )
+    return tuple(rows)
+
+
+def amplitude(job: RotorJob, row: int, value: float) -> Entry:
+    """A peak amplitude of a row as its sensor's readings are written."""
+    sensor = job.sensors[job.readings[row][1]]
+    return Entry(value, sensor.dimension, sensor.shown_unit)
+
+
+def plan_text(job: RotorJob, fitting: Fitting) -> tuple[tuple[int, str, bool], ...]:
+    """The plan as the user would write it down, with all digits."""
+    lines = []
+    for index, answer in enumerate(fitting.planes):
+        plane = job.planes[index]
+        for weight in answer.weights:
+            at = f" at {weight.radius!r} m" if weight.radius is not None and plane.kind == MASS else ""
+            amount = f"{weight.mass!r} kg{at}" if plane.kind == MASS else f"{weight.mass!r} kg m"
+            lines.append((index, f"{amount} @ {weight.angle % tau!r} rad", plane.remove))
+    return tuple(lines)

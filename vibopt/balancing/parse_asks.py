@@ -1,0 +1,312 @@
+"""What a measured rotor's file asks for: scatter, pairs, limits, goal, quality."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any
+
+from vibopt.balancing.grades import Quality
+from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, Scatter, Sensor
+from vibopt.balancing.parse_runs import SAME_SPEED
+from vibopt.balancing.planes import UNBALANCE, Plane
+from vibopt.balancing.tables import (
+    CorrectionLimit as CorrectionTable,
+)
+from vibopt.balancing.tables import (
+    GoalTable,
+    PairTable,
+    QualityTable,
+    ScatterTable,
+    named_tables,
+    read_table,
+    read_value,
+)
+from vibopt.balancing.tables import (
+    ResidualLimit as ResidualTable,
+)
+from vibopt.balancing.words import Conventions, read_amplitude, split_angle
+from vibopt.errors import QuantityError, way_out
+from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.units import read_quantity
+
+COMBINE = ("rms", "worst", "sum", "huber")
+RESPONSES = ("residual", "correction")
+ROBUST = ("worst", "mean")
+
+
+def read_scatter(document: Mapping[str, Any], conventions: Conventions, mistakes: Mistakes) -> Scatter | None:
+    """Standard deviation of single readings, where given."""
+    if "scatter" not in document:
+        return None
+    table = read_table(ScatterTable, document["scatter"], ("scatter",), mistakes)
+    if table is None:
+        return None
+    ratio, amplitude, angle = 0.0, 0.0, 0.0
+    if table.amplitude is not None:
+        found = read_value(("scatter", "amplitude"), table.amplitude, mistakes, _scatter_amplitude, conventions)
+        ratio, amplitude = found or (0.0, 0.0)
+    if table.angle is not None:
+        angle = read_value(("scatter", "angle"), table.angle, mistakes, _not_negative, "angle") or 0.0
+    if ratio == amplitude == angle == 0.0 and not mistakes.found:
+        mistakes.add(("scatter",), 'scatter is zero. Write { amplitude = "5 %", angle = "2 deg" }, or leave scatter out.')
+    return Scatter(ratio, amplitude, angle)
+
+
+def _scatter_amplitude(given: object, conventions: Conventions) -> tuple[float, float]:
+    """Part of the amplitude, or an amplitude."""
+    try:
+        return _not_negative(given, "ratio"), 0.0
+    except QuantityError as error:
+        try:
+            return 0.0, read_amplitude(str(given), conventions.detector).value
+        except QuantityError:
+            raise error from None
+
+
+def _not_negative(given: object, dimension: str) -> float:
+    found = read_quantity(given, dimension)
+    if found.value < 0.0:
+        raise QuantityError("is negative.")
+    return found.value
+
+
+def read_pairs(document: Mapping[str, Any], planes: Sequence[Plane], mistakes: Mistakes) -> tuple[tuple[str, int, int, float], ...]:
+    """Pairs of planes that get the same (static) or opposite (couple) unbalances."""
+    names = [plane.name for plane in planes]
+    pairs = []
+    for name, given in named_tables(document, "pairs", mistakes).items():
+        path: Path = ("pairs", name)
+        table = read_table(PairTable, given, path, mistakes)
+        if table is None:
+            continue
+        if table.kind not in ("static", "couple"):
+            mistakes.value((*path, "kind"), table.kind, 'is no kind of pair. Write kind = "static" (same angle) or kind = "couple" (opposite).')
+            continue
+        if not isinstance(table.planes, list) or len(table.planes) != 2 or not set(table.planes) <= set(names):
+            mistakes.value((*path, "planes"), table.planes, f"is not two planes of this job. Known: {', '.join(names)}.")
+            continue
+        first, second = (names.index(one) for one in table.planes)
+        if any(planes[one].is_discrete or planes[one].keep or planes[one].split for one in (first, second)):
+            mistakes.add(path, f"pairs.{name} has a plane that is kept or has holes. A pair needs two planes with free weights.")
+            continue
+        pairs.append((name, first, second, 1.0 if table.kind == "static" else -1.0))
+    return tuple(pairs)
+
+
+Limits = tuple[tuple[ResidualLimit, ...], tuple[CorrectionLimit, ...]]
+
+
+def read_limits(
+    document: Mapping[str, Any], conventions: Conventions, planes: Sequence[Plane], sensors: Sequence[Sensor],
+    speeds: Sequence[float], mistakes: Mistakes,
+) -> Limits:  # fmt: skip
+    """Limits on what is left and on what is fitted."""
+    residual, correction = [], []
+    for name, given in named_tables(document, "limits", mistakes).items():
+        path: Path = ("limits", name)
+        kind = given.get("response") if isinstance(given, Mapping) else None
+        if kind not in RESPONSES:
+            mistakes.value((*path, "response"), kind, f"is no response of a measured rotor.{way_out(str(kind), RESPONSES)}")
+        elif kind == "residual":
+            found = _residual(name, path, given, conventions, sensors, speeds, mistakes)
+            residual += [found] if found else []
+        else:
+            limit = _correction(name, path, given, planes, mistakes)
+            correction += [limit] if limit else []
+    return tuple(residual), tuple(correction)
+
+
+def _residual(
+    name: str, path: Path, given: object, conventions: Conventions, sensors: Sequence[Sensor], speeds: Sequence[float],
+    mistakes: Mistakes,
+) -> ResidualLimit | None:  # fmt: skip
+    table = read_table(ResidualTable, given, path, mistakes)
+    if table is None:
+        return None
+    names = [sensor.name for sensor in sensors]
+    if table.at is not None and table.at not in names:
+        mistakes.unknown_name((*path, "at"), table.at, "sensor", names)
+        return None
+    sensor = None if table.at is None else names.index(table.at)
+    speed = None if table.speed is None else _speed_index(path, table.speed.value, speeds, mistakes)
+    ones = [sensors[sensor]] if sensor is not None else list(sensors)
+    bound = read_value((*path, "at_most"), table.at_most, mistakes, _bound, conventions, ones)
+    return ResidualLimit(name, sensor, speed, *bound) if bound else None
+
+
+def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -> tuple[float, str]:
+    front, angle = split_angle(str(given), "1 mil pp")
+    if angle is not None:
+        raise QuantityError('has an angle. A limit is an amplitude: write "1 mil pp".')
+    found = read_amplitude(front, conventions.detector)
+    for sensor in sensors:
+        if sensor.dimension != found.dimension:
+            raise QuantityError(
+                f"does not fit sensor {sensor.name}, which reads in {sensor.unit}. Write a limit in such a unit, or name the sensor with at."
+            )
+    if found.value == 0.0:
+        raise QuantityError("is zero. Nothing turns without any vibration: write a limit greater than zero.")
+    return found.value, found.shown_unit
+
+
+def _speed_index(path: Path, speed: float, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
+    for index, one in enumerate(speeds):
+        if abs(speed - one) <= SAME_SPEED * one:
+            return index
+    mistakes.add((*path, "speed"), f"{'.'.join(map(str, path))}.speed is a speed at which nothing was measured. Write the speed of a run.")
+    return None
+
+
+def _correction(name: str, path: Path, given: object, planes: Sequence[Plane], mistakes: Mistakes) -> CorrectionLimit | None:
+    table = read_table(CorrectionTable, given, path, mistakes)
+    if table is None:
+        return None
+    names = [plane.name for plane in planes]
+    if (table.of is None) != table.total:
+        mistakes.add(path, f'limits.{name} needs either of = "{names[0]}" or total = true.')
+        return None
+    if table.of is not None and table.of not in names:
+        mistakes.unknown_name((*path, "of"), table.of, "plane", names)
+        return None
+    index = None if table.of is None else names.index(table.of)
+    asked = planes if index is None else [planes[index]]
+    bound = read_value((*path, "at_most"), table.at_most, mistakes, _amount, asked)
+    return CorrectionLimit(name, index, *bound) if bound else None
+
+
+def _amount(given: object, planes: Sequence[Plane]) -> tuple[float, str]:
+    kinds = {plane.kind for plane in planes}
+    if len(kinds) > 1:
+        raise QuantityError("adds masses and unbalances. Give every plane its radius, or bound each plane alone.")
+    dimension = "unbalance" if kinds == {UNBALANCE} else "mass"
+    found = read_quantity(given, dimension)
+    if found.value == 0.0:
+        raise QuantityError("is a cap of zero: nothing could be put there. Write keep = true in the plane, or a cap.")
+    if found.value < 0.0:
+        raise QuantityError("is negative. Write a positive cap.")
+    return found.value, found.unit
+
+
+def read_goal(
+    document: Mapping[str, Any], conventions: Conventions, planes: Sequence[Plane], scatter: Scatter | None, mistakes: Mistakes
+) -> RotorGoal:
+    """The goal; least squares without one."""
+    if "goal" not in document:
+        return RotorGoal()
+    table = read_table(GoalTable, document["goal"], ("goal",), mistakes)
+    if table is None:
+        return RotorGoal()
+    if table.minimise not in RESPONSES:
+        mistakes.value(("goal", "minimise"), table.minimise, f"is no response of a measured rotor.{way_out(table.minimise, RESPONSES)}")
+    combine = table.combine or "rms"
+    if combine not in COMBINE:
+        mistakes.value(("goal", "combine"), table.combine, f"is no way to combine amplitudes.{way_out(combine, COMBINE)}")
+    if table.minimise == "correction":
+        return _least_correction(table, planes, document, mistakes)
+    huber = inf
+    if combine == "huber":
+        if table.huber_at is None:
+            mistakes.add(("goal",), 'goal has combine = "huber" without huber_at. Write huber_at = "1 mil pp", from where amplitudes count linearly.')
+        else:
+            huber = read_value(("goal", "huber_at"), table.huber_at, mistakes, _huber, conventions) or inf
+    elif table.huber_at is not None:
+        mistakes.add(("goal", "huber_at"), 'goal has huber_at without combine = "huber". Remove one.')
+    return RotorGoal(combine, _robust(table, combine, scatter, mistakes), huber)
+
+
+def _huber(given: object, conventions: Conventions) -> float:
+    found = read_amplitude(str(given), conventions.detector)
+    if found.value == 0.0:
+        raise QuantityError("is zero. Write an amplitude greater than zero.")
+    return found.value
+
+
+def _least_correction(table: GoalTable, planes: Sequence[Plane], document: Mapping[str, Any], mistakes: Mistakes) -> RotorGoal:
+    for key in ("combine", "huber_at", "robust"):
+        if getattr(table, key) is not None:
+            mistakes.add(("goal", key), f"goal.{key} belongs to minimise = \"residual\". Remove it.")
+    limits = document.get("limits", {})
+    if not isinstance(limits, Mapping) or not any(isinstance(one, Mapping) and one.get("response") == "residual" for one in limits.values()):
+        mistakes.add(("goal",), 'the least correction without a limit on the residual is none at all. Add [limits.NAME] with response = "residual".')
+    if len({plane.kind for plane in planes}) > 1:
+        mistakes.add(("goal",), "the least correction adds masses and unbalances. Give every plane its radius.")
+    return RotorGoal("correction")
+
+
+def _robust(table: GoalTable, combine: str, scatter: Scatter | None, mistakes: Mistakes) -> str:
+    if table.robust is None:
+        return ""
+    if table.robust not in ROBUST:
+        mistakes.value(("goal", "robust"), table.robust, f"is no robust goal.{way_out(table.robust, ROBUST)}")
+        return ""
+    if scatter is None:
+        mistakes.add(("goal", "robust"), 'goal.robust needs the scatter of the readings. Add scatter = { amplitude = "5 %", angle = "2 deg" }.')
+    if table.robust == "mean" and combine != "rms":
+        mistakes.add(("goal", "robust"), 'goal.robust = "mean" goes with combine = "rms". Write that, or robust = "worst".')
+    return table.robust
+
+
+def read_quality(
+    document: Mapping[str, Any], conventions: Conventions, mass: float | None, speed: float | None, mistakes: Mistakes
+) -> Quality | None:
+    """The grade asked for, with the places along the shaft."""
+    if "quality" not in document:
+        return None
+    path: Path = ("quality",)
+    table = read_table(QualityTable, document["quality"], path, mistakes)
+    if table is None:
+        return None
+    before = len(mistakes.found)
+    bearings = _places((*path, "bearings"), table.bearings, mistakes)
+    planes = _places((*path, "planes"), table.planes or {}, mistakes)
+    weight = table.mass.value if table.mass else mass
+    turning = table.speed.value if table.speed else speed
+    if weight is None:
+        mistakes.add(path, 'quality has no mass. Write mass = "500 kg", of the whole rotor.')
+    if turning is None:
+        mistakes.add(path, 'quality has no speed. Write speed = "3000 rpm", the highest in service.')
+    if len(bearings) != 2 or len(set(bearings.values())) != 2:
+        mistakes.value((*path, "bearings"), table.bearings, 'is not two bearings at two places. Write { A = "0 mm", B = "900 mm" }.')
+    error = read_value((*path, "measurement_error"), table.measurement_error, mistakes, _not_negative, "unbalance") if table.measurement_error else 0.0
+    residual = _residuals((*path, "residual"), table.residual or {}, planes or bearings, conventions, mistakes)
+    if len(mistakes.found) > before or weight is None or turning is None:
+        return None
+    first, second = bearings.items()
+    return Quality(
+        table.grade.value, weight, turning, (first, second), table.centre_of_mass.value, planes, error or 0.0, residual,
+        table.least_share.value if table.least_share else 0.0, table.most_share.value if table.most_share else inf,
+    )  # fmt: skip
+
+
+def _places(path: Path, given: object, mistakes: Mistakes) -> dict[str, float]:
+    if not isinstance(given, Mapping):
+        mistakes.value(path, given, 'is no table of places. Write { A = "0 mm", B = "900 mm" }.')
+        return {}
+    read = {name: read_value((*path, name), one, mistakes, read_quantity, "length") for name, one in given.items()}
+    return {name: one.value for name, one in read.items() if one is not None}
+
+
+def _residuals(path: Path, given: object, places: Mapping[str, float], conventions: Conventions, mistakes: Mistakes) -> dict[str, complex]:
+    if not isinstance(given, Mapping):
+        mistakes.value(path, given, 'is no table of unbalances. Write { left = "300 g mm @ 20 deg" }.')
+        return {}
+    found = {}
+    for name, text in given.items():
+        if name not in places:
+            mistakes.unknown_name((*path, name), name, "plane", list(places))
+            continue
+        value = read_value((*path, name), text, mistakes, _unbalance, conventions)
+        if value is not None:
+            found[name] = value
+    return found
+
+
+def _unbalance(text: object, conventions: Conventions) -> complex:
+    front, angle = split_angle(str(text), "300 g mm @ 20 deg")
+    if angle is None:
+        raise QuantityError('has no angle. Write "300 g mm @ 20 deg".')
+    return conventions.weight(_not_negative(front, "unbalance"), angle)
+
+
+__all__ = ["read_goal", "read_limits", "read_pairs", "read_quality", "read_scatter"]

@@ -1,0 +1,330 @@
+"""The measured side of a rotor's file: runs (typed or from CSV) and ready influence coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from vibopt.balancing.csvfile import read_csv
+from vibopt.balancing.job import Run, Sensor
+from vibopt.balancing.planes import Plane, read_weight
+from vibopt.balancing.tables import InfluenceTable, RunTable, listed_tables, read_table, read_value
+from vibopt.balancing.words import Amplitude, Conventions, read_amplitude, read_reading, split_angle
+from vibopt.errors import QuantityError
+from vibopt.forms import ComplexArray
+from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.units import read_quantity
+
+SAME_SPEED = 0.01
+"""Runs whose speeds differ by no more than this part belong together."""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A run before its values are read: its table, path, and where its mistakes go."""
+
+    table: RunTable
+    path: Path
+    mistakes: Mistakes
+    weights: Mapping[str, Any]
+    readings: Mapping[str, Any]
+
+    @property
+    def label(self) -> str:
+        return self.table.name or f"run {int(self.path[1]) + 1}"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Runs and sensors as read, the speeds they belong to, and remarks."""
+
+    runs: tuple[Run, ...]
+    sensors: tuple[Sensor, ...]
+    speeds: tuple[float, ...]
+    speed_units: tuple[str, ...]
+    paths: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None) -> list[Raw]:
+    """All runs, from [[runs]] or from the CSV file that `readings` names."""
+    given = document.get("readings")
+    if given is None:
+        return _raws(listed_tables(document, "runs", mistakes), mistakes)
+    if not isinstance(given, str) or not given:
+        mistakes.value(("readings",), given, 'is no file name. Write readings = "job.csv".')
+        return []
+    if "runs" in document:
+        mistakes.add(("readings",), "the file has readings and [[runs]]. Keep one of them.")
+    planes, sensors = _names(document, "planes"), _names(document, "sensors")
+    if not sensors:
+        mistakes.add(("readings",), "readings from a CSV file need their sensors by name. Add [sensors.NAME] for each of them.")
+        return []
+    if both := sorted(set(planes) & set(sensors)):
+        mistakes.add(("sensors", both[0]), f'"{both[0]}" is a plane and a sensor: the CSV file could mean either. Rename one.')
+        return []
+    rows, csv_mistakes = read_csv((folder or FilePath()) / given, planes, sensors, mistakes)
+    raws = _raws([_sorted(row, planes) for row in rows], csv_mistakes)
+    return raws
+
+
+def merge(raws: Sequence[Raw], mistakes: Mistakes) -> None:
+    """Mistakes of a CSV file behind those of the problem file, in the order of its rows."""
+    for raw in raws[:1]:
+        if raw.mistakes is not mistakes:
+            mistakes.found.extend((10**9 + row, message) for row, message in raw.mistakes.found)
+
+
+def has_angles(raws: Sequence[Raw], document: Mapping[str, Any]) -> bool:
+    """Whether any reading or coefficient has an angle."""
+    return "influence" in document or any("@" in str(text) for raw in raws for text in raw.readings.values())
+
+
+def read_runs(
+    document: Mapping[str, Any], raws: Sequence[Raw], conventions: Conventions, planes: Sequence[Plane],
+    declared: Mapping[str, Sensor], mistakes: Mistakes,
+) -> Measured | None:  # fmt: skip
+    """Runs with their numbers; None where something is wrong."""
+    before = len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1])
+    sensors, readings, notes = _all_readings(raws, conventions, declared, mistakes)
+    weights = _all_weights(raws, conventions, planes)
+    speeds = [_speed(raw, document, mistakes) for raw in raws]
+    if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
+        return None
+    groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], [not one.any() for one in weights])
+    runs = tuple(
+        Run(raw.label, _group_of(speed, groups), speed, total, y, tuple(_fitted(raw, planes)), _texts(raw, sensors), raw.table.stayed)
+        for raw, (speed, _), total, y in zip(raws, speeds, weights, readings, strict=True)
+    )
+    return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
+
+
+def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
+    raws = []
+    for index, given in enumerate(tables):
+        path: Path = ("runs", index)
+        table = read_table(RunTable, given, path, mistakes)
+        if table is None:
+            continue
+        weights = _mapping((*path, "weights"), table.weights, mistakes, 'weights = { left = "10 g @ 270 deg" }')
+        readings = _mapping((*path, "readings"), table.readings, mistakes, 'readings = { a = "8.6 mil pp @ 63 deg" }')
+        if not readings and table.readings is None:
+            mistakes.add(path, f'run "{table.name or index + 1}" has no readings. Add readings = {{ a = "8.6 mil pp @ 63 deg" }}.')
+        raws.append(Raw(table, path, mistakes, weights, readings))
+    return raws
+
+
+def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Mapping[str, Any]:
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        return given
+    mistakes.value(path, given, f"is not a table. Write {example}.")
+    return {}
+
+
+def _sorted(row: dict[str, Any], planes: Sequence[str]) -> dict[str, Any]:
+    """A CSV row with its values as weights and readings."""
+    values = row.pop("_values")
+    row["weights"] = {name: text for name, text in values.items() if name in planes and not _is_nothing(text)}
+    row["readings"] = {name: text for name, text in values.items() if name not in planes}
+    return row
+
+
+def _is_nothing(text: str) -> bool:
+    """An empty cell, a dash, or an angle alone: no weight in this plane."""
+    return not text.partition("@")[0].strip(" -–—")
+
+
+def _names(document: Mapping[str, Any], family: str) -> list[str]:
+    tables = document.get(family, {})
+    return list(tables) if isinstance(tables, Mapping) else []
+
+
+def _all_readings(
+    raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor], mistakes: Mistakes
+) -> tuple[list[Sensor], list[ComplexArray], list[str]]:
+    """Sensors completed by what they read, the readings of each run in their order, and remarks."""
+    names = list(declared) or list(dict.fromkeys(name for raw in raws for name in raw.readings))
+    sensors = {name: declared.get(name, Sensor(name, "", "", conventions.detector)) for name in names}
+    first: dict[str, Path] = {}
+    rows, notes = [], []
+    for raw in raws:
+        for name in raw.readings:
+            if name not in sensors:
+                raw.mistakes.unknown_name((*raw.path, "readings", name), name, "sensor", names)
+        row = np.zeros(len(names), dtype=complex)
+        for column, name in enumerate(names):
+            path = (*raw.path, "readings", name)
+            if name not in raw.readings:
+                raw.mistakes.add((*raw.path, "readings"), _missing(raw, name))
+                continue
+            found = read_value(path, raw.readings[name], raw.mistakes, _reading, conventions, sensors[name], name in first)
+            if found is not None:
+                amplitude, row[column] = found
+                sensors[name] = _completed(sensors[name], amplitude)
+                first.setdefault(name, path)
+                notes += [amplitude.echo] if amplitude.echo else []
+        rows.append(row)
+    return list(sensors.values()), rows, notes
+
+
+def _missing(raw: Raw, name: str) -> str:
+    return (
+        f'run "{raw.label}" has no reading of sensor {name}, which other runs or [sensors] have. '
+        f"Add it, or leave {name} out of every run."
+    )
+
+
+def _reading(text: object, conventions: Conventions, sensor: Sensor, seen: bool) -> tuple[Amplitude, complex]:
+    """One reading, of the same kind as the sensor's others."""
+    amplitude, z, has_angle = read_reading(text, conventions, sensor.unit)
+    if conventions.readings and not has_angle and amplitude.value > 0.0:
+        raise QuantityError(
+            'has no angle, but other readings have one. Write "8.6 mil pp @ 63 deg"; '
+            "balancing without phase needs every reading without an angle."
+        )
+    if sensor.dimension and amplitude.dimension != sensor.dimension:
+        raise QuantityError(f"is {_a(amplitude.dimension)}, but sensor {sensor.name} otherwise reads {_a(sensor.dimension)}. Read one kind.")
+    if (seen or sensor.unit.split()[-1:] == [sensor.detector]) and amplitude.detector != sensor.detector:
+        raise QuantityError(
+            f"is {amplitude.detector}, but sensor {sensor.name} otherwise reads {sensor.detector}. Mixed detectors are "
+            f"seldom meant: write every reading of {sensor.name} with the same one."
+        )
+    return amplitude, z
+
+
+def _a(dimension: str) -> str:
+    return {"length": "a displacement", "velocity": "a velocity", "acceleration": "an acceleration"}[dimension]
+
+
+def _completed(sensor: Sensor, amplitude: Amplitude) -> Sensor:
+    bare = sensor.unit if sensor.dimension and sensor.unit else amplitude.unit
+    return replace(sensor, dimension=amplitude.dimension, unit=bare, detector=amplitude.detector)
+
+
+def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence[Plane]) -> list[ComplexArray]:
+    """Everything fitted in each run, those that stayed on included."""
+    index = {plane.name: position for position, plane in enumerate(planes)}
+    totals: list[ComplexArray] = []
+    for raw in raws:
+        own = np.zeros(len(planes), dtype=complex)
+        for name, given in raw.weights.items():
+            path = (*raw.path, "weights", name)
+            if name not in index:
+                raw.mistakes.unknown_name(path, name, "plane", list(index))
+                continue
+            for text in given if isinstance(given, list) else [given]:
+                own[index[name]] += read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions) or 0.0
+        if raw.table.stayed and not totals:
+            raw.mistakes.add((*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed.")
+        totals.append(own + totals[-1] if raw.table.stayed and totals else own)
+    return totals
+
+
+def _fitted(raw: Raw, planes: Sequence[Plane]) -> list[tuple[int, str]]:
+    names = [plane.name for plane in planes]
+    fitted = []
+    for name, given in raw.weights.items():
+        fitted += [(names.index(name), str(text)) for text in (given if isinstance(given, list) else [given])]
+    return fitted
+
+
+def _texts(raw: Raw, sensors: Sequence[Sensor]) -> tuple[str, ...]:
+    return tuple(str(raw.readings[sensor.name]) for sensor in sensors)
+
+
+def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[float, str]:
+    if raw.table.speed is not None:
+        return raw.table.speed.value, raw.table.speed.unit
+    if "speed" not in document:
+        raw.mistakes.add(raw.path, f'run "{raw.label}" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.')
+        return 0.0, ""
+    found = read_value(("speed",), document["speed"], mistakes, _top_speed)
+    return found or (0.0, "")
+
+
+def _top_speed(given: object) -> tuple[float, str]:
+    found = read_quantity(given, "angular_rate")
+    if not found.value > 0.0:
+        raise QuantityError("is not greater than zero.")
+    return found.value, found.unit
+
+
+def _groups(speeds: Sequence[float], units: Sequence[str], initial: Sequence[bool]) -> tuple[tuple[float, ...], tuple[str, ...]]:
+    """Speeds that differ by more than SAME_SPEED, those as found first."""
+    groups: list[float] = []
+    names: list[str] = []
+    order = sorted(range(len(speeds)), key=lambda index: not initial[index])
+    for index in order:
+        if not any(_same(speeds[index], one) for one in groups):
+            groups.append(speeds[index])
+            names.append(units[index])
+    return tuple(groups), tuple(names)
+
+
+def _same(speed: float, other: float) -> bool:
+    return abs(speed - other) <= SAME_SPEED * other
+
+
+def _group_of(speed: float, groups: Sequence[float]) -> int:
+    return min(range(len(groups)), key=lambda index: abs(groups[index] - speed))
+
+
+def read_influence(
+    document: Mapping[str, Any], conventions: Conventions, planes: Sequence[Plane], measured: Measured, mistakes: Mistakes
+) -> dict[tuple[int, int, int], complex]:
+    """Ready coefficients, internal [SI peak per kg m], by (speed, sensor, plane)."""
+    found = {}
+    for index, given in enumerate(listed_tables(document, "influence", mistakes)):
+        path: Path = ("influence", index)
+        table = read_table(InfluenceTable, given, path, mistakes)
+        if table is None:
+            continue
+        plane = _find((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
+        sensor = _find((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
+        speed = _speed_of(path, table, document, measured, mistakes)
+        if plane is None or sensor is None or speed is None:
+            continue
+        value = read_value((*path, "value"), table.value, mistakes, _coefficient, conventions, planes[plane], measured.sensors[sensor])
+        if value is not None:
+            found[speed, sensor, plane] = value
+    return found
+
+
+def _find(path: Path, name: str, what: str, known: list[str], mistakes: Mistakes) -> int | None:
+    if name in known:
+        return known.index(name)
+    mistakes.unknown_name(path, name, what, known)
+    return None
+
+
+def _speed_of(path: Path, table: InfluenceTable, document: Mapping[str, Any], measured: Measured, mistakes: Mistakes) -> int | None:
+    if table.speed is None and len(measured.speeds) == 1:
+        return 0
+    if table.speed is None:
+        mistakes.add(path, f'influence[{int(path[1]) + 1}] has no speed, but the runs have several. Write speed = "1200 rpm".')
+        return None
+    for index, speed in enumerate(measured.speeds):
+        if _same(table.speed.value, speed):
+            return index
+    mistakes.add((*path, "speed"), f"influence[{int(path[1]) + 1}] is for a speed at which no run as found was made. Add that run, or remove the coefficient.")
+    return None
+
+
+def _coefficient(text: object, conventions: Conventions, plane: Plane, sensor: Sensor) -> complex:
+    """What a unit weight at angle zero would read, per kg m."""
+    example = "0.43 mil pp/g @ 120 deg"
+    front, angle = split_angle(text, example) if isinstance(text, str) else ("", None)
+    amount, sign, per = front.rpartition("/")
+    if angle is None or not sign:
+        raise QuantityError(f'is no influence coefficient. Write what a unit weight at 0 deg would read, "{example}".')
+    amplitude = read_amplitude(amount.strip(), conventions.detector, sensor.unit)
+    if sensor.dimension and amplitude.dimension != sensor.dimension:
+        raise QuantityError(f"is {_a(amplitude.dimension)}, but sensor {sensor.name} reads {_a(sensor.dimension)}.")
+    size = abs(read_weight(f"1 {per.strip(' ()')} @ 0 deg", plane, conventions))
+    return conventions.reading(amplitude.value, angle) / size

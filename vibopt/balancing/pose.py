@@ -1,0 +1,117 @@
+"""From a measured rotor to the pure question of the optimisers, and who solves it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf
+from typing import cast
+
+import numpy as np
+
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.planes import Options, Plane, options_of
+from vibopt.balancing.question import Goal, Question, Solved
+from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
+from vibopt.forms import ComplexArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Posed:
+    """The question with what is needed to read its answer: rows of the nominal rotor come first, (speed, sensor) each."""
+
+    question: Question
+    options: tuple[Options | None, ...]
+    n_rows: int
+
+
+def pose(job: RotorJob, identified: Identified, noise: Noise | None = None) -> Posed:
+    """The question of a job; rows for the scatter are added where the goal is robust."""
+    options = tuple(options_of(plane, job.conventions) if plane.is_discrete else None for plane in job.planes)
+    question = Question(
+        y0=identified.y0,
+        H=identified.H,
+        importance=job.importance,
+        limits=row_limits(job),
+        caps=caps(job),
+        total_cap=min((one.at_most for one in job.correction_limits if one.plane is None), default=inf),
+        sectors=tuple(() if plane.is_discrete else plane.internal_sectors(job.conventions) for plane in job.planes),
+        options=tuple(None if one is None else one.u for one in options),
+        goal=cast(Goal, job.goal.goal),
+        huber=job.goal.huber,
+        mass_per_unbalance=np.array([1.0 / plane.radius for plane in job.planes]),
+        option_masses=tuple(None if one is None else one.masses for one in options),
+        pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
+    )
+    question = replace(question, options=()) if not question.is_discrete else question
+    return Posed(_robust(job, identified, noise, question), options, len(identified.y0))
+
+
+def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:
+    if not job.goal.robust or noise is None or not identified.learnt:
+        return question
+    if job.goal.robust == "mean":
+        y0, H, importance = mean_rows(job, identified, noise)
+        return _with_rows(question, y0, H, importance, np.full(len(y0), inf))
+    y0, H = scenario_rows(job, identified, noise)
+    times = len(y0) // question.n_readings
+    return replace(
+        _with_rows(question, y0, H, np.tile(question.importance, times), np.tile(question.limits, times)), goal="worst"
+    )
+
+
+def _with_rows(question: Question, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray) -> Question:
+    return replace(
+        question,
+        y0=np.concatenate([question.y0, y0]),
+        H=np.concatenate([question.H, H]),
+        importance=np.concatenate([question.importance, importance]),
+        limits=np.concatenate([question.limits, limits]),
+    )
+
+
+def row_limits(job: RotorJob) -> FloatArray:
+    """Least limit on each row [SI peak], inf without one."""
+    limits = np.full(len(job.readings), inf)
+    for limit in job.residual_limits:
+        for row in rows_of(job, limit.sensor, limit.speed):
+            limits[row] = min(limits[row], limit.at_most)
+    return limits
+
+
+def rows_of(job: RotorJob, sensor: int | None, speed: int | None) -> list[int]:
+    """Rows at a sensor and a speed, None: at all of them."""
+    return [row for row, (v, s) in enumerate(job.readings) if sensor in (None, s) and speed in (None, v)]
+
+
+def caps(job: RotorJob) -> FloatArray:
+    """Greatest unbalance of each plane [kg m]."""
+    return np.array([_cap(job, index, plane) for index, plane in enumerate(job.planes)])
+
+
+def _cap(job: RotorJob, index: int, plane: Plane) -> float:
+    if plane.keep:
+        return 0.0
+    own = min([plane.cap, *(one.at_most for one in job.correction_limits if one.plane == index)])
+    if plane.drill is not None and not plane.is_discrete:
+        own = min(own, plane.drill.deepest / plane.drill.depth(1.0))
+    return own * plane.radius
+
+
+def solve_question(question: Question) -> Solved:
+    """By the optimiser that takes it."""
+    if question.is_discrete:
+        from vibopt.balancing.discrete import solve_discrete
+
+        return solve_discrete(question)
+    from vibopt.balancing.continuous import solve_continuous
+
+    return solve_continuous(question)
+
+
+def without_plane(question: Question, planes: Sequence[int]) -> Question:
+    """The same with planes left untouched."""
+    limits = question.caps.copy()
+    limits[list(planes)] = 0.0
+    return replace(question, caps=limits)

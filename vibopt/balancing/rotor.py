@@ -1,0 +1,114 @@
+"""Reading a measured rotor: from the document of a problem file to a job, or all mistakes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from vibopt.balancing.check_rotor import check_runs
+from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, RotorJob, Run, Scatter, Sensor
+from vibopt.balancing.parse_asks import read_goal, read_limits, read_pairs, read_quality, read_scatter
+from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
+from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_influence, read_runs
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.tables import TOP, RotorTable, read_table
+from vibopt.balancing.words import Conventions
+from vibopt.scene.mistakes import Mistakes
+
+__all__ = ["CorrectionLimit", "ResidualLimit", "RotorGoal", "RotorJob", "Run", "Scatter", "Sensor", "read_rotor"]
+
+
+def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None = None) -> RotorJob:
+    """A balancing job from a parsed problem file.
+
+    Parameters
+    ----------
+    document
+        The file as `tomllib` gives it.
+    mistakes
+        Collects what is wrong, with lines; rows and columns of a CSV file come behind.
+    folder
+        Where the file lies, for the name of its CSV file.
+
+    Raises
+    ------
+    InputError
+        All mistakes at once.
+    """
+    for key in document:
+        if key not in TOP:
+            mistakes.unknown_key((key,), TOP)
+    raws = gather(document, mistakes, folder)
+    with_angles = has_angles(raws, document)
+    conventions = read_conventions(document, with_angles, mistakes)
+    planes = read_planes(document, mistakes)
+    measured = None
+    if conventions is not None and planes is not None:
+        if not raws and not mistakes.found:
+            mistakes.add(("runs",), "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.")
+        sensors = read_sensors(document, conventions, mistakes)
+        measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
+        if measured is None or not raws:
+            measured = None
+    merge(raws, mistakes)
+    if conventions is None or planes is None or measured is None:
+        mistakes.raise_any()
+        raise AssertionError("a job that cannot be read has a mistake")
+    return _job(document, conventions, planes, measured, with_angles, mistakes)
+
+
+def _job(
+    document: Mapping[str, Any], conventions: Conventions, planes: tuple[Plane, ...], measured: Measured,
+    with_angles: bool, mistakes: Mistakes,
+) -> RotorJob:  # fmt: skip
+    influence = read_influence(document, conventions, planes, measured, mistakes)
+    check_runs(measured, planes, influence, with_angles, mistakes)
+    scatter = read_scatter(document, conventions, mistakes)
+    residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
+    goal = read_goal(document, conventions, planes, scatter, mistakes)
+    _check_dimensions(measured, goal, document, mistakes)
+    machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
+    quality = read_quality(
+        document, conventions, machine.mass.value if machine else None, machine.speed.value if machine and machine.speed else max(measured.speeds), mistakes
+    )
+    job = RotorJob(
+        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes), statement=_text(document, "statement", "", mistakes),
+        conventions=conventions, planes=planes, sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds,
+        speed_units=measured.speed_units, influence=influence, scatter=scatter, residual_limits=residual,
+        correction_limits=correction, goal=goal, pairs=read_pairs(document, planes, mistakes),
+        rotor_mass=machine.mass.value if machine else None,
+        trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
+        quality=quality, has_phase=with_angles, expected=_expected(document, mistakes), notes=measured.notes, document=document,
+    )  # fmt: skip
+    mistakes.raise_any()
+    return job
+
+
+def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
+    kinds = {sensor.dimension for sensor in measured.sensors}
+    sensors = document.get("sensors", {})
+    weighed = all(isinstance(sensors.get(one.name), Mapping) and "importance" in sensors[one.name] for one in measured.sensors)
+    if len(kinds) > 1 and goal.goal != "correction" and not weighed:
+        first, second = (next(one for one in measured.sensors if one.dimension == kind) for kind in sorted(kinds)[:2])
+        mistakes.add(
+            ("sensors",),
+            f"sensors {first.name} and {second.name} read in {first.unit} and {second.unit}, which cannot be added. "
+            "Give every sensor its importance (a factor on its amplitude in SI units).",
+        )
+
+
+def _text(document: Mapping[str, Any], key: str, default: str, mistakes: Mistakes) -> str:
+    value = document.get(key, default)
+    if isinstance(value, str):
+        return value
+    mistakes.value((key,), value, "is not a text. Write it in quotation marks.")
+    return default
+
+
+def _expected(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Mapping[str, Any], ...]:
+    given = document.get("expected", [])
+    if isinstance(given, list) and all(isinstance(one, Mapping) for one in given):
+        return tuple(given)
+    mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
+    return ()

@@ -1,0 +1,197 @@
+"""Branch and bound over boxes of options, many boxes at a time, best first."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibopt.balancing.cells import Cells, Places
+from vibopt.balancing.convex import KEPT, solve_convex
+from vibopt.balancing.relax import Boxes, goal_bounds, mass_bounds, ratio_bounds
+from vibopt.balancing.rounding import judge
+from vibopt.balancing.scaled import Scaled
+from vibopt.forms import ComplexArray, FloatArray
+
+BATCH = 512  # boxes opened at a time
+LEAF = 64  # a box with so few choices is enumerated
+CLOSED = 1e-9
+MOST_BOXES = 1_500_000
+
+
+@dataclass
+class Open:
+    """Boxes still to look at: cell per plane (-1: a plane without a list), bound, best place and Lawson's weights."""
+
+    cells: Places
+    bound: FloatArray
+    x: ComplexArray
+    goal_weights: FloatArray
+    limit_weights: FloatArray
+
+    def take(self, rows: Places) -> Open:
+        return Open(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def join(self, other: Open) -> Open:
+        return Open(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__dataclass_fields__))
+
+
+class Tree:
+    """The search for the best joint choice.
+
+    Parameters
+    ----------
+    scene
+        Every row: what is judged.
+    rows
+        The same with the rows that matter for bounds.
+    planes
+        Cells of each plane's list; None where the plane takes any correction up to its cap.
+    v
+        Multipliers of the limits of `rows` at the continuous answer.
+    """
+
+    def __init__(self, scene: Scaled, rows: Scaled, planes: list[Cells | None], v: ComplexArray, rounds: int = 4) -> None:
+        self.scene, self.rows, self.planes, self.v, self.rounds = scene, rows, planes, v, rounds
+        self.any_size = [p for p, cells in enumerate(planes) if cells is None]
+        self.norms = np.sqrt((np.abs(rows.G) ** 2).sum(axis=0) + (np.abs(rows.F) ** 2).sum(axis=0))
+        self.slope, self.constant = rows.F.conj().T @ v, float((v.conj() @ rows.f).real - np.abs(v).sum())
+        self.best_value, self.best_x = np.inf, np.zeros(len(planes), dtype=complex)
+        self.boxes = self.leaves = 0
+
+    def offer(self, x: ComplexArray, value: float) -> None:
+        """Remember a correction that keeps every limit."""
+        if value < min(self.best_value, 1e6):
+            self.best_value, self.best_x = value, x.copy()
+
+    @property
+    def goal_to_beat(self) -> float:
+        return self.best_value - CLOSED * max(abs(self.best_value), 1e-3)
+
+    def search(self, x: ComplexArray, seconds: float) -> float:
+        """Look at every box that may hold something better; the bound proven when done or out of time."""
+        end = time.perf_counter() + seconds
+        n, m = len(self.rows.g), len(self.rows.f)
+        root = np.array([[-1 if cells is None else 0 for cells in self.planes]])
+        frontier = Open(root, np.array([-np.inf]), x[None, :].copy(), np.full((1, n), 1 / max(n, 1)), np.full((1, m), 1 / max(m, 1)))
+        frontier = self._bounded(frontier)
+        while len(frontier.bound):
+            if time.perf_counter() > end or len(frontier.bound) > MOST_BOXES:
+                return float(min(frontier.bound.min(), self.goal_to_beat))
+            count = min(BATCH, len(frontier.bound))
+            picked = np.argpartition(frontier.bound, count - 1)[:count]
+            rest = np.ones(len(frontier.bound), dtype=bool)
+            rest[picked] = False
+            grown = self._grow(frontier.take(picked))
+            frontier = frontier.take(np.flatnonzero(rest & (frontier.bound < self.goal_to_beat)))
+            if grown is not None:
+                frontier = frontier.join(grown.take(np.flatnonzero(grown.bound < self.goal_to_beat)))
+        return self.goal_to_beat
+
+    def _grow(self, picked: Open) -> Open | None:
+        """Enumerate the small boxes, halve the others; bounds of the halves."""
+        picked = picked.take(np.flatnonzero(picked.bound < self.goal_to_beat))
+        sizes = self._sizes(picked.cells)
+        small = np.prod(sizes.astype(float), axis=1) <= (LEAF if not self.any_size else 1)
+        if small.any():
+            self._enumerate(picked.cells[small], sizes[small])
+        large = picked.take(np.flatnonzero(~small))
+        if not len(large.bound):
+            return None
+        return self._bounded(self._halved(large, sizes[~small]))
+
+    def _sizes(self, cells: Places) -> Places:
+        """Number of options per box and plane; one where the plane has no list."""
+        sizes = np.ones(cells.shape, dtype=int)
+        for p, tree in enumerate(self.planes):
+            if tree is not None:
+                sizes[:, p] = tree.sizes(cells[:, p])
+        return sizes
+
+    def _halved(self, large: Open, sizes: Places) -> Open:
+        """Both halves of each box, along the plane whose options still differ most in their effect."""
+        spread = np.zeros(large.cells.shape)
+        for p, tree in enumerate(self.planes):
+            if tree is not None:
+                spread[:, p] = np.where(sizes[:, p] > 1, self.norms[p] * np.abs(tree.half[large.cells[:, p]]) + 1e-300, -1.0)
+        widest = spread.argmax(axis=1)
+        first = large.cells.copy()
+        for p, tree in enumerate(self.planes):
+            mine = np.flatnonzero(widest == p)
+            if tree is not None and len(mine):
+                first[mine, p] = tree.children(large.cells[mine, p])
+        second = first.copy()
+        second[np.arange(len(widest)), widest] += 1
+        twice = large.take(np.tile(np.arange(len(widest)), 2))
+        twice.cells = np.vstack([first, second])
+        return twice
+
+    def _bounded(self, nodes: Open) -> Open:
+        """Bounds of boxes; those that cannot keep the limits or the total get infinity."""
+        boxes = self._boxes(nodes.cells)
+        self.boxes += len(nodes.bound)
+        for p in range(len(self.planes)):
+            nodes.x[:, p] = boxes.clip(nodes.x[:, p], p)
+        bound = nodes.bound.copy()
+        if len(self.rows.f):
+            apart = nodes.x.copy()
+            ratio = ratio_bounds(self.rows, boxes, apart, nodes.limit_weights, self.rounds)
+            bound[ratio > 1.0 + KEPT] = np.inf
+        if self.rows.goal == "correction":
+            for factor in (0.5, 1.0):
+                bound = np.maximum(bound, mass_bounds(self.rows, boxes, factor * self.v[None, :]))
+        else:
+            own = goal_bounds(self.rows, boxes, nodes.x, nodes.goal_weights, self.rounds, self.slope, self.constant)
+            bound = np.maximum(bound, own)
+        bound[boxes.lightest.sum(axis=1) > self.scene.total * (1.0 + KEPT)] = np.inf
+        nodes.bound = bound
+        return nodes.take(np.flatnonzero(np.isfinite(bound)))
+
+    def _boxes(self, cells: Places) -> Boxes:
+        centre, half = np.zeros(cells.shape, dtype=complex), np.zeros(cells.shape, dtype=complex)
+        lightest = np.zeros(cells.shape)
+        for p, tree in enumerate(self.planes):
+            if tree is None:
+                half[:, p] = (1 + 1j) * self.rows.caps[p]
+            else:
+                own = cells[:, p]
+                centre[:, p], half[:, p], lightest[:, p] = tree.centre[own], tree.half[own], tree.lightest[own]
+        return Boxes(centre, half, lightest)
+
+    def _enumerate(self, cells: Places, sizes: Places) -> None:
+        """Judge every choice of these boxes."""
+        totals = sizes.prod(axis=1)
+        box = np.repeat(np.arange(len(totals)), totals)
+        place = np.arange(len(box)) - np.repeat(np.cumsum(totals) - totals, totals)
+        x, masses = np.zeros((len(box), cells.shape[1]), dtype=complex), np.zeros((len(box), cells.shape[1]))
+        for p, tree in enumerate(self.planes):
+            if tree is not None:
+                at = tree.start[cells[box, p]] + place % sizes[box, p]
+                place //= sizes[box, p]
+                x[:, p], masses[:, p] = tree.points[at], tree.masses[at]
+        self.leaves += len(box)
+        if self.any_size:
+            self._finish(x, masses)
+            return
+        values = judge(self.scene, x, masses)
+        best = int(np.argmin(values))
+        self.offer(x[best], float(values[best]))
+
+    def _finish(self, x: ComplexArray, masses: FloatArray) -> None:
+        """Choose the planes without a list, the others being fixed."""
+        scene, free = self.scene, self.any_size
+        for row, mass in zip(x, masses, strict=True):
+            left = scene.total - mass.sum()
+            if left < 0:
+                continue
+            inner = replace(
+                scene, G=scene.G[:, free], g=scene.g + scene.G @ row, F=scene.F[:, free], f=scene.f + scene.F @ row,
+                caps=scene.caps[free], mass=scene.mass[free], total=left, wedges=(None,) * len(free),
+            )  # fmt: skip
+            answer = solve_convex(inner)
+            if answer.x is not None:
+                full = row.copy()
+                full[free] = answer.x
+                extra = float(mass.sum()) if scene.goal == "correction" else 0.0
+                self.offer(full, answer.value + extra)

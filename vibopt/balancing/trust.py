@@ -1,0 +1,168 @@
+"""How far a balancing answer can be trusted: scatter of readings, bands of what is left, planes that act alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.balancing.influence import Identified, Learnt, with_readings
+from vibopt.balancing.job import RotorJob, Scatter
+from vibopt.balancing.question import Question
+from vibopt.forms import ComplexArray, FloatArray
+
+ALIKE = 30.0
+"""Condition number from which planes are named as almost alike."""
+SCENARIOS = 200
+_RINGS, _ANGLES = 400, 360
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of single readings per speed, (n_runs, n_sensors) [SI peak].
+
+    along, across
+        In the direction of the reading and at a right angle to it.
+    source
+        In words, where they come from.
+    """
+
+    along: tuple[FloatArray, ...]
+    across: tuple[FloatArray, ...]
+    source: str
+
+
+def noise_of(job: RotorJob, identified: Identified) -> Noise | None:
+    """Scatter as given, else from what repeated or spare runs show; None where nothing is known of it."""
+    if job.scatter is not None:
+        pairs = [_given(job.scatter, job, one) for one in identified.learnt]
+        return Noise(tuple(one for one, _ in pairs), tuple(one for _, one in pairs), "scatter as given")
+    if not any(one.spare > 0 for one in identified.learnt):
+        return None
+    seen = tuple(_seen(one) for one in identified.learnt)
+    if all(float(one.max()) == 0.0 for one in seen):
+        return None
+    spare = sum(one.spare for one in identified.learnt)
+    return Noise(seen, seen, f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns")
+
+
+def _given(scatter: Scatter, job: RotorJob, learnt: Learnt) -> tuple[FloatArray, FloatArray]:
+    size = np.abs(np.array([run.readings for run in learnt.runs]))
+    along = np.hypot(scatter.ratio * size, scatter.amplitude)
+    return along, np.hypot(scatter.angle * size, 0.0 if scatter.angle else along)
+
+
+def _seen(learnt: Learnt) -> FloatArray:
+    """Standard deviation per direction from the misfit, the same for every run of a sensor."""
+    if learnt.spare < 1:
+        return np.zeros(learnt.readings.shape)
+    variance = (np.abs(learnt.misfit) ** 2).sum(axis=0) / (2.0 * learnt.spare)
+    sd: FloatArray = np.broadcast_to(np.sqrt(variance), learnt.readings.shape).copy()
+    sd[:, np.sqrt(variance) < 1e-9 * np.abs(learnt.readings).max()] = 0.0
+    return sd
+
+
+def covariances(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
+    """Covariance (real, imaginary) of what is left after u, per row (n_rows, 2, 2) [SI²]."""
+    found = []
+    for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
+        c = learnt.weights_of(u)
+        raw = np.array([run.readings for run in learnt.runs])
+        turn = c[:, None] * np.exp(1j * np.angle(raw))
+        found.append(_covariance(turn * along) + _covariance(1j * turn * across))
+    return np.concatenate(found)
+
+
+def _covariance(steps: ComplexArray) -> FloatArray:
+    """Of the sum of independent steps (n_runs, n_sensors), per sensor."""
+    x, y = steps.real, steps.imag
+    xy = (x * y).sum(axis=0)
+    return np.stack([np.stack([(x * x).sum(axis=0), xy], -1), np.stack([xy, (y * y).sum(axis=0)], -1)], -2)
+
+
+def bands(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
+    """Ends of the 95 % band of the amplitude left, per row (n_rows, 2) [SI peak]."""
+    left = identified.residual(u)
+    return np.array([_band(z, cov) for z, cov in zip(left, covariances(job, identified, noise, u), strict=True)])
+
+
+def _band(z: complex, covariance: FloatArray) -> tuple[float, float]:
+    """2.5 % and 97.5 % of |z + error|, the error being normal; equally likely points instead of dice."""
+    rings = np.sqrt(-2.0 * np.log(1.0 - (np.arange(_RINGS) + 0.5) / _RINGS))
+    angles = 2.0 * np.pi * (np.arange(_ANGLES) + 0.5) / _ANGLES
+    unit = np.outer(rings, np.exp(1j * angles)).ravel()
+    values, axes = np.linalg.eigh(covariance)
+    main = np.sqrt(np.maximum(values, 0.0))
+    points = axes @ (main[:, None] * np.stack([unit.real, unit.imag]))
+    amplitude = np.abs(z + points[0] + 1j * points[1])
+    low, high = np.quantile(amplitude, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def mean_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """Rows whose squares add the mean square of the errors: y0, H and importance, to stand below the nominal ones."""
+    y0, H, importance = [], [], []
+    for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
+        c0, C = learnt.affine(len(job.planes))
+        for sensor, one in enumerate(job.sensors):
+            sd = np.sqrt(along[:, sensor] ** 2 + across[:, sensor] ** 2)
+            y0.append(sd * c0)
+            H.append(sd[:, None] * C)
+            importance.append(np.full(len(sd), one.importance))
+    return np.concatenate(y0), np.concatenate(H), np.concatenate(importance)
+
+
+def scenario_rows(job: RotorJob, identified: Identified, noise: Noise, seed: int = 0) -> tuple[ComplexArray, ComplexArray]:
+    """y0 and H of SCENARIOS rotors that would have given the readings within their scatter, stacked.
+
+    Always the same ones: the errors are drawn with a fixed seed.
+    """
+    dice = np.random.default_rng(seed)
+    y0, H = [], []
+    for _ in range(SCENARIOS):
+        errors = {}
+        for speed, (learnt, along, across) in enumerate(zip(identified.learnt, noise.along, noise.across, strict=True)):
+            turn = np.exp(1j * np.angle(np.array([run.readings for run in learnt.runs])))
+            drawn = dice.standard_normal((2, *along.shape))
+            errors[speed] = turn * (along * drawn[0] + 1j * across * drawn[1])
+        one_y0, one_H = with_readings(job, identified, errors)
+        y0.append(one_y0)
+        H.append(one_H)
+    return np.concatenate(y0), np.concatenate(H)
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """How well the sensors tell the planes apart.
+
+    number
+        Condition number of H with its columns scaled to one length (planes without any effect are left out).
+    alike
+        Planes that act almost alike, by index; empty where all are told apart.
+    idle
+        Planes that no sensor feels.
+    """
+
+    number: float
+    alike: tuple[int, ...]
+    idle: tuple[int, ...]
+
+
+def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
+    """Condition number over the `free` planes, and which of them are to be confused."""
+    A = question.importance[:, None] * question.H[:, list(free)]
+    size = np.linalg.norm(A, axis=0)
+    most = float(size.max(initial=0.0))
+    idle = tuple(plane for plane, one in zip(free, size, strict=True) if one <= 1e-12 * most)
+    felt = [column for column, one in enumerate(size) if one > 1e-12 * most]
+    if len(felt) < 2:
+        return Conditioning(1.0, (), idle)
+    _, values, rows = np.linalg.svd(A[:, felt] / size[felt])
+    if len(values) < len(felt):
+        values = np.append(values, np.zeros(len(felt) - len(values)))
+    number = float(values[0] / values[-1]) if values[-1] > 1e-16 * values[0] else float("inf")
+    if number < ALIKE:
+        return Conditioning(number, (), idle)
+    weak = np.abs(rows[-1])
+    alike = tuple(free[felt[column]] for column in np.flatnonzero(weak > 0.3 * weak.max()))
+    return Conditioning(number, alike, idle)
