@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from vibopt.scene.write import to_toml as to_toml
     from vibopt.scene.write import write as write
     from vibopt.solve import solve as solve
-    from vibopt.study import sweep as sweep
-    from vibopt.study import whatif as whatif
+    from vibopt.study.sweep import sweep as sweep
+    from vibopt.study.whatif import whatif as whatif
 
 _HOMES = {
     "vibopt.design.design": ("Design",),
@@ -44,7 +44,8 @@ _HOMES = {
     "vibopt.scene.scene": ("Scene",),
     "vibopt.scene.write": ("to_toml", "write"),
     "vibopt.solve": ("solve",),
-    "vibopt.study": ("sweep", "whatif"),
+    "vibopt.study.sweep": ("sweep",),
+    "vibopt.study.whatif": ("whatif",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -69,7 +69,7 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
     factors: list[float] = []
     while heap and programs < MOST_PROGRAMS:
         bound, _, node, answer = heapq.heappop(heap)
-        if bound >= best.value - CLOSED * max(abs(best.value), 1e-6):
+        if best.x is not None and bound >= best.value - CLOSED * max(abs(best.value), 1e-6):
             closed = min(closed, bound)
             break
         if answer.x is None:
@@ -90,7 +90,8 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
             heapq.heappush(heap, (max(solved.bound, bound), next(order), child, solved))
     if heap:
         closed = min(closed, heap[0][0])
-    return Branched(best, min(closed, best.value), programs, min(factors, default=float("nan")))
+    sure = not heap and len(factors) > 0 and not np.isnan(factors).any()
+    return Branched(best, min(closed, best.value), programs, min(factors) if sure else float("nan"))
 
 
 def _outside(value: complex, arcs: tuple[Wedge, ...]) -> float:
@@ -103,8 +104,9 @@ def _snapped(scene: Scaled, answer: Convex, arcs: list[tuple[Wedge, ...]], best:
     assert answer.x is not None
     near: ComplexArray = answer.x.copy()
     for plane, wedges in enumerate(arcs):
-        near[plane] = min((into_wedge(near[plane], *wedge) for wedge in wedges),
-                          key=lambda w, at=near[plane]: abs(at - w), default=near[plane])  # fmt: skip
+        if wedges:
+            points = np.array([into_wedge(near[plane], *wedge) for wedge in wedges])
+            near[plane] = points[np.argmin(np.abs(points - near[plane]))]
     near = pull_in(replace(scene, wedges=(None,) * scene.n_planes), near)
     if np.abs(scene.F @ near + scene.f).max(initial=0.0) > 1.0 + KEPT:
         return best

@@ -18,9 +18,9 @@ class Cells:
     points, masses
         The options and their masses, in an order that keeps each cell together; `order` leads back to the asker's.
     centre, half
-        Middle of each cell's box and half its sides (half.real along Re, half.imag along Im), shape (n_cells,), complex.
+        Middle of each cell's box and half its sides (half.real along Re, half.imag along Im), shape (n_cells,).
     lightest, start, stop, left
-        Least mass in the cell, its range of points, and its first child (the second is the next one; -1: not split yet).
+        Least mass in the cell, its range of points, its first child (the second is the next; -1: not split yet).
     """
 
     def __init__(self, points: ComplexArray, masses: FloatArray) -> None:

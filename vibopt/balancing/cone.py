@@ -13,6 +13,7 @@ from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
 
 Rows = NDArray[np.intp]
+INSIDE = 20.0  # limits are drawn in by so many tolerances (2e-9 at most), the solver's own slack stays inside them
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class ConeAnswer:
 
 
 class _Blocks:
-    """Cones collected row by row: b - A x lies in them; A = [dense part over Re x, Im x | sparse part over the rest]."""
+    """Cones row by row: b - A x lies in them; A = [dense part over Re x, Im x | sparse part over the rest]."""
 
     def __init__(self, n_planes: int) -> None:
         self.n_planes = n_planes
@@ -36,8 +37,8 @@ class _Blocks:
         self.cones: list[Any] = []
         self.n_rows = 0
 
-    def moduli(self, M: ComplexArray, c: ComplexArray, bound: FloatArray, slots: Any, signs: float = -1.0) -> int:
-        """|M x + c| <= bound + the extra variable(s) of `slots` (shape (k, n_rows)), one cone per row; first row's place."""
+    def moduli(self, M: ComplexArray, c: ComplexArray, bound: FloatArray, slots: Any) -> int:
+        """|M x + c| <= bound + the extra variables of `slots`, one cone per row; the place of the first row."""
         import clarabel
 
         count, start = len(c), self.n_rows
@@ -48,7 +49,7 @@ class _Blocks:
         self._put(dense.reshape(-1, 2 * self.n_planes), b.reshape(-1))
         heads = start + 3 * np.arange(count)
         for slot in slots:
-            self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, signs)))
+            self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, -1.0)))
         self.cones += [clarabel.SecondOrderConeT(3)] * count
         return start
 
@@ -110,7 +111,9 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     cost, square, heads = _goal(scene, blocks, goal_rows)
     first_limit = blocks.n_rows
     if len(limit_rows):
-        blocks.moduli(scene.F[limit_rows], scene.f[limit_rows], np.ones(len(limit_rows)), ())
+        blocks.moduli(
+            scene.F[limit_rows], scene.f[limit_rows], np.full(len(limit_rows), 1.0 - min(INSIDE * tolerance, 2e-9)), ()
+        )
     n_extra = _amounts(scene, blocks, len(cost))
     _arcs(scene, blocks)
     cost = np.concatenate([cost, scene.mass if scene.goal == "correction" else np.zeros(n_extra - len(cost))])
@@ -152,7 +155,7 @@ def _goal(scene: Scaled, blocks: _Blocks, rows: Rows) -> tuple[FloatArray, Float
 
 
 def _amounts(scene: Scaled, blocks: _Blocks, n_extra: int) -> int:
-    """Caps, total and mass; where the mass is counted each plane has |x| as an extra variable.  New number of extras."""
+    """Caps, total and mass; where mass is counted each plane has |x| as an extra variable.  Number of extras."""
     planes = np.flatnonzero(np.isfinite(scene.caps))
     unit = np.eye(scene.n_planes, dtype=complex)
     nothing = np.zeros(scene.n_planes, dtype=complex)
@@ -198,9 +201,7 @@ def _clarabel(blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: 
     n_extra, n = len(cost), 2 * blocks.n_planes
     diagonal = np.concatenate([np.zeros(n), square, np.zeros(n_extra - len(square))])
     places = np.flatnonzero(diagonal)
-    P = _columns(
-        diagonal[places], places, np.concatenate([[0], np.cumsum(diagonal != 0)]), (n + n_extra, n + n_extra)
-    )
+    P = _columns(diagonal[places], places, np.concatenate([[0], np.cumsum(diagonal != 0)]), (n + n_extra, n + n_extra))
     q = np.concatenate([np.zeros(n), cost])
     if not blocks.n_rows:
         return np.zeros(n + n_extra), np.zeros(0), "Solved"

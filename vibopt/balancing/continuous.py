@@ -50,7 +50,9 @@ def _solved(
         if factor > 1.0:
             claim = f"no correction keeps the limits: all of them would have to be at least {factor:.4g} times as wide"
             return Solved(None, "infeasible", claim, least_factor=factor, details=details)
-        return Solved(None, "unproven", "no correction was found, and that there is none is not proven", details=details)
+        return Solved(
+            None, "unproven", "no correction was found, and that there is none is not proven", details=details
+        )
     u = free.spread @ (answer.x * scene.column)
     value = question.value(u)
     low = bound * scene.goal_size if np.isfinite(bound) else -np.inf
@@ -71,8 +73,6 @@ def _prices(question: Question, free: Free, scene: Scaled, answer: Convex) -> Pr
     readings[scene.limited] = np.abs(answer.dual.v) * scene.goal_size / limits
     own = answer.dual.caps * scene.goal_size / scene.column
     total = answer.dual.total * scene.goal_size / scene.mass_size
-    if np.isfinite(question.total_cap):
-        own = np.where(free.question.caps <= question.total_cap / free.question.densities, own, 0.0)
     return Prices(readings, _cap_prices(question, free, own), float(total))
 
 

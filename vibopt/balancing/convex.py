@@ -5,15 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.balancing.cone import solve_cone
 from vibopt.balancing.dual import Dual, weak_duality
 from vibopt.balancing.scaled import Scaled, into_wedge
 from vibopt.forms import ComplexArray, FloatArray
 
+Places = NDArray[np.intp]
+
 KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
 FEW = 40  # up to so many rows all of them are shown at once
 ROUNDS = 40
+TOLERANCES = (1e-11, 1e-9, 1e-7)
+CLOSE = 1e-8
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,8 @@ class Convex:
         None where no correction keeps the limits (then `factor` > 1 is proven) or none was found.
     factor
         Every limit would have to be at least this many times as wide; 0 where not asked, nan where unknown.
+    impossible
+        The solver says that no correction keeps the limits (its word only; `factor` is the proof).
     """
 
     x: ComplexArray | None
@@ -32,16 +39,22 @@ class Convex:
     dual: Dual | None
     factor: float = 0.0
     rounds: int = 0
+    impossible: bool = False
+
+    @property
+    def gap(self) -> float:
+        """Scaled gap, relative to the value or to 1e-3 where that is about zero."""
+        return (self.value - self.bound) / max(abs(self.value), 1e-3) if self.x is not None else np.inf
 
 
 def solve_convex(scene: Scaled) -> Convex:
     """Least goal over discs, arcs, total and limits; the bound is our own."""
     if not scene.n_planes:
         return _nothing_to_choose(scene)
-    found = _rounds(scene)
+    found = _patient(scene)
     if found.x is not None:
         return found
-    ratio = _rounds(least_factor(scene))
+    ratio = _patient(least_factor(scene))
     if ratio.bound > 1.0 + KEPT:
         return Convex(None, np.inf, np.inf, None, ratio.bound, found.rounds)
     if ratio.x is not None and ratio.value <= 1.0 + KEPT:
@@ -52,52 +65,75 @@ def solve_convex(scene: Scaled) -> Convex:
 def least_factor(scene: Scaled) -> Scaled:
     """The program whose answer is the least common factor on all limits."""
     none = np.empty((0, scene.n_planes), dtype=complex)
-    return replace(scene, G=scene.F, g=scene.f, F=none, f=none[:, 0], limited=np.empty(0, int), goal="worst", goal_size=1.0)
+    return replace(
+        scene,
+        G=scene.F,
+        g=scene.f,
+        F=none,
+        f=none[:, 0],
+        limited=np.empty(0, dtype=np.intp),
+        goal="worst",
+        goal_size=1.0,
+    )
 
 
-def _rounds(scene: Scaled) -> Convex:
+def _patient(scene: Scaled) -> Convex:
+    """The solver asked for less where it stumbles over too much; best answer and best bound of all."""
+    found = _rounds(scene, TOLERANCES[0])
+    for tolerance in TOLERANCES[1:]:
+        if found.gap <= CLOSE or found.impossible:
+            break
+        again = _rounds(scene, tolerance)
+        better = again if again.value < found.value else found
+        surer = again if again.bound > found.bound else found
+        found = replace(better, bound=surer.bound, dual=surer.dual, rounds=found.rounds + again.rounds)
+    return found
+
+
+def _rounds(scene: Scaled, tolerance: float) -> Convex:
     """Solve, look at the rows left out, add the violated ones, until the gap is closed or nothing is left to add."""
     goal_rows, limit_rows = _first_rows(scene)
-    best: Convex = Convex(None, np.inf, -np.inf, None)
-    for count in range(1, ROUNDS + 1):
-        answer = solve_cone(scene, goal_rows, limit_rows)
+    best_x, best_value, best_bound, best_dual, impossible, count = None, np.inf, -np.inf, None, False, 0
+    for count in range(1, ROUNDS + 1):  # noqa: B007
+        answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
         x = pull_in(scene, answer.x) if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
-        goal_left, limits_left = np.abs(scene.G @ x + scene.g), np.abs(scene.F @ x + scene.f)
+        limits_left = np.abs(scene.F @ x + scene.f)
         value = scene.value(x) if limits_left.max(initial=0.0) <= 1.0 + KEPT else np.inf
         dual = weak_duality(scene, answer.z, answer.v, float(np.abs(x).max()))
-        if dual.bound > best.bound:
-            best = replace(best, bound=dual.bound, dual=dual)
-        best = replace(best, rounds=count)
-        if value < best.value:
-            best = replace(best, x=x, value=value)
-        if best.value - best.bound <= 1e-10 * max(abs(best.value), 1e-6):
+        if dual.bound > best_bound:
+            best_bound, best_dual = dual.bound, dual
+        if value < best_value:
+            best_x, best_value = x, value
+        impossible = answer.status == "PrimalInfeasible"
+        if impossible or "Infeasible" in answer.status or "Numerical" in answer.status:
             break
-        if "nfeasible" in answer.status or "umerical" in answer.status:
+        if best_x is not None and best_value - best_bound <= 1e-10 * max(abs(best_value), 1e-6):
             break
-        more_goal, more_limits = _missing(scene, goal_rows, goal_left), _add(limit_rows, limits_left, 1.0 + 0.5 * KEPT, scene)
+        more_goal, more_limits = _missing(scene, goal_rows, x), _add(limit_rows, limits_left, 1.0, scene)
         if not len(more_goal) and not len(more_limits):
             break
         goal_rows, limit_rows = np.union1d(goal_rows, more_goal), np.union1d(limit_rows, more_limits)
-    return best
+    return Convex(best_x, best_value, best_bound, best_dual, rounds=count, impossible=impossible)
 
 
-def _missing(scene: Scaled, rows: FloatArray, left: FloatArray) -> FloatArray:
-    """Goal rows left out although they are the worst; only "worst" leaves rows out."""
-    if scene.goal != "worst" or len(rows) == len(left):
-        return np.empty(0, int)
+def _missing(scene: Scaled, rows: Places, x: ComplexArray) -> Places:
+    """Goal rows left out although they are the worst at x; only "worst" leaves rows out."""
+    if scene.goal != "worst" or len(rows) == len(scene.g):
+        return np.empty(0, dtype=np.intp)
+    left = np.abs(scene.G @ x + scene.g)
     return _add(rows, left, float(left[rows].max(initial=0.0)) * (1.0 + 1e-11), scene)
 
 
-def _add(rows: FloatArray, left: FloatArray, level: float, scene: Scaled) -> FloatArray:
+def _add(rows: Places, left: FloatArray, level: float, scene: Scaled) -> Places:
     """The rows above `level` that are not shown yet, the worst few of them."""
     above = np.setdiff1d(np.flatnonzero(left > level), rows, assume_unique=True)
     return above[np.argsort(-left[above])[: 2 * scene.n_planes + 4]]
 
 
-def _first_rows(scene: Scaled) -> tuple[FloatArray, FloatArray]:
+def _first_rows(scene: Scaled) -> tuple[Places, Places]:
     """Goal and limit rows shown first: all where few, else the worst after a few rounds of Lawson's weights."""
     every = np.arange(len(scene.g))
-    goal_rows = np.empty(0, int) if scene.goal == "correction" else every
+    goal_rows = every[:0] if scene.goal == "correction" else every
     limit_rows = np.arange(len(scene.f))
     if scene.goal == "worst" and len(every) > FEW:
         goal_rows = likely_worst(scene, scene.G, scene.g)
@@ -106,7 +142,7 @@ def _first_rows(scene: Scaled) -> tuple[FloatArray, FloatArray]:
     return goal_rows, limit_rows
 
 
-def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 8) -> FloatArray:
+def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 8) -> Places:
     """Rows that are likely to be worst at the answer: weighted least squares, weights times residual, a few times.
 
     (Lawson 1961; Ellacott and Williams 1976 for complex data.)

@@ -80,11 +80,17 @@ def read_csv(
         outer.add(("readings",), f"{file.name} is empty. Its first row names the columns: run, speed [rpm], ...")
         return [], mistakes
     (header_row, header), *body = rows
-    columns = _columns(header, header_row, list(planes), list(sensors), mistakes)
+    columns = _columns(header, header_row, list(planes), list(sensors) or _sensors_of(header), mistakes)
     runs = [_run(index, row, cells, columns, mistakes) for index, (row, cells) in enumerate(body)]
     if not body:
         outer.add(("readings",), f"{file.name} has no run below its heading. Add one row a run.")
     return runs, mistakes
+
+
+def _sensors_of(header: list[str]) -> list[str]:
+    """Sensors that the heading itself tells, by their "a amplitude [mil pp]"."""
+    columns = [_column(heading, "") for heading in header]
+    return [column.name for column in columns if column.what == "amplitude"]
 
 
 def _rows(file: FilePath) -> list[tuple[int, list[str]]]:
@@ -164,7 +170,7 @@ def _run(index: int, row: int, cells: list[str], columns: list[Column | None], m
     parts: dict[str, dict[str, str]] = {}
     mistakes.places[("runs", index)] = (row, "")
     for cell, column in zip(cells, columns, strict=False):
-        if column is None or not cell:
+        if column is None or not cell.strip("-–—"):
             continue
         place = (row, f', column {column.letter} ("{column.heading}")')
         if column.name in ("run", "speed", "stayed"):

@@ -32,7 +32,8 @@ def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
     -------
     Solved
         "optimal": no other choice is better by more than 1e-9 of the goal; "feasible": stopped, `gap` says how much
-        better another choice could be; "infeasible": every choice was ruled out by a bound; "unproven": stopped with nothing.
+        better another choice could be; "infeasible": every choice was ruled out by a bound;
+        "unproven": stopped with nothing found.
     """
     free = free_planes(question)
     lists = free.question.options
@@ -53,7 +54,7 @@ def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
 
 
 def _with_lists(scene: Scaled, free: Free) -> Scaled:
-    """Caps and masses of the continuous relaxation: the disc that holds a list, and the least mass per unbalance in it."""
+    """Caps and masses of the continuous relaxation: the disc that holds a list, the least mass per unbalance in it."""
     caps, mass = scene.caps.copy(), scene.mass.copy()
     for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True)):
         if options is None or masses is None:
@@ -74,7 +75,9 @@ def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
     if scene.goal == "correction":
         goal_rows = goal_rows[:0]
     if len(limit_rows) > FEW:
-        limit_rows = np.union1d(likely_worst(scene, scene.F, scene.f), np.flatnonzero(np.abs(v) > 1e-9 * np.abs(v).max()))
+        limit_rows = np.union1d(
+            likely_worst(scene, scene.F, scene.f), np.flatnonzero(np.abs(v) > 1e-9 * np.abs(v).max())
+        )
         v = np.where(np.isin(np.arange(len(v)), limit_rows), v, 0.0)
     far = 30.0 * (1.0 + float(np.abs(relaxed.x).max(initial=0.0))) if relaxed.x is not None else 1e3
     rows = replace(
@@ -85,7 +88,7 @@ def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
         None if options is None or masses is None else Cells(options / scene.column[p], masses / scene.mass_size)
         for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True))
     ]
-    return Tree(scene, rows, cells, v[limit_rows], rounds=4 if all(cell is not None for cell in cells) else 12)
+    return Tree(scene, rows, cells, v[limit_rows])
 
 
 def _first_guess(tree: Tree, scene: Scaled, free: Free, x: ComplexArray) -> None:

@@ -5,7 +5,8 @@ For multipliers z of the goal rows and v of the limit rows (complex, one per row
     goal(x) >= Re z*(G x + g) - conjugate(z) + Re v*(F x + f) - sum |v|      for every x that keeps the limits,
 
 and the right side is least over discs, arcs and the total mass in closed form (a fractional knapsack).  Whatever the
-solver answered, this number is a bound; a wrong multiplier makes it weak, never wrong.  (Boyd & Vandenberghe, 2004, ch. 5)
+solver answered, this number is a bound; a wrong multiplier makes it weak, never wrong.
+(Boyd and Vandenberghe, Convex Optimization, 2004, chapter 5)
 """
 
 from __future__ import annotations
@@ -48,7 +49,9 @@ def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) 
     gains = gain(scene, scene.G.conj().T @ z + scene.F.conj().T @ v)
     if scene.goal == "correction":
         gains = np.maximum(gains - scene.mass, 0.0)
-    caps = np.where(np.isfinite(scene.caps), scene.caps, FAR * (1.0 + reach))
+    ends = np.isfinite(scene.reach)
+    # twice what the total leaves: the total binds, not the cap that follows from it
+    caps = np.where(np.isfinite(scene.caps), scene.caps, np.where(ends, 2.0 * scene.reach, FAR * (1.0 + reach)))
     lost, slope = knapsack(gains, caps, scene.mass, scene.total)
     prices = np.maximum(gains - slope * scene.mass, 0.0)
     return Dual(constant - lost, z, v, np.where(np.isfinite(scene.caps), prices, 0.0), slope)
@@ -82,7 +85,7 @@ def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float
 
 def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """The nearest multipliers along whose slope planes without a cap gain nothing (only rows in use are moved)."""
-    open_planes = np.flatnonzero(~np.isfinite(scene.caps))
+    open_planes = np.flatnonzero(~np.isfinite(scene.reach))
     if not len(open_planes) or scene.goal == "correction":
         return z, v
     used = np.concatenate([np.abs(z), np.abs(v)])

@@ -112,7 +112,7 @@ def _zero(job: RotorJob) -> str:
 
 
 def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArray | None) -> tuple[RowAnswer, ...]:
-    left, limits = identified.residual(u), row_limits(job)
+    left, limits = _without_rounding(identified, u), row_limits(job)
     rows = []
     for row, (speed, index) in enumerate(job.readings):
         sensor = job.sensors[index]
@@ -131,6 +131,13 @@ def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArr
             )
         )
     return tuple(rows)
+
+
+def _without_rounding(identified: Identified, u: ComplexArray) -> ComplexArray:
+    """What is left, zero where it is nothing but rounding."""
+    left = identified.residual(u)
+    scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
+    return np.where(np.abs(left) > 1e-13 * scale, left, 0.0)
 
 
 def amplitude(job: RotorJob, row: int, value: float) -> Entry:

@@ -11,7 +11,6 @@ from vibopt.balancing.arcs import covers_all
 from vibopt.balancing.question import Question, Sectors, inside_arc
 from vibopt.forms import ComplexArray, FloatArray
 
-
 SAME = 1e-9  # two unbalances this close (as a share of the greatest) are one
 
 
@@ -31,9 +30,12 @@ class Free:
 
 def free_planes(question: Question) -> Free:
     """Merge pairs, drop planes with a cap of zero and planes that no reading sees."""
+    plain = not question.pairs and not question.sectors and not question.is_discrete
+    if plain and np.all(question.caps > 0) and np.all(np.any(question.H != 0, axis=0)):
+        return Free(np.eye(question.n_planes, dtype=complex), question)
     whole = _spread(question)
     densities = np.abs(whole).T @ question.densities
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(whole != 0, question.caps[:, None] / np.abs(whole), np.inf).min(axis=0)
     for column in range(whole.shape[1]):
         if covers_all(_sectors(question, whole[:, column])):
@@ -99,7 +101,7 @@ def _list(question: Question, column: ComplexArray) -> tuple[ComplexArray | None
     fits, masses = np.ones(len(x), dtype=bool), np.zeros(len(x))
     for p in members:
         own = column[p] * x
-        fits &= _allowed(question, p, own)
+        fits &= _allowed(question, int(p), own)
         option = question.options[p] if question.options else None
         if option is None:
             masses += np.abs(own) * question.densities[p]
@@ -117,7 +119,7 @@ def _allowed(question: Question, plane: int, values: ComplexArray) -> NDArray[np
     slack = SAME * float(np.abs(values).max(initial=0.0))
     for low, high in question.sectors[plane] if question.sectors else ():
         fine &= ~inside_arc(values, low, high, slack)
-    return fine
+    return np.asarray(fine)
 
 
 def _nearest(options: ComplexArray, wanted: ComplexArray) -> NDArray[np.intp]:
@@ -128,4 +130,4 @@ def _nearest(options: ComplexArray, wanted: ComplexArray) -> NDArray[np.intp]:
     at = np.searchsorted(keys, (wanted * along).real)
     around = np.clip(at[:, None] + np.arange(-4, 5), 0, len(options) - 1)
     best = np.argmin(np.abs(options[order[around]] - wanted[:, None]), axis=1)
-    return order[around[np.arange(len(wanted)), best]]
+    return np.asarray(order[around[np.arange(len(wanted)), best]])

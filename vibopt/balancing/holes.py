@@ -7,13 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
 
 MOST_OPTIONS = 3_000_000
-
-
-class TooManyOptions(ValueError):
-    """A plane offers more ways of fitting its weights than can be listed."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +51,7 @@ def hole_options(
 
     Raises
     ------
-    TooManyOptions
+    InputError
         More than three million ways.
     """
     grid = np.array([(a, r, m) for a in angles for r in radii for m in shelf])
@@ -67,9 +64,9 @@ def hole_options(
         level = _one_more(level, hole, per_hole, n)
         fitted.append(np.hstack([level, np.full((len(level), most_weights - count), -1)]))
         if sum(map(len, fitted)) > MOST_OPTIONS:
-            raise TooManyOptions(
-                f"{len(first)} holes with {len(shelf)} weights and up to {most_weights} of them at once can be fitted in"
-                f" more than {MOST_OPTIONS} ways. Allow fewer weights at once, or list fewer weights."
+            raise InputError(
+                f"{len(first)} holes with {len(shelf)} weights and up to {most_weights} of them at once can be fitted"
+                f" in more than {MOST_OPTIONS} ways. Allow fewer weights at once, or list fewer weights."
             )
     return _once_each(np.vstack(fitted), grid)
 
@@ -86,7 +83,7 @@ def _one_more(level: NDArray[np.intp], hole: NDArray[np.intp], per_hole: int, n:
     added = level[rows, -1] + np.arange(len(rows)) - starts[rows]
     more = np.column_stack([level[rows], added])
     same = (hole[more[:, :-1]] == hole[added][:, None]).sum(axis=1)
-    return more[same < per_hole]
+    return np.asarray(more[same < per_hole])
 
 
 def _once_each(fitted: NDArray[np.intp], grid: FloatArray) -> HoleOptions:
@@ -119,5 +116,3 @@ def splits(target: complex, angles: FloatArray, radius: float) -> tuple[tuple[in
         if masses.min() >= -1e-12 * abs(target) / radius:
             return (int(a), float(max(masses[0], 0.0))), (int(b), float(max(masses[1], 0.0)))
     return None
-
-

@@ -28,11 +28,13 @@ def least_squares(weighted: ComplexArray, constant: ComplexArray) -> tuple[Compl
     tuple
         x (n_planes,) and the rank; below full rank x is the solution of least Euclidean norm.
     """
-    norms = np.sqrt(np.einsum("kp,kp->p", weighted.real, weighted.real) + np.einsum("kp,kp->p", weighted.imag, weighted.imag))
+    norms = np.sqrt(
+        np.einsum("kp,kp->p", weighted.real, weighted.real) + np.einsum("kp,kp->p", weighted.imag, weighted.imag)
+    )
     norms[norms == 0] = 1.0
     level = weighted / norms
     if len(constant) > 4 * weighted.shape[1]:  # the same problem in n_planes + 1 rows
-        triangle = np.linalg.qr(np.column_stack([level, constant]), mode="r")
+        triangle: ComplexArray = np.asarray(np.linalg.qr(np.column_stack([level, constant]), mode="r"))
         level, constant = triangle[:, :-1], triangle[:, -1]
     solution, _, rank, _ = np.linalg.lstsq(level, -constant, rcond=RANK)
     x: ComplexArray = solution / norms

@@ -28,7 +28,8 @@ from vibopt.balancing.tables import (
 from vibopt.balancing.words import Conventions, read_amplitude, split_angle
 from vibopt.errors import QuantityError, way_out
 from vibopt.scene.mistakes import Mistakes, Path
-from vibopt.units import read_quantity
+from vibopt.units import read_quantity, show
+from vibopt.values import Fact
 
 COMBINE = ("rms", "worst", "sum", "huber")
 RESPONSES = ("residual", "correction")
@@ -126,10 +127,10 @@ def _residual(
         return None
     names = [sensor.name for sensor in sensors]
     if table.at is not None and table.at not in names:
-        mistakes.unknown_name((*path, "at"), table.at, "sensor", names)
+        mistakes.value((*path, "at"), table.at, f"names no sensor of this job.{way_out(table.at, names)}")
         return None
     sensor = None if table.at is None else names.index(table.at)
-    speed = None if table.speed is None else _speed_index(path, table.speed.value, speeds, mistakes)
+    speed = None if table.speed is None else _speed_index(path, table.speed, given, speeds, mistakes)
     ones = [sensors[sensor]] if sensor is not None else list(sensors)
     bound = read_value((*path, "at_most"), table.at_most, mistakes, _bound, conventions, ones)
     return ResidualLimit(name, sensor, speed, *bound) if bound else None
@@ -150,11 +151,13 @@ def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -
     return found.value, found.shown_unit
 
 
-def _speed_index(path: Path, speed: float, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
+def _speed_index(path: Path, speed: Fact, given: object, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
     for index, one in enumerate(speeds):
-        if abs(speed - one) <= SAME_SPEED * one:
+        if abs(speed.value - one) <= SAME_SPEED * one:
             return index
-    mistakes.add((*path, "speed"), f"{'.'.join(map(str, path))}.speed is a speed at which nothing was measured. Write the speed of a run.")
+    text = given["speed"] if isinstance(given, Mapping) else given
+    known = ", ".join(show(one, speed.unit, "angular_rate") for one in speeds)
+    mistakes.value((*path, "speed"), text, f"is a speed at which nothing was measured. Measured: {known}.")
     return None
 
 
@@ -167,7 +170,7 @@ def _correction(name: str, path: Path, given: object, planes: Sequence[Plane], m
         mistakes.add(path, f'limits.{name} needs either of = "{names[0]}" or total = true.')
         return None
     if table.of is not None and table.of not in names:
-        mistakes.unknown_name((*path, "of"), table.of, "plane", names)
+        mistakes.value((*path, "of"), table.of, f"names no plane of this job.{way_out(table.of, names)}")
         return None
     index = None if table.of is None else names.index(table.of)
     asked = planes if index is None else [planes[index]]
@@ -294,7 +297,7 @@ def _residuals(path: Path, given: object, places: Mapping[str, float], conventio
     found = {}
     for name, text in given.items():
         if name not in places:
-            mistakes.unknown_name((*path, name), name, "plane", list(places))
+            mistakes.value((*path, name), text, f"is in no plane of [quality].{way_out(name, list(places))}")
             continue
         value = read_value((*path, name), text, mistakes, _unbalance, conventions)
         if value is not None:

@@ -14,7 +14,7 @@ from vibopt.balancing.job import Run, Sensor
 from vibopt.balancing.planes import Plane, read_weight
 from vibopt.balancing.tables import InfluenceTable, RunTable, listed_tables, read_table, read_value
 from vibopt.balancing.words import Amplitude, Conventions, read_amplitude, read_reading, split_angle
-from vibopt.errors import QuantityError
+from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray
 from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import read_quantity
@@ -50,33 +50,28 @@ class Measured:
     notes: tuple[str, ...]
 
 
-def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None) -> list[Raw]:
-    """All runs, from [[runs]] or from the CSV file that `readings` names."""
+def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None) -> tuple[list[Raw], Mistakes]:
+    """All runs, from [[runs]] or from the CSV file that `readings` names, and where their mistakes go."""
     given = document.get("readings")
     if given is None:
-        return _raws(listed_tables(document, "runs", mistakes), mistakes)
+        return _raws(listed_tables(document, "runs", mistakes), mistakes), mistakes
     if not isinstance(given, str) or not given:
         mistakes.value(("readings",), given, 'is no file name. Write readings = "job.csv".')
-        return []
+        return [], mistakes
     if "runs" in document:
         mistakes.add(("readings",), "the file has readings and [[runs]]. Keep one of them.")
     planes, sensors = _names(document, "planes"), _names(document, "sensors")
-    if not sensors:
-        mistakes.add(("readings",), "readings from a CSV file need their sensors by name. Add [sensors.NAME] for each of them.")
-        return []
     if both := sorted(set(planes) & set(sensors)):
         mistakes.add(("sensors", both[0]), f'"{both[0]}" is a plane and a sensor: the CSV file could mean either. Rename one.')
-        return []
+        return [], mistakes
     rows, csv_mistakes = read_csv((folder or FilePath()) / given, planes, sensors, mistakes)
-    raws = _raws([_sorted(row, planes) for row in rows], csv_mistakes)
-    return raws
+    return _raws([_sorted(row, planes) for row in rows], csv_mistakes), csv_mistakes
 
 
-def merge(raws: Sequence[Raw], mistakes: Mistakes) -> None:
+def merge(own: Mistakes, mistakes: Mistakes) -> None:
     """Mistakes of a CSV file behind those of the problem file, in the order of its rows."""
-    for raw in raws[:1]:
-        if raw.mistakes is not mistakes:
-            mistakes.found.extend((10**9 + row, message) for row, message in raw.mistakes.found)
+    if own is not mistakes:
+        mistakes.found.extend((10**9 + row, message) for row, message in own.found)
 
 
 def has_angles(raws: Sequence[Raw], document: Mapping[str, Any]) -> bool:
@@ -136,8 +131,8 @@ def _sorted(row: dict[str, Any], planes: Sequence[str]) -> dict[str, Any]:
 
 
 def _is_nothing(text: str) -> bool:
-    """An empty cell, a dash, or an angle alone: no weight in this plane."""
-    return not text.partition("@")[0].strip(" -–—")
+    """An angle alone: no weight in this plane."""
+    return not text.partition("@")[0].strip()
 
 
 def _names(document: Mapping[str, Any], family: str) -> list[str]:
@@ -156,7 +151,7 @@ def _all_readings(
     for raw in raws:
         for name in raw.readings:
             if name not in sensors:
-                raw.mistakes.unknown_name((*raw.path, "readings", name), name, "sensor", names)
+                raw.mistakes.add((*raw.path, "readings", name), _stranger(raw, f"a reading of sensor {name}", name, names))
         row = np.zeros(len(names), dtype=complex)
         for column, name in enumerate(names):
             path = (*raw.path, "readings", name)
@@ -178,6 +173,10 @@ def _missing(raw: Raw, name: str) -> str:
         f'run "{raw.label}" has no reading of sensor {name}, which other runs or [sensors] have. '
         f"Add it, or leave {name} out of every run."
     )
+
+
+def _stranger(raw: Raw, what: str, name: str, known: list[str]) -> str:
+    return f'run "{raw.label}" has {what}, which is not there.{way_out(name, known)}'
 
 
 def _reading(text: object, conventions: Conventions, sensor: Sensor, seen: bool) -> tuple[Amplitude, complex]:
@@ -216,7 +215,7 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
         for name, given in raw.weights.items():
             path = (*raw.path, "weights", name)
             if name not in index:
-                raw.mistakes.unknown_name(path, name, "plane", list(index))
+                raw.mistakes.add(path, _stranger(raw, f"a weight in plane {name}", name, list(index)))
                 continue
             for text in given if isinstance(given, list) else [given]:
                 own[index[name]] += read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions) or 0.0
@@ -299,7 +298,7 @@ def read_influence(
 def _find(path: Path, name: str, what: str, known: list[str], mistakes: Mistakes) -> int | None:
     if name in known:
         return known.index(name)
-    mistakes.unknown_name(path, name, what, known)
+    mistakes.value(path, name, f"names no {what} of this job.{way_out(name, known)}")
     return None
 
 

@@ -38,7 +38,7 @@ class Question:
     total_cap
         Greatest sum of correction masses [kg] (of |u| where `mass_per_unbalance` is 1).
     sectors
-        Per plane the forbidden open arcs (from, to) [rad], counted with growing angle from `from` to `to`; empty: none anywhere.
+        Per plane the forbidden open arcs (from, to) [rad], with growing angle from `from` to `to`; empty: none.
     options
         Per plane the unbalances there are (n_options,) [kg m]; None: continuous; empty: continuous everywhere.
         Zero belongs to the list where the plane may stay empty.

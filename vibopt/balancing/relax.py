@@ -1,7 +1,8 @@
 """Bounds for many boxes of corrections at once: weighted least squares in each box, then weak duality.
 
-For box k the bound is Re z*(G x + g) + Re v*(F x + f) - sum |v| - conjugate(z), least over the box in closed form; any
-z and v are allowed, good ones are the weighted residuals after a few sweeps over the planes (Lawson's weights for "worst").
+For each box the bound is Re z*(G x + g) + Re v*(F x + f) - sum |v| - conjugate(z), least over the box in closed form.
+Any z and v are allowed; good ones are the weighted residuals after a few sweeps over the planes, with Lawson's weights
+for "worst".
 """
 
 from __future__ import annotations
@@ -107,7 +108,8 @@ def mass_bounds(scene: Scaled, boxes: Boxes, v: ComplexArray) -> FloatArray:
     slack = scene.mass - np.abs(slope)
     cone = np.where(slack >= 0, slack * near, -np.inf)
     least = np.maximum(boxes.lightest + boxes.fall(slope, zero), np.maximum(boxes.fall(slope + tangent, zero), cone))
-    return np.maximum(limits + least.sum(axis=1), boxes.lightest.sum(axis=1))
+    bounds: FloatArray = np.maximum(limits + least.sum(axis=1), boxes.lightest.sum(axis=1))
+    return bounds
 
 
 def _sweep_weights(scene: Scaled, t: ComplexArray, weights: FloatArray) -> FloatArray:
@@ -137,4 +139,5 @@ def _multipliers(scene: Scaled, t: ComplexArray, weights: FloatArray) -> tuple[C
 
 def _unit(z: ComplexArray) -> ComplexArray:
     """Each row divided by the sum of its moduli."""
-    return z / np.maximum(np.abs(z).sum(axis=1, keepdims=True), 1e-300)
+    shared: ComplexArray = z / np.maximum(np.abs(z).sum(axis=1, keepdims=True), 1e-300)
+    return shared

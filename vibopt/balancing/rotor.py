@@ -39,20 +39,22 @@ def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath
     for key in document:
         if key not in TOP:
             mistakes.unknown_key((key,), TOP)
-    raws = gather(document, mistakes, folder)
+    if "quality" in document and "runs" not in document and "readings" not in document:
+        return _grade_only(document, mistakes)
+    before = len(mistakes.found)
+    raws, own = gather(document, mistakes, folder)
+    whole = len(mistakes.found) == before and not (own is not mistakes and own.found)
     with_angles = has_angles(raws, document)
     conventions = read_conventions(document, with_angles, mistakes)
     planes = read_planes(document, mistakes)
     measured = None
     if conventions is not None and planes is not None:
-        if not raws and not mistakes.found:
+        if not raws and whole and not mistakes.found:
             mistakes.add(("runs",), "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.")
         sensors = read_sensors(document, conventions, mistakes)
         measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
-        if measured is None or not raws:
-            measured = None
-    merge(raws, mistakes)
-    if conventions is None or planes is None or measured is None:
+    merge(own, mistakes)
+    if conventions is None or planes is None or measured is None or not raws or not whole:
         mistakes.raise_any()
         raise AssertionError("a job that cannot be read has a mistake")
     return _job(document, conventions, planes, measured, with_angles, mistakes)
@@ -62,8 +64,10 @@ def _job(
     document: Mapping[str, Any], conventions: Conventions, planes: tuple[Plane, ...], measured: Measured,
     with_angles: bool, mistakes: Mistakes,
 ) -> RotorJob:  # fmt: skip
+    before = len(mistakes.found)
     influence = read_influence(document, conventions, planes, measured, mistakes)
-    check_runs(measured, planes, influence, with_angles, mistakes)
+    if len(mistakes.found) == before and not _only_found(document, measured):
+        check_runs(measured, planes, influence, with_angles, mistakes)
     scatter = read_scatter(document, conventions, mistakes)
     residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
     goal = read_goal(document, conventions, planes, scatter, mistakes)
@@ -83,6 +87,29 @@ def _job(
     )  # fmt: skip
     mistakes.raise_any()
     return job
+
+
+def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
+    """A file that asks for permissible unbalances, and the grade of measured ones, without a balancing job."""
+    conventions = Conventions("", "", "with rotation", "pk", "the mark")
+    if "conventions" in document:
+        conventions = read_conventions(document, False, mistakes) or conventions
+    machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
+    speed = machine.speed.value if machine and machine.speed else None
+    quality = read_quality(document, conventions, machine.mass.value if machine else None, speed, mistakes)
+    job = RotorJob(
+        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes), statement=_text(document, "statement", "", mistakes),
+        conventions=conventions, planes=(), sensors=(), runs=(), speeds=(), speed_units=(), influence={}, scatter=None,
+        residual_limits=(), correction_limits=(), goal=RotorGoal(), quality=quality,
+        expected=_expected(document, mistakes), document=document,
+    )  # fmt: skip
+    mistakes.raise_any()
+    return job
+
+
+def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:
+    """Whether nothing but the rotor as found was measured, and only a first trial weight is asked for."""
+    return "rotor" in document and "influence" not in document and all(run.is_initial for run in measured.runs)
 
 
 def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:

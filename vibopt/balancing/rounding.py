@@ -1,4 +1,4 @@
-"""Good discrete corrections quickly: the nearest options of a continuous answer, bettered one and two planes at a time."""
+"""Good discrete corrections quickly: the nearest options of a continuous answer, bettered by exchange."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ def judge(scene: Scaled, x: ComplexArray, masses: FloatArray) -> FloatArray:
         Shape (n, n_planes), scaled.
     """
     step = max(1, CHUNK // max(len(scene.g) + len(scene.f), 1))
-    return np.concatenate([_judge(scene, x[k : k + step], masses[k : k + step]) for k in range(0, max(len(x), 1), step)])
+    return np.concatenate(
+        [_judge(scene, x[k : k + step], masses[k : k + step]) for k in range(0, max(len(x), 1), step)]
+    )
 
 
 def _judge(scene: Scaled, x: ComplexArray, masses: FloatArray) -> FloatArray:
@@ -48,7 +50,7 @@ def measure(scene: Scaled, t: FloatArray) -> FloatArray:
 def rounded(
     scene: Scaled, lists: list[ComplexArray], masses: list[FloatArray], x: ComplexArray, sweeps: int = 6
 ) -> tuple[list[int], float]:
-    """Places of good options near x (n_planes,) and their goal, by exchange of one option, then of two, while that helps."""
+    """Places of good options near x (n_planes,) and their goal: one option is exchanged, then two, while that helps."""
     chosen = [int(np.argmin(np.abs(options - x[p]))) for p, options in enumerate(lists)]
     best = np.inf
     for _ in range(sweeps):
@@ -66,7 +68,12 @@ def rounded(
 
 
 def _exchange(
-    scene: Scaled, lists: list[ComplexArray], masses: list[FloatArray], chosen: list[int], planes: tuple[int, ...], best: float
+    scene: Scaled,
+    lists: list[ComplexArray],
+    masses: list[FloatArray],
+    chosen: list[int],
+    planes: tuple[int, ...],
+    best: float,
 ) -> tuple[list[int], float]:
     """The best options of one or two planes with the others fixed."""
     grid = [g.ravel() for g in np.meshgrid(*(np.arange(len(lists[p])) for p in planes), indexing="ij")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.balancing.question import Goal, Question
 from vibopt.forms import ComplexArray, FloatArray
@@ -31,7 +32,7 @@ class Scaled:
     g: ComplexArray
     F: ComplexArray
     f: ComplexArray
-    limited: FloatArray
+    limited: NDArray[np.intp]
     caps: FloatArray
     mass: FloatArray
     total: float
@@ -46,6 +47,13 @@ class Scaled:
     @property
     def n_planes(self) -> int:
         return int(self.G.shape[1])
+
+    @property
+    def reach(self) -> FloatArray:
+        """Greatest |x| that cap and total leave to each plane, shape (n_planes,)."""
+        with np.errstate(divide="ignore"):
+            alone = self.total / self.mass if np.isfinite(self.total) else np.full(self.n_planes, np.inf)
+        return np.minimum(self.caps, alone)
 
     def value(self, x: ComplexArray) -> float:
         """The scaled goal at x."""
@@ -73,17 +81,15 @@ def scaled(question: Question) -> Scaled:
     greatest = np.maximum(np.abs(G).max(axis=0, initial=0.0), np.abs(F).max(axis=0, initial=0.0))
     column = 1.0 / np.where(greatest > 0, greatest, 1.0)
     if question.goal == "rms" and len(g) > question.n_planes + 1:
-        both = np.linalg.qr(np.column_stack([G * column, g]), mode="r")
+        both: ComplexArray = np.asarray(np.linalg.qr(np.column_stack([G * column, g]), mode="r"))
         rows, constants = both[:, :-1], both[:, -1]
     else:
         rows, constants = G * column, g
     mass = question.densities * column
     mass_size = float(mass.max(initial=0.0)) or 1.0
     goal_size = {"correction": mass_size, "huber": size * size}.get(question.goal, size)
-    with np.errstate(divide="ignore"):
-        caps = np.minimum(question.caps, np.where(mass > 0, question.total_cap / question.densities, np.inf)) / column
     return Scaled(
-        G=rows, g=constants, F=F * column, f=f, limited=limited, caps=caps, mass=mass / mass_size,
+        G=rows, g=constants, F=F * column, f=f, limited=limited, caps=question.caps / column, mass=mass / mass_size,
         total=question.total_cap / mass_size, goal=question.goal, huber=question.huber / size,
         divisor=float(np.sqrt(question.n_readings)), goal_size=goal_size, mass_size=mass_size, column=column,
         wedges=(None,) * question.n_planes,

@@ -34,7 +34,9 @@ class Open:
         return Open(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
     def join(self, other: Open) -> Open:
-        return Open(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__dataclass_fields__))
+        return Open(
+            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__dataclass_fields__)
+        )
 
 
 class Tree:
@@ -52,9 +54,10 @@ class Tree:
         Multipliers of the limits of `rows` at the continuous answer.
     """
 
-    def __init__(self, scene: Scaled, rows: Scaled, planes: list[Cells | None], v: ComplexArray, rounds: int = 4) -> None:
-        self.scene, self.rows, self.planes, self.v, self.rounds = scene, rows, planes, v, rounds
+    def __init__(self, scene: Scaled, rows: Scaled, planes: list[Cells | None], v: ComplexArray) -> None:
+        self.scene, self.rows, self.planes, self.v = scene, rows, planes, v
         self.any_size = [p for p, cells in enumerate(planes) if cells is None]
+        self.rounds = 12 if self.any_size else 4
         self.norms = np.sqrt((np.abs(rows.G) ** 2).sum(axis=0) + (np.abs(rows.F) ** 2).sum(axis=0))
         self.slope, self.constant = rows.F.conj().T @ v, float((v.conj() @ rows.f).real - np.abs(v).sum())
         self.best_value, self.best_x = np.inf, np.zeros(len(planes), dtype=complex)
@@ -67,6 +70,9 @@ class Tree:
 
     @property
     def goal_to_beat(self) -> float:
+        """Boxes with a bound of so much or more hold nothing that is better; inf as long as nothing was found."""
+        if not np.isfinite(self.best_value):
+            return np.inf
         return self.best_value - CLOSED * max(abs(self.best_value), 1e-3)
 
     def search(self, x: ComplexArray, seconds: float) -> float:
@@ -74,7 +80,9 @@ class Tree:
         end = time.perf_counter() + seconds
         n, m = len(self.rows.g), len(self.rows.f)
         root = np.array([[-1 if cells is None else 0 for cells in self.planes]])
-        frontier = Open(root, np.array([-np.inf]), x[None, :].copy(), np.full((1, n), 1 / max(n, 1)), np.full((1, m), 1 / max(m, 1)))
+        frontier = Open(
+            root, np.array([-np.inf]), x[None, :].copy(), np.full((1, n), 1 / max(n, 1)), np.full((1, m), 1 / max(m, 1))
+        )
         frontier = self._bounded(frontier)
         while len(frontier.bound):
             if time.perf_counter() > end or len(frontier.bound) > MOST_BOXES:
@@ -114,7 +122,9 @@ class Tree:
         spread = np.zeros(large.cells.shape)
         for p, tree in enumerate(self.planes):
             if tree is not None:
-                spread[:, p] = np.where(sizes[:, p] > 1, self.norms[p] * np.abs(tree.half[large.cells[:, p]]) + 1e-300, -1.0)
+                spread[:, p] = np.where(
+                    sizes[:, p] > 1, self.norms[p] * np.abs(tree.half[large.cells[:, p]]) + 1e-300, -1.0
+                )
         widest = spread.argmax(axis=1)
         first = large.cells.copy()
         for p, tree in enumerate(self.planes):
@@ -153,7 +163,7 @@ class Tree:
         lightest = np.zeros(cells.shape)
         for p, tree in enumerate(self.planes):
             if tree is None:
-                half[:, p] = (1 + 1j) * self.rows.caps[p]
+                half[:, p] = (1 + 1j) * self.rows.reach[p]
             else:
                 own = cells[:, p]
                 centre[:, p], half[:, p], lightest[:, p] = tree.centre[own], tree.half[own], tree.lightest[own]

@@ -43,6 +43,15 @@ def bordered(
     return stiff, border
 
 
+def _assembled(model: Model, p: FloatArray, omega: FloatArray) -> ComplexArray:
+    """D at one design and many frequencies, from its four matrices; as `dynamic_stiffness`."""
+    n = model.n_free
+    mass, stiff, damping, hysteretic = (model.matrix(kind, p)[:n] for kind in range(4))
+    w = np.asarray(omega)[..., None, None]
+    result: ComplexArray = (stiff + 1j * hysteretic) - w**2 * mass + 1j * w * damping
+    return result
+
+
 def modal_of(model: Model, p: FloatArray) -> Modal | None:
     """The modes of a model worth decomposing; None for small ones and where modes cannot be trusted."""
     if model.n_free < WORTH:
@@ -58,7 +67,7 @@ def motion(
     n = model.n_free
     if modal is not None:
         return _through_modes(model, p, vector, omega, modal)
-    both = dynamic_stiffness(model, impedances(model, p, omega))
+    both = _assembled(model, p, omega) if np.ndim(p) == 1 else dynamic_stiffness(model, impedances(model, p, omega))
     load = vector[:n] - both[..., n:] @ vector[n:]
     if n == 1:
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -28,6 +28,11 @@ class Modal:
     shapes: ComplexArray
     weights: ComplexArray
 
+    @property
+    def poles(self) -> ComplexArray:
+        """Complex frequencies of free motion [rad/s], time factor e^{i w t}; shape (2n,)."""
+        return -1j * self.rates
+
     def motion(self, load: ComplexArray, omega: FloatArray) -> ComplexArray:
         """Displacements (..., n) under loads (..., n) at omega (...) [rad/s]; inf at an undamped mode."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -41,7 +46,9 @@ def decompose(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) ->
     n = len(mass)
     k, c = np.linalg.solve(mass, stiffness), np.linalg.solve(mass, damping)
     scale = float(np.sqrt(np.abs(k).max()) + np.abs(c).max()) or 1.0
-    state = np.zeros((2 * n, 2 * n), dtype=complex)
+    if not np.iscomplexobj(k) or not k.imag.any():
+        k = k.real
+    state = np.zeros((2 * n, 2 * n), dtype=k.dtype)
     state[:n, n:] = np.eye(n)
     state[n:, :n] = -k / scale**2
     state[n:, n:] = -c / scale

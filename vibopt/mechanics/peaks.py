@@ -22,7 +22,7 @@ _FINE = np.linspace(-1.0, 1.0, 41)
 _TO_FINE = np.polynomial.chebyshev.chebvander(_FINE, _DEGREE) @ _TO_COEFFICIENTS
 _REACH = 0.35
 _REAL = 4e-16
-_CLOSE = 1e-5
+_CLOSE = 1e-3
 _STEP = float(_FINE[1] - _FINE[0])
 _FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 _FIT = np.linalg.pinv(np.vander(_FIVE, 3, increasing=True))
@@ -119,7 +119,7 @@ def _inside(
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
     fine = sign * (squares @ _TO_FINE.T)
-    return _polish_all(response, centre, half, fine, sign, keep)
+    return _polish_all(response, centre, half, fine, sign, keep, _smooth(band, breaks))
 
 
 def _resolved(
@@ -154,9 +154,18 @@ def _unresolved(squares: FloatArray, scale: float) -> FloatArray:
 
 
 def _polish_all(
-    response: Response, centre: FloatArray, half: FloatArray, fine: FloatArray, sign: float, keep: float
+    response: Response,
+    centre: FloatArray,
+    half: FloatArray,
+    fine: FloatArray,
+    sign: float,
+    keep: float,
+    edges: FloatArray,
 ) -> list[Extreme]:
-    """Local extremes of the fine values that may be the best, refined on the response itself."""
+    """Local extremes of the fine values that may be the best, refined on the response itself.
+
+    A peak may lie across the end of its interval, so only `edges`, where the response is not smooth, bound it.
+    """
     inner = np.zeros(fine.shape, dtype=bool)
     inner[:, 1:-1] = (fine[:, 1:-1] >= fine[:, :-2]) & (fine[:, 1:-1] >= fine[:, 2:])
     inner[:, 0] = fine[:, 0] >= fine[:, 1]
@@ -165,17 +174,25 @@ def _polish_all(
     room = _CLOSE * max(abs(top), 0.0)
     threshold = top * keep**2 - room if sign > 0 else top - room - 1e-6 * float(np.abs(fine).max())
     rows, columns = np.nonzero(inner & (fine >= threshold))
-    low = centre[rows] - half[rows]
-    high = centre[rows] + half[rows]
+    piece = np.clip(np.searchsorted(edges, centre[rows], side="right"), 1, len(edges) - 1)
+    low, high = edges[piece - 1], edges[piece]
     speeds = _polish(response, centre[rows] + half[rows] * _FINE[columns], _STEP * half[rows], low, high, sign)
     return [Extreme(float(v), float(s)) for v, s in zip(response(speeds), speeds, strict=True)]
+
+
+def _smooth(band: Band, breaks: FloatArray) -> FloatArray:
+    """Ends of the band and the breaks inside it, ascending."""
+    inside = breaks[(breaks > band.low) & (breaks < band.high)]
+    return np.unique(np.concatenate([[band.low, band.high], inside]))
 
 
 def _polish(
     response: Response, speeds: FloatArray, step: FloatArray, low: FloatArray, high: FloatArray, sign: float
 ) -> FloatArray:
     """Vertex of a parabola through five points around each speed, three times with smaller steps."""
-    for _ in range(3):
+    for _ in range(4):
+        room = np.minimum(step, 0.5 * (high - low))
+        speeds = np.clip(speeds, low + room, high - room)
         points = np.clip(speeds[:, None] + step[:, None] * _FIVE, low[:, None], high[:, None])
         squares = sign * response(points) ** 2
         best = squares.argmax(axis=1)
@@ -185,8 +202,9 @@ def _polish(
             second = squares @ _BEND
             vertex = speeds - step * np.where(second < 0.0, first / np.where(second < 0.0, second, 1.0), 0.0)
         regular = (np.abs(vertex - speeds) <= 2.0 * step) & (points[:, 0] < points[:, 1]) & (points[:, 3] < points[:, 4])
-        speeds = np.where(regular & (second < 0.0), vertex, points[rows, best])
-        step = step / 25.0
+        good = regular & (second < 0.0)
+        speeds = np.where(good, vertex, points[rows, best])
+        step = np.where(good, step / 25.0, step / 2.0)
     return np.clip(speeds, low, high)
 
 

@@ -114,7 +114,7 @@ class Sampled:
 
 def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
     """sum_S coefficient_S prod_{g in S} kappa_g; coefficients (n, 2**G), kappa (..., n, G)."""
-    value = coefficients
+    value = np.broadcast_to(coefficients, (*kappa.shape[:-1], coefficients.shape[-1]))
     for g in range(kappa.shape[-1]):
         half = value.shape[-1] // 2
         value = value[..., :half] + value[..., half:] * kappa[..., g, None]

@@ -39,6 +39,8 @@ def reduced(model: Model, form: Form) -> Model:
 def reason(declared: int, used: int) -> str:
     """Why so many degrees of freedom, as a sentence without its end."""
     left = declared - used
+    if used == 0:
+        return "nothing that vibrates is asked for"
     if left == 0:
         return "every mode is excited and observed" if declared > 1 else ""
     modes = "1 mode is" if left == 1 else f"{left} modes are"

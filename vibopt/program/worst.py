@@ -80,8 +80,9 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         found = [one for band in drive.bands for one in closed.candidates(band)]
         return (min if least_wanted else max)(found, key=lambda one: one.value)
     search = least if least_wanted else greatest
-    singular, breaks = singularities(model, form, drive, x)
-    found = search(DriveResponse(model, form, drive, x, modal_of(model, model.values(x))), drive.bands, singular, breaks)
+    modal = modal_of(model, model.values(x))
+    singular, breaks = singularities(model, form, drive, x, modal)
+    found = search(DriveResponse(model, form, drive, x, modal), drive.bands, singular, breaks)
     if model.n_free < WORTH or not np.isfinite(found.value):
         return found
     return Extreme(float(DriveResponse(model, form, drive, x)(np.array([found.speed]))[0]), found.speed)
@@ -96,12 +97,14 @@ def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Cur
     return found if found is None or share == 1.0 else replace(found, size=found.size / share**2)
 
 
-def singularities(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> tuple[ComplexArray, FloatArray]:
+def singularities(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, modal: Modal | None = None
+) -> tuple[ComplexArray, FloatArray]:
     """Complex speeds where the response to a drive is singular, real speeds where it is not smooth."""
-    here = rigid_model(model, form.rigid_link) if form.rigid_link else model
-    found = poles(here, here.values(x))
+    found = modal.poles if modal is not None else poles(model, model.values(x))
     if form.rigid_link:
-        found = np.concatenate([found, poles(model, model.values(x))])
+        rigid = rigid_model(model, form.rigid_link)
+        found = np.concatenate([found, poles(rigid, rigid.values(x))])
     orders = [line.order for line in drive.lines]
     breaks = sorted({speed for line in drive.lines for speed in line.amplitude.breaks()})
     return np.concatenate([found / order for order in orders]), np.array(breaks)

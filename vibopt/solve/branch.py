@@ -96,6 +96,10 @@ class Search:
         Exact evaluation.
     gap
         Part of the goal by which the proven bound may be away from the best design.
+    budget, seconds
+        Boxes and time after which the search stops.
+    patience
+        Boxes after which it stops when no design has been found at all.
     """
 
     judge: Judge
@@ -103,6 +107,7 @@ class Search:
     budget: int = 200_000
     seconds: float = 20.0
     progress: Callable[[str, float], None] | None = None
+    patience: int = 200_000
     forms: list[FormBounds] = field(default_factory=list)
     aim_bounds: FormBounds | None = None
 
@@ -118,7 +123,9 @@ class Search:
         bounds = np.full(len(low), -np.inf)
         looked, began = 0, time.perf_counter()
         while len(low):
-            if looked > self.budget or time.perf_counter() - began > self.seconds:
+            self._open = (low, high, bounds)
+            waiting = self.best_x is None and looked > self.patience
+            if waiting or looked > self.budget or time.perf_counter() - began > self.seconds:
                 return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
             low, high, bounds, count = self._step(low, high, bounds)
             looked += count
@@ -127,6 +134,12 @@ class Search:
         if self.best_x is None:
             return Proof("infeasible", None, np.inf, np.inf, looked)
         return Proof("optimal", self.best_x, self.best, self.best - self._room(), looked)
+
+    def open_middles(self, count: int) -> FloatArray:
+        """Middles of boxes that were left open, spread over them, shape (at most count, n_vars)."""
+        low, high, _ = self._open
+        picks = np.linspace(0, len(low) - 1, min(count, len(low))).astype(int)
+        return _middle(low[picks], high[picks])
 
     def _prepare(self) -> None:
         program = self.judge.program

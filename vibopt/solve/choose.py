@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from vibopt.errors import InputError, way_out
 from vibopt.program.program import Program
-from vibopt.solve.global_search import BranchAndBound, provable
 from vibopt.solve.method import Method
 from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 
@@ -30,6 +29,8 @@ def choose(program: Program, name: str | None) -> Method:
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
             return exact
+    from vibopt.solve.global_search import BranchAndBound
+
     search = BranchAndBound()
     refusal = search.refuses(program)
     if refusal is None:
@@ -42,5 +43,3 @@ def choose(program: Program, name: str | None) -> Method:
         raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
     return general
 
-
-__all__ = ["choose", "provable"]

@@ -9,12 +9,13 @@ import numpy as np
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge, Search
+from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.polish import polish
 
 COARSE = 3e-2
 MIDDLE = 1e-3
 FINE = 1e-6
+PATIENCE = 3000
 MOST_VARIABLES = 3
 MOST_VALUES = 5000
 
@@ -25,7 +26,7 @@ class BranchAndBound:
     name = "branch_and_bound"
     summary = "interval branch and bound on Bernstein bounds, with exact peaks"
 
-    def __init__(self, gap: float = FINE, seconds: float = 30.0) -> None:
+    def __init__(self, gap: float = FINE, seconds: float = 15.0) -> None:
         self.gap = gap
         self.seconds = seconds
 
@@ -41,32 +42,29 @@ class BranchAndBound:
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal" with `gap`, "infeasible", or what is left when the time is over."""
         judge = Judge(program)
-        search = Search(judge, gap=COARSE, seconds=self.seconds, progress=progress)
-        first = search.run()
-        if first.status == "infeasible":
-            return self._none(first.boxes)
-        if first.x is None:
-            return Found("unproven", None, f"nothing found and nothing proven in {first.boxes} boxes", self.name)
-        x = polish(program, first.x)
+        search = Search(judge, gap=COARSE, seconds=self.seconds, progress=progress, patience=PATIENCE)
+        proof = search.run()
+        if proof.status == "open" and proof.x is None:
+            x = rescued(program, search.open_middles(6), judge)
+            search.patience = search.budget
+            proof = search.run(x)
+        boxes = proof.boxes
+        if proof.status == "infeasible":
+            return self._none(boxes)
+        if proof.x is None:
+            return Found("unproven", None, f"nothing found and nothing proven in {boxes} boxes", self.name)
+        x = improved(program, proof.x, judge)
         if program.aim is None:
-            return self._found(program, "optimal", x, first.boxes, "a design that meets every limit")
-        search.gap = MIDDLE
-        middle = search.run(x)
-        x = polish(program, middle.x if middle.x is not None else x)
-        search.gap = self.gap
-        proof = search.run(x)
-        boxes = first.boxes + middle.boxes + proof.boxes
-        best = proof.x if proof.x is not None else x
-        better = polish(program, best)
-        kept = better if judge.goal(better).value <= judge.goal(best).value else best
+            return self._found(program, "optimal", x, boxes, "a design that meets every limit")
+        for gap in (MIDDLE, self.gap):
+            search.gap = gap
+            proof = search.run(x)
+            boxes += proof.boxes
+            x = improved(program, proof.x if proof.x is not None else x, judge)
         if proof.status == "optimal":
             claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
-            return self._found(program, "optimal", kept, boxes, claim, proof.bound)
-        left = abs(proof.bound - judge.goal(kept).value) / max(abs(proof.value), 1e-300)
-        claim = f"branch and bound stopped after {boxes} boxes with a gap of {left:.1%}" if np.isfinite(left) else (
-            f"branch and bound stopped after {boxes} boxes without a bound"
-        )
-        return self._found(program, "feasible", kept, boxes, claim, proof.bound)
+            return self._found(program, "optimal", x, boxes, claim, proof.bound)
+        return self._found(program, "feasible", x, boxes, _open_words(boxes, proof.bound, judge.goal(x).value), proof.bound)
 
     def _none(self, boxes: int) -> Found:
         claim = f"proven by branch and bound: every one of {boxes} boxes breaks a limit"
@@ -79,6 +77,13 @@ class BranchAndBound:
         aim = program.aim
         goal = Judge(program).goal(x).value * (aim.sense if aim is not None else 1.0)
         return Found(status, x, claim, self.name, bound, {"boxes": boxes, "goal": goal})
+
+
+def _open_words(boxes: int, bound: float, value: float) -> str:
+    """What a search that was stopped can still say."""
+    if not np.isfinite(bound):
+        return f"branch and bound stopped after {boxes} boxes without a bound"
+    return f"branch and bound stopped after {boxes} boxes with a gap of {abs(bound - value) / max(abs(value), 1e-300):.1%}"
 
 
 def provable(program: Program) -> bool:

@@ -25,7 +25,6 @@ from vibopt.scene.scene import Scene, Variable
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.conflict import loosenings, outward, smallest_conflict
-from vibopt.solve.find_all import permitted_speeds
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.solve.rows import direction
@@ -66,7 +65,7 @@ def solve(scene: Scene, *, method: str | None = None, progress: Progress | None 
         return _analysis(scene, program, clock)
     found, reason_text = answer(program, scene, method, progress)
     clock.stage("solve")
-    if found.x is None:
+    if found.x is None or found.status == "unbounded":
         return _nothing(scene, program, found, reason_text, clock, explain)
     return _something(scene, program, found, clock)
 
@@ -201,6 +200,8 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
 
 
 def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
+    from vibopt.solve.find_all import permitted_speeds
+
     name = str(scene.find_all).removesuffix(".speed")
     excitation = scene.excitations[name]
     own = {
@@ -383,7 +384,7 @@ def _checked(scene: Scene, machine: Machine, name: str, response: Response, side
         margin = -depth / edge if edge else -depth
         limit = shown_value(response, edge, unit)
     elif given is not None:
-        size = abs(given.value) or 1.0
+        size = abs(1.0 - given.value if response.complement else given.value) or 1.0
         margin = (given.value - found.value) / size if side == "at_most" else (found.value - given.value) / size
         limit = shown_value(response, given.value, unit)
     return Checked(

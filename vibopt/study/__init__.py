@@ -1,6 +1,4 @@
-"""Studies on top of single answers: what-if, sweeps, prices, charts, records."""
+"""Studies on top of single answers: what-if, sweeps, prices, charts, records.
 
-from vibopt.study.sweep import sweep
-from vibopt.study.whatif import whatif
-
-__all__ = ["sweep", "whatif"]
+Each is imported from its own file, so that one verb does not load the others.
+"""

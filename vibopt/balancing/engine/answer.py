@@ -111,9 +111,10 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Entry]:
     values.update(_orders(job, here.at(found.x)))
     if len(job.cylinders) > 1:
         firing = best_firing(job, found.cranks)
-        values["firing.order"] = Entry(firing.text)
+        values["firing.order"] = Entry("-".join(map(str, job.fires)) or firing.text)
         values["firing.even"] = Entry("yes" if is_even(firing) else "no")
-        values["firing.neighbours"] = Entry(float(firing.neighbours), "count")
+        if not job.fires:
+            values["firing.neighbours"] = Entry(float(firing.neighbours), "count")
     return values
 
 

@@ -74,6 +74,8 @@ class EngineJob:
         Crank angle per throw [rad]; None where it is chosen from `offered`.
     ratio
         Crank radius over rod length.
+    fires
+        Firing order as given, cylinder numbers from 1; empty where none is given.
     share
         (least, greatest) share of the reciprocating mass that a counterweight opposite each crank carries, with all of
         the rotating mass; None: no such counterweights.
@@ -90,6 +92,7 @@ class EngineJob:
     offered: tuple[float, ...]
     share: tuple[float, float] | None
     weights: tuple[Weight, ...]
+    fires: tuple[int, ...]
     strokes: int
     even_firing: bool
     limits: Mapping[str, EngineLimitTable]
@@ -103,14 +106,27 @@ class EngineJob:
         return any(one is None for one in self.cranks)
 
 
-def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob | None:
-    """The job of a parsed file; None where a table could not be read. Mistakes are collected, not raised."""
+def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
+    """An engine from a parsed problem file.
+
+    Parameters
+    ----------
+    document
+        The file as `tomllib` gives it.
+    mistakes
+        Collects what is wrong, with lines.
+
+    Raises
+    ------
+    InputError
+        All mistakes at once.
+    """
     for key in document:
         if key not in KEYS:
             mistakes.unknown_key((key,), list(KEYS))
     if "engine" not in document:
         mistakes.add(("cylinders",), "there are cylinders but no [engine]. Write [engine] with stroke, rod and speed.")
-        return None
+        mistakes.raise_any()
     engine = read_table(EngineTable, document["engine"], ("engine",), mistakes)
     listed = [
         read_table(CylinderTable, one, ("cylinders", k), mistakes)
@@ -122,17 +138,28 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob | 
     limits = read_tables(document, "limits", EngineLimitTable, mistakes)
     measures = read_tables(document, "measures", EngineLimitTable, mistakes)
     goal = read_table(EngineGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
-    if engine is None or mistakes.found:
-        return None
+    mistakes.raise_any()
+    assert engine is not None
     _check(engine, cylinders, counterweights, shafts, limits, goal, mistakes)
-    if mistakes.found:
-        return None
+    mistakes.raise_any()
+    return _job(document, mistakes.name, engine, cylinders, (counterweights, shafts), (limits, measures, goal))
+
+
+def _job(
+    document: Mapping[str, Any],
+    name: str,
+    engine: EngineTable,
+    cylinders: list[CylinderTable],
+    weights: tuple[Mapping[str, CounterweightTable], Mapping[str, BalanceShaftTable]],
+    asked: tuple[Mapping[str, EngineLimitTable], Mapping[str, EngineLimitTable], EngineGoalTable | None],
+) -> EngineJob:
+    """The job in SI."""
     throws, cranks = _throws(engine, cylinders)
     places = _places(engine, cylinders)
     middle = engine.reference.value if engine.reference is not None else 0.5 * (min(places) + max(places))
     return EngineJob(
-        name=mistakes.name,
-        title=str(document.get("title", mistakes.name)),
+        name=name,
+        title=str(document.get("title", name)),
         speed=engine.speed.value,
         ratio=engine.radius / engine.rod.value,
         orders=engine.orders,
@@ -150,13 +177,14 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob | 
         cranks=cranks,
         offered=tuple(engine.cranks),
         share=_share(engine.counterweight_share),
-        weights=tuple(_weight(name, "counterweights", one, middle) for name, one in counterweights.items())
-        + tuple(_weight(name, "balance_shafts", one, middle) for name, one in shafts.items()),
+        weights=tuple(_weight(own, "counterweights", one, middle) for own, one in weights[0].items())
+        + tuple(_weight(own, "balance_shafts", one, middle) for own, one in weights[1].items()),
+        fires=tuple(engine.firing_order),
         strokes=engine.strokes,
         even_firing=engine.even_firing,
-        limits=limits,
-        measures=measures,
-        goal=goal,
+        limits=asked[0],
+        measures=asked[1],
+        goal=asked[2],
         expected=tuple(document.get("expected", ())),
     )
 

@@ -202,7 +202,8 @@ def _judge(
     bound = size * (-float(run.b @ run.z) - float(np.abs(slack) @ room))
     gap = max(value - bound, 0.0) / max(value, 1e-6 * size)
     status = "optimal" if gap <= PROVEN * 10.0 or value - bound <= 1e-9 * size else "feasible"
-    return Least(x, value, bound, status, f"convex program, gap {gap:.1e} by our own dual bound")
+    said = f"gap {gap:.1e}" if value > 1e-9 * size else "the goal is zero to rounding, gap 0"
+    return Least(x, value, bound, status, f"convex program, {said} by our own dual bound")
 
 
 def _box_reach(box: Box, scale: FloatArray) -> FloatArray:

@@ -83,7 +83,16 @@ def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
 
 
 def _total(job: KnownJob, found: Correction) -> float:
-    return float(sum(spot.plane.amount(z) for spot, z in zip(job.spots, found.u, strict=True)))
+    return sum(amounts(job, found))
+
+
+def amounts(job: KnownJob, found: Correction) -> list[float]:
+    """Mass per plane [kg] (unbalance [kg m] where a plane has no radius); of all weights where it takes several."""
+    weights = found.weights or ((),) * len(job.spots)
+    return [
+        sum(mass for _, mass, _ in own) if spot.plane.shelf else spot.plane.amount(z)
+        for spot, z, own in zip(job.spots, found.u, weights, strict=True)
+    ]
 
 
 def _values(job: KnownJob, found: Correction) -> dict[str, Entry]:
@@ -118,7 +127,8 @@ def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float
     where = -u if plane.remove else u
     values = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
     if plane.kind == MASS:
-        values[f"{path}.mass"] = Entry(plane.amount(u), "mass", plane.unit)
+        mass = sum(m for _, m, _ in weights) if plane.shelf else plane.amount(u)
+        values[f"{path}.mass"] = Entry(mass, "mass", plane.unit)
     if abs(u) > 0.0:
         values[f"{path}.angle"] = angle(where)
     if plane.remove:
@@ -157,9 +167,9 @@ def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -
         place = f" of {table.of}" if table.of else ""
         value = _clean(all_forces[table.of] if table.of else max(all_forces.values()), size * (job.speed or 1.0) ** 2)
     else:
-        amounts = {spot.plane.name: spot.plane.amount(z) for spot, z in zip(job.spots, found.u, strict=True)}
+        masses = dict(zip((spot.plane.name for spot in job.spots), amounts(job, found), strict=True))
         place = f" of {table.of}" if table.of else " in total"
-        value = amounts[table.of] if table.of else sum(amounts.values())
+        value = masses[table.of] if table.of else sum(masses.values())
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
     return Held(table.response + place, Entry(float(value), table.dimension, table.unit), bound, found.prices.get(name))
 

@@ -81,8 +81,21 @@ class KnownJob:
     expected: tuple[Mapping[str, Any], ...]
 
 
-def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob | None:
-    """The job of a parsed file; None where a table could not be read. Mistakes are collected, not raised."""
+def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
+    """A job with known masses from a parsed problem file.
+
+    Parameters
+    ----------
+    document
+        The file as `tomllib` gives it.
+    mistakes
+        Collects what is wrong, with lines.
+
+    Raises
+    ------
+    InputError
+        All mistakes at once.
+    """
     for key in document:
         if key not in KEYS:
             mistakes.unknown_key((key,), list(KEYS))
@@ -93,11 +106,10 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob | No
     measures = read_tables(document, "measures", KnownLimitTable, mistakes)
     goal = read_table(KnownGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
     notes = _conventions(document.get("conventions", {}), mistakes)
-    if mistakes.found or shaft is None:
-        return None
+    mistakes.raise_any()
+    assert shaft is not None
     _check(shaft, masses, planes, limits, measures, mistakes)
-    if mistakes.found:
-        return None
+    mistakes.raise_any()
     if goal is None and planes:
         goal = KnownGoalTable(minimise="unbalance")
     return KnownJob(

@@ -53,11 +53,9 @@ def correct(job: KnownJob) -> Correction:
         exact = _exact(job, question)
         if exact is not None:
             return exact
-    if question.is_discrete:
-        from vibopt.balancing.discrete import solve_discrete as solve
-    else:
-        from vibopt.balancing.continuous import solve_continuous as solve
-    solved = solve(question)
+    from vibopt.balancing.pose import solve_question
+
+    solved = solve_question(question)
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
     prices = _prices(job, question, solved)
     weights = tuple(

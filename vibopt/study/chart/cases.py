@@ -204,8 +204,6 @@ of = "machine"
 _CLOSED = "closed form"
 _DIGITS = "equations of the optimum in 40 digits"
 
-WARM = Case("warm-up", fan(), FEASIBLE, 370110.16504085094821, _CLOSED)
-
 STOCK = (
     Case("fan, k", fan(), FEASIBLE, 370110.16504085094821, _CLOSED),
     Case("press, k and c", press(), FEASIBLE, 6956917.160715138961, _DIGITS),
@@ -217,3 +215,6 @@ STOCK = (
 )
 
 QUICK = STOCK[:5]
+
+WARM = STOCK[:2]
+"""Run once, untimed, so that every method is loaded."""

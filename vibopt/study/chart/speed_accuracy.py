@@ -79,7 +79,7 @@ def referenced(scene: Scene) -> Case:
     from vibopt.solve.branch import Judge
     from vibopt.solve.global_search import BranchAndBound
 
-    program, _ = closed(pose(scene))
+    program = closed(pose(scene))
     search = BranchAndBound(gap=1e-8, seconds=_PROOF_SECONDS)
     name = scene.name.removesuffix(".toml")
     if program.aim is None or not program.axes or search.refuses(program) is not None:

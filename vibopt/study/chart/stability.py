@@ -14,7 +14,7 @@ from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, U
 METHODS = (DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "trust_constr_50", "ipopt_sampled", "cvxpy")
 QUICK_METHODS = tuple(name for name in METHODS if name != "trust_constr_50")
 CLASSES = (RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES)
-PATIENCE = 5.0
+PATIENCE = 2.0
 """Seconds that a method with a time limit gets per case."""
 QUICK_SECONDS, FULL_SECONDS = 45.0, 270.0
 

@@ -15,6 +15,7 @@ from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.scene import Scene
+from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.registry import METHODS
 from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case
@@ -87,7 +88,7 @@ def _answer(scene: Scene, method: str, patience: float) -> tuple[str, str, Float
 
         design = solve(scene, explain=False)
         return design.status, f"{design.method}: {design.claim}", np.array(design.x) if design.x else None
-    program = pose(scene)
+    program = closed(pose(scene))
     chosen: Any = METHODS[method]()
     if hasattr(chosen, "seconds"):
         chosen.seconds = min(chosen.seconds, patience)
@@ -146,9 +147,10 @@ def warm_up(methods: list[str]) -> None:
     """Load what the methods need, so that no import is timed."""
     from vibopt.study.chart.cases import WARM
 
-    scene = WARM.scene()
-    for method in methods:
-        trial(WARM, scene, method, 1)
+    for case in WARM:
+        scene = case.scene()
+        for method in methods:
+            trial(case, scene, method, 1, 1.0)
 
 
 def as_row(one: Trial) -> dict[str, Any]:

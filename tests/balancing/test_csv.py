@@ -1,0 +1,85 @@
+# ruff: noqa: E501 -- messages stand as they are said
+"""Readings from CSV as spreadsheets write it, and messages with row and column."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from rotor_jobs import FAN, correction, messages, read_text, solve_text
+
+HEAD = 'readings = "job.csv"\n' + FAN[: FAN.index("[[runs]]")]
+PLAIN = """run,speed [rpm],left mass [g],left angle [deg],right,a amplitude [mil pp],a angle [deg],b amplitude [mil],b angle [deg]
+as found,1200,,,,8.6,63,6.5,206
+trial left,1200,10,270,,5.9,123,4.5,228
+trial right,1200,,,12 g @ 180 deg,6.2,36,10.4,162
+"""
+GERMAN = """sep=;
+run;speed [rpm];left mass [g];left angle [deg];right;a amplitude [mil pp];a angle [deg];b
+
+as found;1200;;;;8,6;63,0;6,5 mil @ 206 deg
+trial left;1200;10,0;270;;5,9;123;4,5 mil @ 228,0 deg
+trial right;1200;-;;12 g @ 180 deg;6,2;36;10,4 mil @ 162 deg
+"""
+
+
+def wanted() -> list[complex]:
+    plan = solve_text(FAN)
+    return [correction(plan, name) for name in ("left", "right")]
+
+
+@pytest.mark.parametrize(
+    ("raw", "sensors"),
+    [
+        (PLAIN.encode(), ""),
+        (PLAIN.replace("\n", "\r\n").encode("utf-8-sig"), ""),
+        (GERMAN.encode("utf-8-sig"), "[sensors.a]\n[sensors.b]\n"),
+        (GERMAN.replace(";", "\t").replace("sep=\t", "sep=\t").encode("utf-16"), "[sensors.a]\n[sensors.b]\n"),
+        (GERMAN.replace("trial", "Prüf").encode("cp1252"), "[sensors.a]\n[sensors.b]\n"),
+    ],
+    ids=["comma", "windows", "semicolon and byte-order mark", "tab and utf-16", "cp1252"],
+)
+def test_every_spreadsheet_gives_the_plan_of_the_typed_file(tmp_path: Path, raw: bytes, sensors: str) -> None:
+    (tmp_path / "job.csv").write_bytes(raw)
+    plan = solve_text(HEAD + sensors, tmp_path)
+    assert plan.status == "optimal"
+    for name, expected in zip(("left", "right"), wanted(), strict=True):
+        assert abs(correction(plan, name) - expected) < 1e-12 * abs(expected) + 1e-15
+
+
+def test_weights_that_stayed_are_added_up(tmp_path: Path) -> None:
+    sheet = PLAIN.replace("run,", "stayed,run,").replace("\nas", "\n,as").replace("\ntrial left", "\nno,trial left")
+    (tmp_path / "job.csv").write_text(sheet.replace("\ntrial right", "\nyes,trial right"))
+    last = read_text(HEAD, tmp_path).runs[2]
+    assert abs(abs(last.weights[0]) - 0.01 * 0.15) < 1e-15
+    assert abs(abs(last.weights[1]) - 0.012 * 0.15) < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("8.6", "-8.6", ['job.csv row 2, column F ("a amplitude [mil pp]"): "-8.6 mil pp @ 63 deg" is a negative amplitude. Write it positive and turn the angle by 180 deg.']),
+        (",63,", ",463,", ['job.csv row 2, column F ("a amplitude [mil pp]"): "8.6 mil pp @ 463 deg" has an angle above 360 deg. Write "103 deg", or correct it.']),
+        ("10,270", "0,270", ['job.csv row 3, column C ("left mass [g]"): "0 g @ 270 deg" is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run.']),
+        ("right,a", "ritgh,a", ['job.csv row 1, column E: "ritgh" names no plane and no sensor of this job. Did you mean "right"?']),
+        ("speed [rpm]", "speed", ['job.csv row 2, column B ("speed"): "1200" has no unit. Write "1200 rpm".', 'job.csv row 3, column B ("speed"): "1200" has no unit. Write "1200 rpm".', 'job.csv row 4, column B ("speed"): "1200" has no unit. Write "1200 rpm".']),
+        ("10.4,162", ",", ['job.csv row 4: run "trial right" has no reading of sensor b, which other runs or [sensors] have. Add it, or leave b out of every run.']),
+        ("6.5,206", "6.5,206,7", ["job.csv row 2: has 10 cells, but the heading names 9 columns."]),
+        (PLAIN, "", ["fan.toml line 1: job.csv is empty. Its first row names the columns: run, speed [rpm], ..."]),
+        (PLAIN[PLAIN.index("as found") :], "", ["fan.toml line 1: job.csv has no run below its heading. Add one row a run."]),
+    ],
+)  # fmt: skip
+def test_a_wrong_cell_is_named_by_row_and_column(tmp_path: Path, old: str, new: str, said: list[str]) -> None:
+    assert old in PLAIN
+    (tmp_path / "job.csv").write_text(PLAIN.replace(old, new, 1))
+    assert messages(HEAD, tmp_path) == said
+
+
+def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
+    assert messages(HEAD, tmp_path) == [f"fan.toml line 1: {tmp_path / 'job.csv'} is not there. Name the CSV file, relative to the problem file."]
+
+
+def test_a_plane_and_a_sensor_of_one_name_are_refused(tmp_path: Path) -> None:
+    assert messages(HEAD + "[sensors.left]\n", tmp_path) == [
+        'fan.toml line 13: "left" is a plane and a sensor: the CSV file could mean either. Rename one.'
+    ]

@@ -1,0 +1,261 @@
+"""Known masses on a shaft: what is recorded, what physics says, and what the messages say."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from math import isclose, pi, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.balancing.known import read_known, solve_known
+from vibopt.balancing.known.solve import correct
+from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
+from vibopt.balancing.outcome import Outcome
+from vibopt.errors import InputError, NotProven, UnknownName
+from vibopt.scene.locate import Locator
+from vibopt.scene.mistakes import Mistakes
+from vibopt.units import read_quantity
+
+PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
+FILES = sorted(path for path in PROBLEMS.glob("*.toml") if "[masses." in path.read_text(encoding="utf-8"))
+
+SHAFT: dict[str, Any] = {
+    "shaft": {"bearings": {"A": "0 mm", "B": "900 mm"}, "speed": "3000 rpm"},
+    "masses": {
+        "one": {"mass": "120 g", "radius": "100 mm", "angle": "20 deg", "at": "150 mm"},
+        "two": {"unbalance": "9 kg mm", "angle": "200 deg", "at": "450 mm"},
+    },
+    "planes": {
+        "P": {"at": "50 mm", "radius": "100 mm"},
+        "Q": {"at": "850 mm", "radius": "100 mm"},
+    },
+}
+
+
+def solved(document: dict[str, Any]) -> Outcome:
+    """The answer to a document."""
+    return solve_known(read_known(document, Mistakes("shaft.toml")))
+
+
+def changed(**tables: dict[str, Any]) -> dict[str, Any]:
+    """The shaft with some keys of some tables replaced; a path is written planes__P."""
+    document = copy.deepcopy(SHAFT)
+    for path, keys in tables.items():
+        here = document
+        for step in path.split("__"):
+            here = here.setdefault(step, {})
+        here.update(keys)
+    return document
+
+
+def number_at(answer: Outcome, path: str) -> float:
+    """A number of the answer."""
+    value = answer.find(path).value
+    assert isinstance(value, float)
+    return value
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.stem))
+def test_answer_is_what_the_file_records(file: Path) -> None:
+    document = tomllib.loads(file.read_text(encoding="utf-8"))
+    answer = solved(document)
+    answer.require_proof()
+    for record in document["expected"]:
+        entry = answer.find(record["path"])
+        right = read_quantity(record["value"], entry.dimension).value
+        assert isclose(float(entry.value), right, rel_tol=1e-6, abs_tol=1e-9), record["path"]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    sizes=st.lists(st.tuples(st.floats(1.0, 500.0), st.floats(0.0, 360.0), st.floats(0.0, 900.0)), min_size=1, max_size=5),
+    places=st.tuples(st.floats(-200.0, 300.0), st.floats(500.0, 1100.0)),
+)
+def test_two_planes_stop_every_force_and_couple(
+    sizes: list[tuple[float, float, float]], places: tuple[float, float]
+) -> None:
+    document = changed(planes__P={"at": f"{places[0]} mm"}, planes__Q={"at": f"{places[1]} mm"})
+    document["masses"] = {
+        f"m{k}": {"unbalance": f"{size} g mm", "angle": f"{angle} deg", "at": f"{at} mm"}
+        for k, (size, angle, at) in enumerate(sizes)
+    }
+    job = read_known(document, Mistakes("shaft.toml"))
+    found = correct(job)
+    scale = abs(unbalances(job)).sum() * float(job.speed or 0.0) ** 2
+    force, couple = turned_by_hand(job, found.u)
+    assert found.status == "optimal"
+    assert force < 1e-11 * scale
+    assert couple < 1e-11 * scale
+    assert equilibrium(job, 0.0 * found.u) < 1e-12
+
+
+@settings(max_examples=30, deadline=None)
+@given(turn=st.floats(1.0, 359.0))
+def test_turning_the_zero_turns_the_weights(turn: float) -> None:
+    document = changed()
+    for mass in document["masses"].values():
+        mass["angle"] = f"{float(mass['angle'].split()[0]) + turn} deg"
+    here, there = solved(changed()), solved(document)
+    for plane in ("P", "Q"):
+        gap = number_at(there, f"planes.{plane}.angle") - number_at(here, f"planes.{plane}.angle") - radians(turn)
+        assert abs((gap + pi) % (2.0 * pi) - pi) < 1e-9
+        assert isclose(number_at(there, f"planes.{plane}.mass"), number_at(here, f"planes.{plane}.mass"), rel_tol=1e-9)
+
+
+def test_removed_material_goes_where_a_weight_would_not() -> None:
+    added, taken = solved(changed()), solved(changed(planes__P={"remove": True}))
+    turn = number_at(taken, "planes.P.angle") - number_at(added, "planes.P.angle")
+    assert abs(abs(turn) - pi) < 1e-12
+    assert number_at(taken, "planes.P.mass") == pytest.approx(number_at(added, "planes.P.mass"))
+    assert taken.find("planes.P.action").value == "remove material here"
+
+
+def test_depth_of_a_drilled_hole_holds_its_mass() -> None:
+    drill = {"diameter": "12 mm", "density": "7850 kg/m³"}
+    answer = solved(changed(planes__P={"remove": True, "drill": drill}))
+    volume = number_at(answer, "planes.P.depth") * pi * 0.006**2
+    assert volume * 7850.0 == pytest.approx(number_at(answer, "planes.P.mass"))
+
+
+def test_capped_plane_is_filled_and_nothing_else_within_the_caps_is_better() -> None:
+    document = changed(planes__P={"weight": {"from": "0 g", "to": "20 g"}}, goal={"minimise": "reaction", "combine": "worst"})
+    job = read_known(document, Mistakes("shaft.toml"))
+    found = correct(job)
+    answer = solve_known(job)
+    best = max(number_at(answer, f"residual.bearings.{name}.reaction") for name in "AB")
+    assert answer.status == "optimal"
+    assert number_at(answer, "planes.P.mass") == pytest.approx(0.02, rel=1e-6)
+    assert any("out of reach" in note for note in answer.notes)
+    from vibopt.balancing.known.statics import reactions
+
+    generator = np.random.default_rng(7)
+    for _ in range(2000):
+        other = found.u + 3e-4 * (generator.normal(size=2) + 1j * generator.normal(size=2))
+        other[0] *= min(1.0, 0.002 / abs(other[0]))
+        assert max(abs(one) for one in reactions(job, other).values()) > best * (1.0 - 1e-6)
+
+
+def test_of_three_planes_the_lightest_balance_is_chosen() -> None:
+    document = changed(planes__R={"at": "400 mm", "radius": "100 mm"}, goal={"minimise": "correction"})
+    job = read_known(document, Mistakes("shaft.toml"))
+    found = correct(job)
+    assert found.way == "least mass"
+    null = np.array([(0.85 - 0.4), (0.4 - 0.05), -(0.85 - 0.05)])
+    generator = np.random.default_rng(3)
+    for _ in range(500):
+        other = found.u + null * complex(*generator.normal(scale=1e-3, size=2))
+        assert turned_by_hand(job, other)[0] < 1e-6
+        assert np.abs(other).sum() >= np.abs(found.u).sum() * (1.0 - 1e-9)
+
+
+def test_limit_on_a_reaction_is_held_with_the_least_mass_and_has_a_price() -> None:
+    limits = {"front": {"response": "bearing_reaction", "of": "A", "at_most": "200 N"}}
+    answer = solved({**changed(goal={"minimise": "correction"}), "limits": limits})
+    assert answer.status == "optimal"
+    held = answer.limits["front"]
+    assert held.met
+    assert held.margin == pytest.approx(0.0, abs=1e-6)
+    looser = {"front": {**limits["front"], "at_most": "201 N"}}
+    less = solved({**changed(goal={"minimise": "correction"}), "limits": looser})
+    assert held.price == pytest.approx(number_at(answer, "goal") - number_at(less, "goal"), rel=0.02)
+
+
+def test_forbidden_sector_keeps_the_weight_out() -> None:
+    free = number_at(solved(changed()), "planes.P.angle") * 180.0 / pi
+    sector = f"{free - 20:.6f}..{free + 30:.6f} deg"
+    answer = solved(changed(planes__P={"forbidden": [sector]}))
+    turned = (number_at(answer, "planes.P.angle") * 180.0 / pi - free + 180.0) % 360.0 - 180.0
+    assert answer.status == "optimal"
+    assert not -19.999 < turned < 29.999
+
+
+def test_plane_that_is_kept_stays_empty_and_limits_that_cannot_hold_are_infeasible() -> None:
+    kept = solved(changed(planes__Q={"keep": True}))
+    assert number_at(kept, "planes.Q.mass") == 0.0
+    limits = {"all": {"response": "bearing_reaction", "at_most": "1 N"}}
+    none = solved({**changed(planes__Q={"keep": True}), "limits": limits})
+    assert none.status == "infeasible"
+    assert none.exit_code == 3
+
+
+def test_shaft_alone_is_met_or_violated() -> None:
+    document = changed(limits={"all": {"response": "bearing_reaction", "at_most": "100 N"}})
+    del document["planes"]
+    broken = solved(document)
+    assert (broken.status, broken.exit_code) == ("violated", 7)
+    document["limits"]["all"]["at_most"] = "2 kN"
+    assert solved(document).status == "met"
+
+
+def test_holes_name_their_weights() -> None:
+    rim = {"holes": 12, "shelf": ["10 g", "50 g"], "most_weights": 2}
+    answer = solved(changed(planes__P=rim, planes__Q=rim))
+    words = answer.find("planes.P.weights").value
+    assert isinstance(words, str)
+    assert "in hole" in words
+    assert sum(float(one.split(" g")[0]) for one in words.split(", ")) * 1e-3 == pytest.approx(
+        number_at(answer, "planes.P.mass")
+    )
+
+
+def test_answer_as_json_is_nested_by_path_and_unknown_paths_are_refused() -> None:
+    answer = solved(changed())
+    data = answer.to_json()
+    assert data["planes"]["P"]["mass"]["unit"] == "kg"
+    assert data["residual"]["static"]["value"] == 0.0
+    with pytest.raises(UnknownName, match=r'unknown path "planes.P.mas". Did you mean "planes.P.mass"\?'):
+        answer.find("planes.P.mas")
+    with pytest.raises(NotProven):
+        Outcome("x", "x", "unproven", "nothing", {}).require_proof()
+
+
+TEXT = """
+[shaft]
+bearings = { A = "0 mm", B = "900 mm" }
+speed = "3000 rpm"
+
+[masses.one]
+mass = "120 g"
+radius = "100 mm"
+angle = "20 deg"
+at = "150 mm"
+
+[planes.P]
+at = "50 mm"
+radius = "100 mm"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('radius = "100 mm"\nangle', "angle", 'shaft.toml line 6: masses.one has no radius. Add it, or write unbalance = "50 kg mm" instead of both.'),
+        ('at = "150 mm"', "", 'shaft.toml line 6: masses.one has no axial place. Add it, for example at = "300 mm".'),
+        ('mass = "120 g"', 'mass = "120"', 'shaft.toml line 7: masses.one.mass = "120" has no unit. Write "120 kg".'),
+        ("B = ", 'C = "1 m", B = ', 'shaft.toml line 3: shaft.bearings names 3 bearings, but two carry a shaft. Write bearings = { A = "0 mm", B = "900 mm" }.'),
+        ('"900 mm"', '"0 mm"', "shaft.toml line 3: shaft.bearings has both bearings at the same place."),
+        ('at = "50 mm"', 'at = "50 mm"\nholes = 24', 'shaft.toml line 12: planes.P has holes but no weights to put in. Write shelf = ["5 g", "10 g"].'),
+        ('at = "50 mm"', 'at = "50 mm"\nshelf = ["5 g"]', "shaft.toml line 12: planes.P has weights on the shelf but no holes. Write holes = 24."),
+        ('at = "50 mm"', 'at = "50 mm"\nholes = 0', 'shaft.toml line 14: planes.P.holes = 0 is neither a number of holes nor a list of angles. Write 24, or ["0 deg", "30 deg"].'),
+        ('at = "50 mm"', 'at = "50 mm"\nweight = "5 g"', 'shaft.toml line 14: planes.P.weight is one value, but a plane needs the range to choose from. Write { from = "0 g", to = "60 g" }.'),
+        ('at = "50 mm"', 'at = "50 mm"\nforbidden = ["80 deg"]', 'shaft.toml line 14: planes.P.forbidden = ["80 deg"] holds a sector that is no sector. Write "80..110 deg".'),
+        ('at = "50 mm"', 'at = "50 mm"\ndrill = { diameter = "5 mm", density = "7850 kg/m³" }', "shaft.toml line 12: planes.P has a drill but adds weights. Write remove = true."),
+        ("[planes.P]", "[plane.P]", 'shaft.toml line 12: unknown key "plane" at the top level. Did you mean "planes"?'),
+        ("[planes.P]", '[limits.a]\nresponse = "bearing_reaction"\nof = "C"\nat_most = "5 N"\n[planes.P]', 'shaft.toml line 14: limits.a.of = "C" names no bearing of this scene. Known: A, B.'),
+        ("[planes.P]", '[limits.a]\nresponse = "correction"\nat_most = "5 g"\n[planes.P]', 'shaft.toml line 12: limits.a needs of = "PLANE" or total = true, one of the two.'),
+        ("[planes.P]", '[limits.a]\nresponse = "static_unbalance"\n[planes.P]', "shaft.toml line 12: limits.a has no bound. Write at_most, or move it to [measures.a]."),
+        ('speed = "3000 rpm"', '[limits.a]\nresponse = "bearing_reaction"\nat_most = "5 N"', 'shaft.toml line 4: limits.a needs [shaft] with bearings = { A = "0 mm", B = "900 mm" } and speed = "1500 rpm".'),
+    ],
+)  # fmt: skip
+def test_mistake_is_said_with_its_place_and_the_way_out(old: str, new: str, message: str) -> None:
+    text = TEXT.replace(old, new, 1)
+    assert text != TEXT
+    with pytest.raises(InputError) as caught:
+        read_known(tomllib.loads(text), Mistakes("shaft.toml", Locator(text)))
+    assert message in caught.value.messages

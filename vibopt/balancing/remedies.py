@@ -1,0 +1,84 @@
+"""Planes that act almost alike: the ways round, solved side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.balancing.fitting import amplitude
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.outcome import Entry
+from vibopt.balancing.plan import Remedy
+from vibopt.balancing.pose import Posed, solve_question, without_plane
+from vibopt.balancing.question import Question
+from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
+from vibopt.forms import ComplexArray
+
+
+def warning(job: RotorJob, found: Conditioning) -> str:
+    """The sentence that names the planes; "" where all are told apart."""
+    if not found.alike:
+        return ""
+    names = _and([job.planes[index].name for index in found.alike])
+    number = "infinite" if np.isinf(found.number) else f"{found.number:.1e}".replace("e+0", "e").replace("e+", "e")
+    return f"Planes {names} act almost alike: condition number {number}; one can be left out, or the mass penalised."
+
+
+def remedies(job: RotorJob, posed: Posed, identified: Identified, noise: Noise | None, found: Conditioning, u: ComplexArray) -> tuple[Remedy, ...]:
+    """As asked, each alike plane left out, the mass penalised, and caps from the plane left out."""
+    question = posed.question
+    tried = [("as asked", u)]
+    for plane in found.alike:
+        tried.append((f"{job.planes[plane].name} left out", solve_question(without_plane(question, [plane])).u))
+    single = [one for _, one in tried[1:] if one is not None]
+    if not question.is_discrete and question.goal != "correction":
+        tried.append(("mass penalised", solve_question(penalised(question, job.free)).u))
+        if single:
+            largest = min(float(np.abs(one).max()) for one in single)
+            capped = replace(question, caps=np.minimum(question.caps, largest))
+            tried.append((f"caps of {_cap_text(job, found.alike[0], largest)}", solve_question(capped).u))
+    return tuple(_remedy(job, name, one, identified, noise) for name, one in tried if one is not None)
+
+
+def penalised(question: Question, free: Sequence[int]) -> Question:
+    """Least squares with the corrections as further rows, weighted so that the condition number comes down to ALIKE."""
+    A = question.importance[:, None] * question.H[:, list(free)]
+    weight = np.linalg.svd(A, compute_uv=False)[0] / ALIKE
+    extra = np.zeros((len(free), question.n_planes), dtype=complex)
+    extra[np.arange(len(free)), list(free)] = weight
+    return replace(
+        question,
+        y0=np.concatenate([question.y0, np.zeros(len(free))]),
+        H=np.concatenate([question.H, extra]),
+        importance=np.concatenate([question.importance, np.ones(len(free))]),
+        limits=np.concatenate([question.limits, np.full(len(free), np.inf)]),
+        goal="rms",
+    )
+
+
+def _remedy(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
+    left = np.abs(identified.residual(u))
+    row = int(np.argmax(job.importance * left))
+    masses = tuple(f"{plane.name} {plane.show(plane.amount(complex(one)))}" for plane, one in zip(job.planes, u, strict=True))
+    band = ""
+    if noise is not None and identified.learnt:
+        ends = bands(job, identified, noise, u)
+        worst = int(np.argmax(job.importance * ends[:, 1]))
+        band = f"{amplitude(job, worst, float(ends[worst, 0])).shown} to {amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
+    rms = float(np.sqrt(np.mean((job.importance * left) ** 2)))
+    return Remedy(name, amplitude(job, row, float(left[row])), _goal_entry(job, rms), masses, band)
+
+
+def _goal_entry(job: RotorJob, value: float) -> Entry:
+    return amplitude(job, 0, value)
+
+
+def _cap_text(job: RotorJob, plane: int, u: float) -> str:
+    return job.planes[plane].show(job.planes[plane].amount(u), 3)
+
+
+def _and(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}"

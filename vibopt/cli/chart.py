@@ -1,0 +1,259 @@
+"""`vibopt chart`: methods against each other, on known scenes, on hard ground, on smaller models."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vibopt.cli.options import as_json, read_scene
+from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import Console
+
+    from vibopt.study.chart.fidelity import Fidelity
+    from vibopt.study.chart.speed_accuracy import SpeedAccuracy
+    from vibopt.study.chart.stability import Stability
+    from vibopt.study.chart.trial import Trial
+
+FORMATS = (".svg", ".png", ".pdf")
+SILENTLY_WRONG = 6
+
+_files = click.argument("files", metavar="[FILE]...", nargs=-1)
+_quick = click.option("--quick", is_flag=True, help="Fewer scenes and methods; ends within a minute.")
+_figure = click.option("--figure", metavar="FILE", help="Draw the chart (.svg, .png, .pdf).")
+
+
+@click.group()
+def chart() -> None:
+    """Chart methods against each other: speed and accuracy, stability, fidelity of the model."""
+
+
+@chart.command("speed-accuracy")
+@_files
+@_quick
+@_figure
+@as_json
+def speed_accuracy(files: tuple[str, ...], quick: bool, figure: str | None, as_json: bool) -> int:
+    """Time and true error of every method, on scenes whose answer is known or on problem files.
+
+    True error is the greater of the goal's distance from the best and the worst violation of a limit, both as
+    parts.  Exit code 6 if vibopt itself claims anything wrong.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.chart.speed_accuracy import speed_accuracy as run
+    from vibopt.study.chart.trial import DEFAULT
+
+    target = checked_target(figure, FORMATS) if figure else None
+    scenes = [read_scene(file) for file in files]
+    with Bar() as bar:
+        result = run(scenes, quick=quick, progress=bar)
+    _draw(target, lambda: _accuracy_figure(result))
+    if as_json:
+        say_json(_accuracy_json(result))
+    else:
+        _say(lambda console: _accuracy_table(result, console), target)
+    return SILENTLY_WRONG if any(one.fault and one.method == DEFAULT for one in result.trials) else 0
+
+
+@chart.command()
+@_quick
+@_figure
+@as_json
+def stability(quick: bool, figure: str | None, as_json: bool) -> int:
+    """How methods fail on hard ground: right, says so, wrong but unproven, or silently wrong.
+
+    Exit code 6 if vibopt itself is ever silently wrong.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.chart.stability import stability as run
+    from vibopt.study.chart.trial import DEFAULT, SILENT
+
+    target = checked_target(figure, FORMATS) if figure else None
+    with Bar() as bar:
+        result = run(quick=quick, progress=bar)
+    _draw(target, lambda: _stability_figure(result))
+    if as_json:
+        say_json(_stability_json(result))
+    else:
+        _say(lambda console: _stability_table(result, console), target)
+    return SILENTLY_WRONG if any(t.verdict == SILENT and t.method == DEFAULT for t in result.trials) else 0
+
+
+@chart.command()
+@_files
+@_quick
+@_figure
+@as_json
+def fidelity(files: tuple[str, ...], quick: bool, figure: str | None, as_json: bool) -> int:
+    """Degrees of freedom declared and needed; error and time saved of the smaller model against the full one."""
+    from vibopt.cli.progress import Bar
+    from vibopt.study.chart.fidelity import fidelity as run
+
+    target = checked_target(figure, FORMATS) if figure else None
+    scenes = [read_scene(file) for file in files]
+    with Bar() as bar:
+        rows = run(scenes, quick=quick, progress=bar)
+    _draw(target, lambda: _fidelity_figure(rows))
+    if as_json:
+        say_json({"chart": "fidelity", "scenes": list(rows)})
+    else:
+        _say(lambda console: _fidelity_table(rows, console), target)
+    return 0
+
+
+def _draw(target: Path | None, make: Callable[[], Figure]) -> None:
+    if target is not None:
+        from vibopt.design.figures import saved
+
+        write_file(target, saved(make(), target.suffix[1:].lower()))
+
+
+def _say(write: Callable[[Console], None], target: Path | None) -> None:
+    from vibopt.design.table import rendered
+
+    say(rendered(write, width=max(width(), 100), colour=colour()))
+    if target is not None:
+        say(f"Written: {target}")
+
+
+def _accuracy_json(result: SpeedAccuracy) -> dict[str, Any]:
+    from vibopt.study.chart.trial import DEFAULT
+
+    trials = [{**_row(one), "ratio": result.ratio(one)} for one in result.trials]
+    cases = [{"name": c.name, "truth": c.truth, "goal": c.goal, "known_by": c.known_by} for c in result.cases]
+    return {"chart": "speed-accuracy", "default": DEFAULT, "cases": cases, "trials": trials, "skipped": list(result.skipped)}
+
+
+def _stability_json(result: Stability) -> dict[str, Any]:
+    cases = [{"name": c.name, "family": c.family, "truth": c.truth, "goal": c.goal, "known_by": c.known_by} for c in result.cases]
+    counts = {
+        family: {method: dict(result.count(family, method)) for method in result.methods} for family in result.families
+    }
+    trials = [_row(one) for one in result.trials]
+    return {"chart": "stability", "counts": counts, "cases": cases, "trials": trials, "skipped": list(result.skipped)}
+
+
+def _row(one: Trial) -> dict[str, Any]:
+    """A trial as plain data; numbers that do not exist are None."""
+    from vibopt.study.chart.trial import as_row
+
+    return {
+        key: None if isinstance(value, float) and math.isnan(value) else value for key, value in as_row(one).items()
+    }
+
+
+def _accuracy_table(result: SpeedAccuracy, console: Console) -> None:
+    from vibopt.design.table import grid, section
+    from vibopt.study.chart.trial import DEFAULT
+
+    console.print("Speed against accuracy", style="bold")
+    console.print(f"Time is over that of {DEFAULT} on the same scene, its check of the built machine included.")
+    for case in result.cases:
+        rows = [
+            (one.method, _time(one.seconds), _ratio(result.ratio(one)), _part(one.error), one.status, one.fault)
+            for one in result.of(case.name)
+        ]
+        heads = ("Method", "Time", "Ratio", "True error", "Claims", "Wrong")
+        section(console, f"{case.name} ({case.known_by})", grid(rows, heads, whole=(0, 1, 2, 3)))
+    if result.skipped:
+        console.print(f"\nNo time for {len(result.skipped)} of the runs.")
+
+
+def _stability_table(result: Stability, console: Console) -> None:
+    from vibopt.design.table import grid, section
+    from vibopt.study.chart.stability import CLASSES
+    from vibopt.study.chart.trial import REFUSES, SILENT
+
+    short = {name: name[0].upper() for name in CLASSES}
+    short.update(dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "-"), strict=True)))
+    console.print("Stability on hard ground", style="bold")
+    rows = []
+    for family in result.families:
+        cells = []
+        for method in result.methods:
+            count = result.count(family, method)
+            words = [f"{count[name]} {short[name]}" for name in CLASSES if count[name] and name != REFUSES]
+            cells.append(", ".join(words) or ("refuses" if count[REFUSES] else "no time"))
+        rows.append((family, *cells))
+    console.print(grid(rows, ("Family", *result.methods)))
+    wrong = [(one.method, one.case, one.fault) for one in result.trials if one.verdict == SILENT]
+    if wrong:
+        section(console, "Silently wrong", grid(wrong, ("Method", "Scene", "What is wrong")))
+    if result.skipped:
+        console.print(f"\nNo time for {len(result.skipped)} of the runs.")
+
+
+def _fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
+    from vibopt.design.table import grid
+
+    console.print("Fidelity: the smaller model against the full one", style="bold")
+    heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Error of values", "Error of goal")
+    listed = [
+        (
+            row.case, str(row.declared), str(row.used), _ratio(row.measuring_full / row.measuring),
+            _ratio(row.solving_full / row.solving), _part(row.value_error), _part(row.goal_error),
+        )
+        for row in rows
+    ]  # fmt: skip
+    console.print(grid(listed, heads, whole=(0,)))
+    console.print("Measuring and solving: time on the full model over time on the smaller one.")
+
+
+def _accuracy_figure(result: SpeedAccuracy) -> Figure:
+    from vibopt.design.chart_figures import Dot, Scatter, accuracy_figure
+    from vibopt.study.chart.trial import DEFAULT
+
+    cases = []
+    for case in result.cases:
+        ran = result.of(case.name)
+        dots = tuple(
+            Dot(one.method, result.ratio(one), one.error, bool(one.fault)) for one in ran if math.isfinite(one.error)
+        )
+        silent = tuple(one.method for one in ran if not math.isfinite(one.error))
+        seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
+        cases.append(Scatter(case.name, seconds, dots, silent))
+    return accuracy_figure(cases, DEFAULT)
+
+
+def _stability_figure(result: Stability) -> Figure:
+    from vibopt.design.chart_figures import stability_figure
+    from vibopt.study.chart.stability import CLASSES
+
+    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.methods}
+    return stability_figure(result.families, result.methods, counts, CLASSES)
+
+
+def _fidelity_figure(rows: tuple[Fidelity, ...]) -> Figure:
+    from vibopt.design.chart_figures import Bars, fidelity_figure
+
+    return fidelity_figure(
+        [
+            Bars(
+                row.case, row.declared, row.used, row.measuring_full / row.measuring,
+                row.solving_full / row.solving, row.value_error,
+            )
+            for row in rows
+        ]  # fmt: skip
+    )
+
+
+def _time(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "-"
+    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "-"
+
+
+def _part(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "0" if value == 0.0 else f"{value:.1e}" if math.isfinite(value) else "infinite"

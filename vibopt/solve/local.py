@@ -1,0 +1,86 @@
+"""A design made as good as it can be near where it is, limits exact; discrete values stay."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.program.program import Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.sharpen import Exact, Sharpener
+from vibopt.solve.starts import log_box, starts
+
+_SECONDS = 5.0
+
+
+def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
+    """A feasible design no worse than the feasible `x` (n_vars,), sharp where the limits are regular."""
+    x, value = _to_ends(program, judge, np.array(x, dtype=float))
+    if program.aim is None:
+        return x
+    there = _sharpened(program, x)
+    if there is not None and judge.feasible(there):
+        other = judge.goal(there).value
+        if other <= value + 1e-15 * abs(value):
+            return _to_ends(program, judge, there)[0]
+    return x
+
+
+def rescued(program: Program, middles: FloatArray, judge: Judge) -> FloatArray | None:
+    """A feasible design from the middles of boxes (n, n_vars) or from starts spread over the whole range."""
+    spread = np.exp(starts(program, 6))
+    for x in [*middles, *spread]:
+        x = _on_values(program, x)
+        if judge.feasible(x):
+            return x
+        there = _sharpened(program, x, only_feasible=True)
+        if there is not None and judge.feasible(there):
+            return there
+    return None
+
+
+def _on_values(program: Program, x: FloatArray) -> FloatArray:
+    """Discrete coordinates moved to the nearest value there is."""
+    moved = np.array(x, dtype=float)
+    for i, axis in enumerate(program.axes):
+        if axis.values is not None:
+            moved[i] = min(axis.values, key=lambda value: abs(value - moved[i]))
+    return moved
+
+
+def _sharpened(program: Program, x: FloatArray, *, only_feasible: bool = False) -> FloatArray | None:
+    low, high = log_box(program)
+    for i, axis in enumerate(program.axes):
+        if axis.values is not None:
+            low[i] = high[i] = np.log(max(x[i], 1e-300))
+    if not (high > low).any():
+        return None
+    exact = Exact(program, low, high)
+    start = np.log(np.maximum(x, np.exp(low)))
+    point = Sharpener(exact, time.perf_counter() + _SECONDS).run(start, only_feasible=only_feasible)
+    there = np.exp(point.y)
+    for i, axis in enumerate(program.axes):
+        if axis.values is not None:
+            there[i] = x[i]
+        elif point.y[i] >= high[i] and np.isfinite(axis.high):
+            there[i] = axis.high
+        elif point.y[i] <= low[i] and axis.low > 0.0:
+            there[i] = axis.low
+    return there
+
+
+def _to_ends(program: Program, judge: Judge, x: FloatArray) -> tuple[FloatArray, float]:
+    """Each continuous variable moved to the better end of its range where the limits allow it."""
+    value = judge.goal(x).value
+    for i, axis in enumerate(program.axes):
+        for end in (axis.low, axis.high):
+            if axis.values is not None or end == x[i]:
+                continue
+            there = x.copy()
+            there[i] = end
+            other = judge.goal(there).value
+            if other < value and judge.feasible(there):
+                x, value = there, other
+    return x, value

@@ -1,0 +1,43 @@
+"""Every speed at which a limit may be worst: local extremes and ends of its bands."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import Drive, FloatArray, Form, Modulus
+from vibopt.mechanics.harmonic import modal_of
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.peaks import Extreme, peaks
+from vibopt.program.worst import DriveResponse, closed_form, drive_extreme, plain_value, singularities
+
+
+def local_extremes(model: Model, form: Form, x: FloatArray, *, least: bool) -> list[tuple[tuple[float, ...], float]]:
+    """Speeds per excitation and value of every local extreme that could be the worst."""
+    if not isinstance(form, Modulus):
+        return [((), plain_value(model, form, x))]
+    per_drive = [_drive_extremes(model, form, drive, x, least) for drive in form.drives]
+    found = per_drive[0] if len(per_drive) == 1 else []
+    if len(per_drive) == 1:
+        return [((one.speed,), one.value) for one in found]
+    tops = [(min if least else max)(one, key=lambda e: e.value) for one in per_drive]
+    values = np.array([one.value for one in tops])
+    total = float(np.sqrt((values**2).sum())) if form.combine == "rss" else float(values.sum())
+    return [(tuple(one.speed for one in tops), total)]
+
+
+def _drive_extremes(model: Model, form: Modulus, drive: Drive, x: FloatArray, least: bool) -> list[Extreme]:
+    closed = closed_form(model, form, drive, x)
+    if closed is not None:
+        found = [one for band in drive.bands for one in closed.candidates(band)]
+    elif least:
+        return [drive_extreme(model, form, drive, x, True)]
+    else:
+        modal = modal_of(model, model.values(x))
+        singular, breaks = singularities(model, form, drive, x, modal)
+        response = DriveResponse(model, form, drive, x, modal)
+        found = peaks(response, drive.bands, singular, breaks, within=0.9)
+    unique: list[Extreme] = []
+    for one in found:
+        if not any(abs(one.speed - other.speed) <= 1e-9 * abs(one.speed) for other in unique):
+            unique.append(one)
+    return unique
