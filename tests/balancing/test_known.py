@@ -74,15 +74,17 @@ def test_answer_is_what_the_file_records(file: Path) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(
-    sizes=st.lists(st.tuples(st.floats(1.0, 500.0), st.floats(0.0, 360.0), st.floats(0.0, 900.0)), min_size=1, max_size=5),
+    sizes=st.lists(
+        st.tuples(st.floats(1.0, 500.0), st.floats(0.0, 360.0), st.floats(0.0, 900.0)), min_size=1, max_size=5
+    ),
     places=st.tuples(st.floats(-200.0, 300.0), st.floats(500.0, 1100.0)),
 )
 def test_two_planes_stop_every_force_and_couple(
     sizes: list[tuple[float, float, float]], places: tuple[float, float]
 ) -> None:
-    document = changed(planes__P={"at": f"{places[0]} mm"}, planes__Q={"at": f"{places[1]} mm"})
+    document = changed(planes__P={"at": f"{places[0]:.6f} mm"}, planes__Q={"at": f"{places[1]:.6f} mm"})
     document["masses"] = {
-        f"m{k}": {"unbalance": f"{size} g mm", "angle": f"{angle} deg", "at": f"{at} mm"}
+        f"m{k}": {"unbalance": f"{size:.6f} g mm", "angle": f"{angle:.6f} deg", "at": f"{at:.6f} mm"}
         for k, (size, angle, at) in enumerate(sizes)
     }
     job = read_known(document, Mistakes("shaft.toml"))
@@ -124,7 +126,8 @@ def test_depth_of_a_drilled_hole_holds_its_mass() -> None:
 
 
 def test_capped_plane_is_filled_and_nothing_else_within_the_caps_is_better() -> None:
-    document = changed(planes__P={"weight": {"from": "0 g", "to": "20 g"}}, goal={"minimise": "reaction", "combine": "worst"})
+    goal = {"minimise": "reaction", "combine": "worst"}
+    document = changed(planes__P={"weight": {"from": "0 g", "to": "20 g"}}, goal=goal)
     job = read_known(document, Mistakes("shaft.toml"))
     found = correct(job)
     answer = solve_known(job)
@@ -235,24 +238,78 @@ radius = "100 mm"
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('radius = "100 mm"\nangle', "angle", 'shaft.toml line 6: masses.one has no radius. Add it, or write unbalance = "50 kg mm" instead of both.'),
+        (
+            'radius = "100 mm"\nangle',
+            "angle",
+            'shaft.toml line 6: masses.one has no radius. Add it, or write unbalance = "50 kg mm" instead of '
+            "both.",
+        ),
         ('at = "150 mm"', "", 'shaft.toml line 6: masses.one has no axial place. Add it, for example at = "300 mm".'),
         ('mass = "120 g"', 'mass = "120"', 'shaft.toml line 7: masses.one.mass = "120" has no unit. Write "120 kg".'),
-        ("B = ", 'C = "1 m", B = ', 'shaft.toml line 3: shaft.bearings names 3 bearings, but two carry a shaft. Write bearings = { A = "0 mm", B = "900 mm" }.'),
+        (
+            "B = ",
+            'C = "1 m", B = ',
+            "shaft.toml line 3: shaft.bearings names 3 bearings, but two carry a shaft. Write bearings = { A "
+            '= "0 mm", B = "900 mm" }.',
+        ),
         ('"900 mm"', '"0 mm"', "shaft.toml line 3: shaft.bearings has both bearings at the same place."),
-        ('at = "50 mm"', 'at = "50 mm"\nholes = 24', 'shaft.toml line 12: planes.P has holes but no weights to put in. Write shelf = ["5 g", "10 g"].'),
-        ('at = "50 mm"', 'at = "50 mm"\nshelf = ["5 g"]', "shaft.toml line 12: planes.P has weights on the shelf but no holes. Write holes = 24."),
-        ('at = "50 mm"', 'at = "50 mm"\nholes = 0', 'shaft.toml line 14: planes.P.holes = 0 is neither a number of holes nor a list of angles. Write 24, or ["0 deg", "30 deg"].'),
-        ('at = "50 mm"', 'at = "50 mm"\nweight = "5 g"', 'shaft.toml line 14: planes.P.weight is one value, but a plane needs the range to choose from. Write { from = "0 g", to = "60 g" }.'),
-        ('at = "50 mm"', 'at = "50 mm"\nforbidden = ["80 deg"]', 'shaft.toml line 14: planes.P.forbidden = ["80 deg"] holds a sector that is no sector. Write "80..110 deg".'),
-        ('at = "50 mm"', 'at = "50 mm"\ndrill = { diameter = "5 mm", density = "7850 kg/m³" }', "shaft.toml line 12: planes.P has a drill but adds weights. Write remove = true."),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\nholes = 24',
+            'shaft.toml line 12: planes.P has holes but no weights to put in. Write shelf = ["5 g", "10 g"].',
+        ),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\nshelf = ["5 g"]',
+            "shaft.toml line 12: planes.P has weights on the shelf but no holes. Write holes = 24.",
+        ),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\nholes = 0',
+            "shaft.toml line 14: planes.P.holes = 0 is neither a number of holes nor a list of angles. Write "
+            '24, or ["0 deg", "30 deg"].',
+        ),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\nweight = "5 g"',
+            "shaft.toml line 14: planes.P.weight is one value, but a plane needs the range to choose from. "
+            'Write { from = "0 g", to = "60 g" }.',
+        ),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\nforbidden = ["80 deg"]',
+            'shaft.toml line 14: planes.P.forbidden = ["80 deg"] holds a sector that is no sector. Write '
+            '"80..110 deg".',
+        ),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\ndrill = { diameter = "5 mm", density = "7850 kg/m³" }',
+            "shaft.toml line 12: planes.P has a drill but adds weights. Write remove = true.",
+        ),
         ("[planes.P]", "[plane.P]", 'shaft.toml line 12: unknown key "plane" at the top level. Did you mean "planes"?'),
-        ("[planes.P]", '[limits.a]\nresponse = "bearing_reaction"\nof = "C"\nat_most = "5 N"\n[planes.P]', 'shaft.toml line 14: limits.a.of = "C" names no bearing of this scene. Known: A, B.'),
-        ("[planes.P]", '[limits.a]\nresponse = "correction"\nat_most = "5 g"\n[planes.P]', 'shaft.toml line 12: limits.a needs of = "PLANE" or total = true, one of the two.'),
-        ("[planes.P]", '[limits.a]\nresponse = "static_unbalance"\n[planes.P]', "shaft.toml line 12: limits.a has no bound. Write at_most, or move it to [measures.a]."),
-        ('speed = "3000 rpm"', '[limits.a]\nresponse = "bearing_reaction"\nat_most = "5 N"', 'shaft.toml line 4: limits.a needs [shaft] with bearings = { A = "0 mm", B = "900 mm" } and speed = "1500 rpm".'),
+        (
+            "[planes.P]",
+            '[limits.a]\nresponse = "bearing_reaction"\nof = "C"\nat_most = "5 N"\n[planes.P]',
+            'shaft.toml line 14: limits.a.of = "C" names no bearing of this scene. Known: A, B.',
+        ),
+        (
+            "[planes.P]",
+            '[limits.a]\nresponse = "correction"\nat_most = "5 g"\n[planes.P]',
+            'shaft.toml line 12: limits.a needs of = "PLANE" or total = true, one of the two.',
+        ),
+        (
+            "[planes.P]",
+            '[limits.a]\nresponse = "static_unbalance"\n[planes.P]',
+            "shaft.toml line 12: limits.a has no bound. Write at_most, or move it to [measures.a].",
+        ),
+        (
+            'speed = "3000 rpm"',
+            '[limits.a]\nresponse = "bearing_reaction"\nat_most = "5 N"',
+            'shaft.toml line 4: limits.a needs [shaft] with bearings = { A = "0 mm", B = "900 mm" } and '
+            'speed = "1500 rpm".',
+        ),
     ],
-)  # fmt: skip
+)
 def test_mistake_is_said_with_its_place_and_the_way_out(old: str, new: str, message: str) -> None:
     text = TEXT.replace(old, new, 1)
     assert text != TEXT

@@ -1,4 +1,4 @@
-"""What a good engineer writes with scipy for one problem: logs of the variables, 200 speeds, SLSQP from a good start."""
+"""What a good engineer writes with scipy for one problem: logs of variables, 200 speeds, SLSQP from a good start."""
 
 from __future__ import annotations
 

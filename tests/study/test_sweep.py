@@ -1,5 +1,6 @@
 """Sweeps answer many points together; each is what the scene alone would have been answered."""
 
+# ruff: noqa: E501 - one scene a line
 from __future__ import annotations
 
 from importlib import import_module

@@ -43,7 +43,7 @@ class Sensor:
         return show_reading(y, self.shown_unit, self.dimension, conventions, digits)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """One measurement of the whole rotor.
 

@@ -78,7 +78,7 @@ def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
     shelf, shelf_unit = _shelf((*path, "shelf"), table.shelf, mistakes)
     forbidden = _forbidden((*path, "forbidden"), table.forbidden, mistakes)
     plane = Plane(
-        name=name, kind=kind, radii=radii, unit=unit or shelf_unit or ("g mm" if kind == UNBALANCE else "g"),
+        name=name, kind=kind, radii=radii, unit=unit or shelf_unit,
         length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, most_weights=table.most_weights, split=table.split,
         forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
     )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibopt.balancing.csvfile import read_csv
 from vibopt.balancing.job import Run, Sensor
-from vibopt.balancing.planes import Plane, read_weight
+from vibopt.balancing.planes import Plane, read_weight, unit_of
 from vibopt.balancing.tables import InfluenceTable, RunTable, listed_tables, read_table, read_value
 from vibopt.balancing.words import Amplitude, Conventions, read_amplitude, read_reading, split_angle
 from vibopt.errors import QuantityError, way_out
@@ -223,6 +223,18 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
             raw.mistakes.add((*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed.")
         totals.append(own + totals[-1] if raw.table.stayed and totals else own)
     return totals
+
+
+def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...]:
+    """Planes shown in the unit of their cap or shelf, else of the first weight that was written for them."""
+    shown = []
+    for plane in planes:
+        written = [raw.weights[plane.name] for raw in raws if plane.name in raw.weights]
+        texts = [one for given in written for one in (given if isinstance(given, list) else [given])]
+        units = [unit for text in texts if (unit := unit_of(text, plane))]
+        usual = "g" if plane.dimension == "mass" else "g mm"
+        shown.append(replace(plane, unit=plane.unit or (units or [usual])[0]))
+    return tuple(shown)
 
 
 def _fitted(raw: Raw, planes: Sequence[Plane]) -> list[tuple[int, str]]:

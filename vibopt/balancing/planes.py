@@ -214,6 +214,15 @@ def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex
     return conventions.weight(size, angle)
 
 
+def unit_of(text: object, plane: Plane) -> str:
+    """Unit in which a weight of the plane was written; "" where it is another kind of amount."""
+    if not isinstance(text, str):
+        return ""
+    amount = _at_radius(_HOLE.sub("", text).partition("@")[0])[0]
+    unit = amount.strip().lstrip("+-0123456789.eE ").strip()
+    return unit if unit and _maybe(f"1 {unit}", plane.dimension) is not None else ""
+
+
 def _split_weight(text: str, example: str) -> tuple[str, float]:
     if text.count("@") != 1:
         raise QuantityError(f'has no angle. Write "{example}".' if "@" not in text else f'has more than one "@". Write "{example}".')
@@ -315,5 +324,5 @@ def _within(angle: float, low: float, high: float) -> bool:
 
 __all__ = [
     "MASS", "MOST_OPTIONS", "UNBALANCE", "Drill", "Options", "Plane", "count_options",
-    "hole_name", "neighbours", "options_of", "read_arc", "read_weight",
+    "hole_name", "neighbours", "options_of", "read_arc", "read_weight", "unit_of",
 ]  # fmt: skip

@@ -10,7 +10,7 @@ from vibopt.balancing.check_rotor import check_runs
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, RotorJob, Run, Scatter, Sensor
 from vibopt.balancing.parse_asks import read_goal, read_limits, read_pairs, read_quality, read_scatter
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
-from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_influence, read_runs
+from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_influence, read_runs, with_units
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.tables import TOP, RotorTable, read_table
 from vibopt.balancing.words import Conventions
@@ -49,6 +49,7 @@ def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath
     planes = read_planes(document, mistakes)
     measured = None
     if conventions is not None and planes is not None:
+        planes = with_units(planes, raws)
         if not raws and whole and not mistakes.found:
             mistakes.add(("runs",), "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.")
         sensors = read_sensors(document, conventions, mistakes)

@@ -11,11 +11,11 @@ import numpy as np
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified, identify
 from vibopt.balancing.job import RotorJob
+from vibopt.balancing.limit_prices import limit_answers, loosenings
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.phaseless import MOST_ANSWERS, Answers, telling_weight, without_phase
 from vibopt.balancing.plan import Fitting, Plan
 from vibopt.balancing.pose import Posed, pose, solve_question
-from vibopt.balancing.limit_prices import limit_answers, loosenings
 from vibopt.balancing.putback import put_back, put_back_without_phase
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.remedies import remedies, warning

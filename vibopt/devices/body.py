@@ -8,7 +8,7 @@ from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Value, Fact, Table, number, word
+from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import Choice
 
 

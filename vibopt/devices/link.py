@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, model_validator
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Value, Table, number, word
+from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import complaint
 
 

@@ -149,13 +149,15 @@ def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.nda
     return np.trim_zeros(top, "b") if top.any() else np.zeros(1, dtype=complex)
 
 
-def _on_the_body(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+def _on_the_body(
+    model: Model, p: FloatArray, output: Output, line: Line
+) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
     """The same where nothing but the body moves: what is read times the force."""
     row = [complex(output.row[0]), 0j, 0j]
     if output.signs.any():
-        for kind, sign, value, b in zip(model.kinds.tolist(), output.signs.tolist(), p.tolist(), model.vectors, strict=True):
-            if sign:
-                row[_DEGREE[kind]] += sign * value * float(b[0]) * (1j if kind == HYSTERETIC else 1.0)
+        weights = (output.signs * p * model.vectors[:, 0]).tolist()
+        for kind, weight in zip(model.kinds.tolist(), weights, strict=True):
+            row[_DEGREE[kind]] += weight * (1j if kind == HYSTERETIC else 1.0)
     while len(row) > 1 and row[-1] == 0.0:
         row.pop()
     return np.array(row) * line.vector[0]

@@ -236,16 +236,27 @@ def _intervals(band: Band, poles: ComplexArray, breaks: FloatArray) -> tuple[Flo
 
 def crossings(response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, level: float) -> list[float]:
     """Every speed in the band at which the response crosses `level`, ascending [rad/s]."""
-    low, high = _intervals(band, poles, breaks)
-    low, high = _resolved(response, low, high, level**2)
-    found = []
-    for a, b in zip(low, high, strict=True):
-        centre, half = 0.5 * (a + b), 0.5 * (b - a)
-        squares = response(centre + half * _NODES) ** 2 - level**2
-        if not np.isfinite(squares).all():
-            continue
-        found += [centre + half * t for t in _sign_changes(squares)]
+    low, high = _near_level(response, *_intervals(band, poles, breaks), level)
+    low, high = _near_level(response, *_resolved(response, low, high, level**2), level)
+    centre, half = 0.5 * (low + high), 0.5 * (high - low)
+    squares = response(centre[:, None] + half[:, None] * _NODES) ** 2 - level**2
+    found = [
+        middle + size * t
+        for middle, size, row in zip(centre, half, squares, strict=True)
+        if np.isfinite(row).all()
+        for t in _sign_changes(row)
+    ]
     return sorted({_secant(response, speed, band, level) for speed in found})
+
+
+def _near_level(
+    response: Response, low: FloatArray, high: FloatArray, level: float
+) -> tuple[FloatArray, FloatArray]:
+    """Intervals on which the response comes near the level; between poles it cannot leap over a factor of four."""
+    centre, half = 0.5 * (low + high), 0.5 * (high - low)
+    squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
+    near = (squares.min(axis=1) <= 16.0 * level**2) & (squares.max(axis=1) >= level**2 / 16.0)
+    return low[near], high[near]
 
 
 def _sign_changes(values: FloatArray) -> list[float]:

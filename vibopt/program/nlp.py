@@ -13,7 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Form, Line, ModeDamping, ModeFrequency, Modulus, Monomials, Output, StaticRow
+from vibopt.forms import (
+    Drive,
+    FloatArray,
+    Form,
+    Line,
+    ModeDamping,
+    ModeFrequency,
+    Modulus,
+    Monomials,
+    Output,
+    StaticRow,
+)
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.program.program import Aim, Limit, Program

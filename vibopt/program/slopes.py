@@ -12,7 +12,18 @@ from itertools import islice, product
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, Drive, FloatArray, Form, Line, ModeFrequency, Modulus, Monomials, Output, StaticRow
+from vibopt.forms import (
+    ComplexArray,
+    Drive,
+    FloatArray,
+    Form,
+    Line,
+    ModeFrequency,
+    Modulus,
+    Monomials,
+    Output,
+    StaticRow,
+)
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model

@@ -21,8 +21,8 @@ from vibopt.forms import (
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import modal_of, transfer
 from vibopt.mechanics.modal import WORTH, Modal
-from vibopt.mechanics.modes import damping_ratios, natural_frequencies, poles
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import damping_ratios, natural_frequencies, poles
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag

@@ -97,7 +97,7 @@ class Search:
     gap
         Part of the goal by which the proven bound may be away from the best design.
     budget, seconds
-        Boxes and time after which the search stops.
+        Boxes of one run, and time of all runs together, after which the search stops.
     patience
         Boxes after which it stops when no design has been found at all.
     """
@@ -108,6 +108,7 @@ class Search:
     seconds: float = 20.0
     progress: Callable[[str, float], None] | None = None
     patience: int = 200_000
+    began: float = 0.0
     forms: list[FormBounds] = field(default_factory=list)
     aim_bounds: FormBounds | None = None
 
@@ -121,11 +122,12 @@ class Search:
             self._offer(start)
         low, high = self._first_boxes()
         bounds = np.full(len(low), -np.inf)
-        looked, began = 0, time.perf_counter()
+        looked = 0
+        self.began = self.began or time.perf_counter()
         while len(low):
             self._open = (low, high, bounds)
             waiting = self.best_x is None and looked > self.patience
-            if waiting or looked > self.budget or time.perf_counter() - began > self.seconds:
+            if waiting or looked > self.budget or time.perf_counter() - self.began > self.seconds:
                 return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
             low, high, bounds, count = self._step(low, high, bounds)
             looked += count

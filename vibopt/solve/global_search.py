@@ -26,7 +26,7 @@ class BranchAndBound:
     name = "branch_and_bound"
     summary = "interval branch and bound on Bernstein bounds, with exact peaks"
 
-    def __init__(self, gap: float = FINE, seconds: float = 15.0) -> None:
+    def __init__(self, gap: float = FINE, seconds: float = 20.0) -> None:
         self.gap = gap
         self.seconds = seconds
 

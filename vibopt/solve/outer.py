@@ -16,8 +16,8 @@ from vibopt.forms import FloatArray, Modulus, StaticRow
 from vibopt.program.program import Limit, Program
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.worst_speeds import local_extremes
 from vibopt.solve.rows import LineRows, PlaneRows, direction
+from vibopt.solve.worst_speeds import local_extremes
 
 _ROUNDS = 60
 _DONE = 1e-11

@@ -211,7 +211,8 @@ class PlaneRows:
         omega = line.order * speeds
         s = 1j * omega
         size = np.abs(line.amplitude.at(speeds)) * omega**limit.form.output.power
-        a_n, b_n, a_d = _power_series(top, s) * size, _power_series(top_slope, s) * (size * many), _power_series(bottom, s)
+        a_n, b_n = _power_series(top, s) * size, _power_series(top_slope, s) * (size * many)
+        a_d = _power_series(bottom, s)
         for a, b in ((a_n, b_n), (a_d, many)):
             if np.any(np.abs((np.conj(a) * b).imag) > 1e-12 * np.abs(a) * np.abs(b)):
                 return None
@@ -233,7 +234,8 @@ class PlaneRows:
             typical = float(model.scales[~variable].max())
             one = np.where(variable & (model.kinds == STIFFNESS), typical, fixed)
             none, some = numerator(model, fixed, output, line), numerator(model, one, output, line)
-            bottom = np.array([_fixed(model, STIFFNESS) + 1j * _fixed(model, HYSTERETIC), _fixed(model, DAMPING), _fixed(model, INERTIA)])
+            stiff = _fixed(model, STIFFNESS) + 1j * _fixed(model, HYSTERETIC)
+            bottom = np.array([stiff, _fixed(model, DAMPING), _fixed(model, INERTIA)])
             self.known[key] = (none, _plus(some, -none) / typical, bottom)
         return self.known[key]
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from vibopt.design.checked import shown_value
 from vibopt.design.design import Checked, Design, Price, Shown
 from vibopt.scene.facts import FactAt, fact_at
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
-from vibopt.solve.solve import outward_shown, shown_value
+from vibopt.solve.impasse import outward_shown
 
 STEP = 0.1
 """A sensible step: a tenth of the bound."""

@@ -114,8 +114,17 @@ _ALL = (
         "g mm, g cm, kg mm, kg cm, kg m, oz in, lb in",
         ((0.0, "g mm"), (1e-2, "kg mm"), (1e-1, "kg m")),
     ),
-    _dimension("moment", "a couple", "N m", "300 N m", "N m, N mm, kN m, lbf in, lbf ft", ((0.0, "N m"), (1e3, "kN m"))),
-    _dimension("couple_unbalance", "a couple unbalance", "kg m²", "500 g mm²", "g mm², kg mm², kg m², kg cm²", ((0.0, "g mm²"), (1e-3, "kg mm²"), (1e-1, "kg m²"))),
+    _dimension(
+        "moment", "a couple", "N m", "300 N m", "N m, N mm, kN m, lbf in, lbf ft", ((0.0, "N m"), (1e3, "kN m"))
+    ),
+    _dimension(
+        "couple_unbalance",
+        "a couple unbalance",
+        "kg m²",
+        "500 g mm²",
+        "g mm², kg mm², kg m², kg cm²",
+        ((0.0, "g mm²"), (1e-3, "kg mm²"), (1e-1, "kg m²")),
+    ),
     _dimension("density", "a density", "kg/m³", "7850 kg/m³", "kg/m³, g/cm³"),
     _dimension("ratio", "a ratio", "", "20 %", "%, dB", ((0.0, ""),)),
     _dimension("angle", "an angle", "rad", "30 deg", "deg, rad, mrad, rev"),

@@ -52,7 +52,7 @@ _KEYS = ("from", "to", "one_of", "whole")
 class Table(BaseModel):
     """Base of every table of a problem file: unknown keys are mistakes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)  # built when read
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)
 
     @field_validator("*", mode="before")
     @classmethod

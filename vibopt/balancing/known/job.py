@@ -18,7 +18,7 @@ from vibopt.balancing.known.tables import (
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane
 from vibopt.balancing.tables import named_tables, read_table
 from vibopt.scene.mistakes import Mistakes
-from vibopt.values import Table
+from vibopt.values import Choice, Table
 
 KEYS = (
     "title", "statement", "source", "conventions", "shaft", "masses", "planes", "limits", "measures", "goal",
@@ -134,8 +134,8 @@ def plane_of(name: str, table: KnownPlaneTable) -> Plane:
     drill = table.drill and Drill(
         table.drill.diameter.value, table.drill.density.value, table.drill.deepest.value if table.drill.deepest else inf
     )
-    cap = min([one.high for one in (table.weight,) if one is not None] or [inf])
-    if table.unbalance is not None:
+    cap = table.weight.high if isinstance(table.weight, Choice) else inf
+    if isinstance(table.unbalance, Choice):
         cap = min(cap, table.unbalance.high / (table.radius.value if table.radius is not None else 1.0))
     if drill and drill.deepest < inf:
         cap = min(cap, drill.deepest * drill.density * 0.25 * pi * drill.diameter**2)

@@ -80,8 +80,8 @@ class KnownPlaneTable(Table):
 
     at: Fact | None = number("length", choice=False, sign="any")
     radius: Fact | None = number("length", choice=False)
-    weight: Choice | None = number("mass")
-    unbalance: Choice | None = number("unbalance")
+    weight: Fact | Choice | None = number("mass")
+    unbalance: Fact | Choice | None = number("unbalance")
     holes: Any = None
     shelf: list[str] = Field(default_factory=list)
     most_weights: int = 1

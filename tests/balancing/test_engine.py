@@ -1,0 +1,308 @@
+"""Reciprocating engines: what is recorded, what the moving pistons show, and what the messages say."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from itertools import permutations
+from math import isclose, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.balancing.engine import EngineJob, read_engine, solve_engine
+from vibopt.balancing.engine.firing import best_firing, is_even
+from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
+from vibopt.balancing.engine.phasing import classes
+from vibopt.balancing.engine.shaking import arms, of_order, peak
+from vibopt.balancing.engine.simulate import simulated
+from vibopt.balancing.engine.solve import Balanced, balance
+from vibopt.balancing.outcome import Outcome
+from vibopt.errors import InputError
+from vibopt.scene.locate import Locator
+from vibopt.scene.mistakes import Mistakes
+from vibopt.units import read_quantity
+
+PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
+FILES = sorted(path for path in PROBLEMS.glob("*.toml") if "[engine]" in path.read_text(encoding="utf-8"))
+
+
+def engine(at: list[str], spacing: str = "90 mm", **more: Any) -> dict[str, Any]:
+    """An engine in line; `more` are keys of [engine]."""
+    table = {"stroke": "90 mm", "rod": "150 mm", "speed": "6000 rpm", "reciprocating": "0.5 kg", "spacing": spacing}
+    return {"engine": {**table, "orders": 12, **more}, "cylinders": [{"crank": one} for one in at]}
+
+
+def job_of(document: dict[str, Any]) -> EngineJob:
+    return read_engine(copy.deepcopy(document), Mistakes("engine.toml"))
+
+
+def solved(document: dict[str, Any]) -> Outcome:
+    return solve_engine(job_of(document))
+
+
+def number_at(answer: Outcome, path: str) -> float:
+    """A number of the answer."""
+    value = answer.find(path).value
+    assert isinstance(value, float)
+    return value
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.stem))
+def test_answer_is_what_the_file_records(file: Path) -> None:
+    document = tomllib.loads(file.read_text(encoding="utf-8"))
+    answer = solved(document)
+    answer.require_proof()
+    for record in document["expected"]:
+        entry = answer.find(record["path"])
+        right = read_quantity(record["value"], entry.dimension).value
+        assert isclose(float(entry.value), right, rel_tol=1e-6, abs_tol=1e-6), record["path"]
+
+
+@settings(max_examples=40, deadline=None)
+@given(ratio=st.floats(0.02, 0.7))
+def test_series_is_that_of_the_moving_piston(ratio: float) -> None:
+    turn = np.arange(4096) * 2.0 * pi / 4096
+    path = np.cos(turn) + np.sqrt(1.0 - (ratio * np.sin(turn)) ** 2) / ratio
+    measured = np.fft.rfft(path).real / 2048.0 * np.arange(2049) ** 2
+    assert np.allclose(exact_orders(ratio, 12), measured[:13], rtol=1e-9, atol=1e-9)
+
+
+def test_short_series_is_the_limit_of_long_rods() -> None:
+    assert exact_orders(1e-3, 4) == pytest.approx(truncated_orders(1e-3, 4), abs=1e-9)
+    assert exact_orders(0.4, 2)[2] == pytest.approx(0.4 + 0.4**3 / 4 + 15 * 0.4**5 / 128, rel=2e-3)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    cranks=st.lists(st.floats(0.0, 359.0), min_size=1, max_size=6),
+    banks=st.lists(st.floats(-60.0, 60.0), min_size=6, max_size=6),
+    share=st.floats(0.0, 1.0),
+)
+def test_orders_add_up_to_what_the_turning_engine_shows(cranks: list[float], banks: list[float], share: float) -> None:
+    document = engine([], counterweight_share=f"{share:.6f}", rotating="0.3 kg", orders=20)
+    document["cylinders"] = [
+        {"crank": f"{c:.6f} deg", "bank": f"{b:.6f} deg"} for c, b in zip(cranks, banks, strict=False)
+    ]
+    document["balance_shafts"] = {
+        "a": {"order": 2, "turns": "against rotation", "at": "10 mm", "unbalance": "900 g mm", "angle": "40 deg"},
+        "b": {"order": 1, "turns": "with rotation", "at": "50 mm", "unbalance": "700 g mm", "angle": "10 deg"},
+    }
+    job = job_of(document)
+    found = balance(job)
+    here = arms(job, found.cranks).at(found.x)
+    for couple in (False, True):
+        size = max(peak(here, False) * (0.3 if couple else 1.0), 1.0)
+        assert simulated(job, found, couple) == pytest.approx(peak(here, couple), abs=2e-5 * size)
+
+
+def test_of_all_settings_of_the_cranks_none_is_better() -> None:
+    angles = [0.0, 72.0, 144.0, 216.0, 288.0]
+    document = engine(["choose"] * 5, cranks=[f"{one} deg" for one in angles])
+    document["goal"] = {"minimise": "primary_couple", "then": ["secondary_couple"]}
+    job = job_of(document)
+    found = balance(job)
+    best = of_order(arms(job, found.cranks).at(found.x), True, 1)
+    every = [of_order(arms(job, np.radians(one).tolist()).constant, True, 1) for one in permutations(angles)]
+    assert best == pytest.approx(min(every), rel=1e-12)
+
+
+def test_classes_of_a_search_miss_no_couple_and_hold_none_twice() -> None:
+    angles = [0.0, 90.0, 180.0, 270.0]
+    job = job_of({**engine(["choose"] * 4, cranks=[f"{one} deg" for one in angles])})
+    members = list(classes(job))
+    assert len(members) == 3
+
+    def marks(cranks: tuple[float, ...]) -> tuple[float, ...]:
+        found = arms(job, cranks).constant
+        return tuple(round(of_order(found, True, order), 6) for order in (1, 2, 4))
+
+    every = {marks(tuple(np.radians(one).tolist())) for one in permutations(angles)}
+    assert {marks(one) for one in members} == every
+
+
+@pytest.mark.parametrize(
+    ("cranks", "order", "even"),
+    [
+        ([0, 180, 180, 0], "1-2-4-3", True),
+        ([0, 120, 240, 240, 120, 0], "1-4-2-6-3-5", True),
+        ([0, 180], "1-2", False),
+        ([0, 240, 120], "1-3-2", True),
+    ],
+)
+def test_firing_order_follows_from_the_cranks(cranks: list[int], order: str, even: bool) -> None:
+    job = job_of(engine([f"{one} deg" for one in cranks]))
+    firing = best_firing(job, [one * pi / 180.0 for one in cranks])
+    assert (firing.text, is_even(firing)) == (order, even)
+
+
+def test_cranks_follow_from_the_firing_order() -> None:
+    document = engine([], firing_order=[1, 3, 4, 2])
+    document["cylinders"] = [{}, {}, {}, {}]
+    answer = solved(document)
+    cranks = [round(number_at(answer, f"cylinders.{k}.crank") * 180.0 / pi, 6) for k in (1, 2, 3, 4)]
+    assert cranks == [0.0, 180.0, 180.0, 0.0]
+    assert answer.find("firing.order").value == "1-3-4-2"
+
+
+def test_no_other_weights_of_capped_shafts_leave_less() -> None:
+    document = engine(["0 deg", "180 deg", "180 deg", "0 deg"])
+    shaft = {"order": 2, "at": "20 mm", "unbalance": {"from": "0 g mm", "to": "3 kg mm"}}
+    document["balance_shafts"] = {
+        "left": {**shaft, "turns": "with rotation"},
+        "right": {**shaft, "turns": "against rotation"},
+    }
+    document["goal"] = {"minimise": "secondary_force"}
+    document["limits"] = {"rock": {"response": "secondary_couple", "at_most": "400 N m"}}
+    job = job_of(document)
+    answer, found = solve_engine(job), balance(job)
+    left = number_at(answer, "goal")
+    assert answer.status == "optimal"
+    assert number_at(answer, "limits.rock.value") <= 400.0 * (1.0 + 1e-6)
+    generator = np.random.default_rng(5)
+    here = arms(job, found.cranks)
+    for _ in range(3000):
+        x = found.x + generator.normal(scale=2e-4, size=4)
+        now = here.at(x)
+        if np.hypot(x[0], x[1]) <= 3e-3 and np.hypot(x[2], x[3]) <= 3e-3 and of_order(now, True, 2) <= 400.0:
+            assert of_order(now, False, 2) >= left * (1.0 - 1e-7)
+
+
+def test_limit_that_no_weight_can_hold_is_infeasible_with_a_certificate() -> None:
+    document = engine(["0 deg"], counterweight_share={"from": "0 %", "to": "100 %"})
+    document["goal"] = {"minimise": "primary_force"}
+    document["limits"] = {"floor": {"response": "primary_force", "at_most": "100 N"}}
+    answer = solved(document)
+    assert (answer.status, answer.exit_code) == ("infeasible", 3)
+    assert answer.claim == "no weights keep the limits: certified by a dual ray"
+
+
+def test_greatest_force_over_a_turn_can_be_the_goal() -> None:
+    document = engine(["0 deg"], counterweight_share={"from": "0 %", "to": "100 %"})
+    document["goal"] = {"minimise": "force"}
+    job = job_of(document)
+    answer = solve_engine(job)
+    share = number_at(answer, "counterweight_share")
+    here = arms(job, (0.0,))
+    sizes = [peak(here.at(np.array([one])), False) for one in (share - 0.01, share, share + 0.01)]
+    assert sizes[1] <= min(sizes) * (1.0 + 1e-9)
+    assert answer.status == "optimal"
+
+
+def test_engine_alone_is_met_or_violated() -> None:
+    document = engine(["0 deg"])
+    document["limits"] = {"floor": {"response": "force", "at_most": "1 N"}}
+    assert solved(document).status == "violated"
+    document["limits"]["floor"]["at_most"] = "1 MN"
+    assert solved(document).status == "met"
+
+
+def test_notes_say_what_two_terms_hide() -> None:
+    notes = solved(engine(["0 deg", "180 deg", "90 deg", "270 deg"])).notes
+    assert any("Two orders alone show" in note and "all of it" in note for note in notes)
+
+
+def test_check_refuses_what_the_turning_engine_does_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    def wrong(job: EngineJob, found: Balanced, couple: bool) -> float:
+        return 1e6
+
+    monkeypatch.setattr("vibopt.balancing.engine.simulate.simulated", wrong)
+    assert solved(engine(["0 deg"])).status == "check_failed"
+
+
+TEXT = """
+[engine]
+stroke = "90 mm"
+rod = "150 mm"
+speed = "6000 rpm"
+reciprocating = "0.5 kg"
+spacing = "90 mm"
+
+[[cylinders]]
+crank = "0 deg"
+
+[[cylinders]]
+crank = "180 deg"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'stroke = "90 mm"',
+            "",
+            'engine.toml line 2: engine needs stroke or crank_radius, one of the two. Write stroke = "86 mm".',
+        ),
+        (
+            'rod = "150 mm"',
+            'rod = "40 mm"',
+            "engine.toml line 2: engine has a rod that is not longer than the crank radius: such a crank "
+            "cannot turn.",
+        ),
+        (
+            'rod = "150 mm"',
+            'rod = "150 mm"\norders = 30',
+            "engine.toml line 2: engine has orders = 30. Write a number from 2 to 20.",
+        ),
+        (
+            'crank = "180 deg"',
+            "",
+            'engine.toml line 12: cylinders[2] has no crank. Write crank = "90 deg", or crank = "choose".',
+        ),
+        (
+            'crank = "180 deg"',
+            'crank = "choose"',
+            "engine.toml line 2: engine.cranks = [] offers 0 angles for 1 throws that choose.",
+        ),
+        (
+            'spacing = "90 mm"',
+            "",
+            'engine.toml line 2: the cylinders have no places. Write spacing = "100 mm" in [engine].',
+        ),
+        (
+            'reciprocating = "0.5 kg"',
+            "",
+            "engine.toml line 9: cylinders[1] has no reciprocating mass. Add it to [engine].",
+        ),
+        (
+            'spacing = "90 mm"',
+            'spacing = "90 mm"\nfiring_order = [1, 1]',
+            "engine.toml line 8: engine.firing_order = [1, 1] does not name each cylinder once.",
+        ),
+        (
+            "[[cylinders]]",
+            '[balance_shafts.a]\norder = 2\nturns = "with rotation"\nat = "0 mm"\nunbalance = "5 g '
+            'mm"\n[[cylinders]]',
+            'engine.toml line 9: balance_shafts.a has a given unbalance but no angle. Add angle = "180 deg", '
+            "or a range { from, to } to choose.",
+        ),
+        (
+            "[[cylinders]]",
+            '[goal]\nminimise = "force"\n[[cylinders]]',
+            'engine.toml line 9: there is a goal but nothing to choose. Write crank = "choose", or leave '
+            "[goal] out.",
+        ),
+        (
+            "[[cylinders]]",
+            '[limits.a]\nresponse = "primary_force"\norder = 4\nat_most = "5 N"\n[[cylinders]]',
+            "engine.toml line 9: limits.a has an order, but primary_force says its own. Write response = "
+            '"force".',
+        ),
+        (
+            "[[cylinders]]",
+            '[limits.a]\nresponse = "force"\n[[cylinders]]',
+            "engine.toml line 9: limits.a has no bound. Write at_most, or move it to [measures.a].",
+        ),
+    ],
+)
+def test_mistake_is_said_with_its_place_and_the_way_out(old: str, new: str, message: str) -> None:
+    text = TEXT.replace(old, new, 1)
+    assert text != TEXT
+    with pytest.raises(InputError) as caught:
+        read_engine(tomllib.loads(text), Mistakes("engine.toml", Locator(text)))
+    assert message in caught.value.messages

@@ -1,0 +1,79 @@
+"""Why there is no design, in words: the physical bound, the limits that clash, what loosening helps."""
+
+from __future__ import annotations
+
+from vibopt.design.checked import shown_value
+from vibopt.design.design import Conflict, Shown
+from vibopt.program.program import Limit, Program
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Scene
+from vibopt.solve.box import closed
+from vibopt.solve.choose import choose
+from vibopt.solve.conflict import loosenings, outward, smallest_conflict
+from vibopt.solve.global_search import BranchAndBound
+from vibopt.solve.method import Found
+from vibopt.solve.physical import Impossible, impossible
+from vibopt.units import read_quantity, show, to_unit
+
+_LOOSE_GAP, _LOOSE_SECONDS = 1e-4, 3.0
+
+
+def physical_words(scene: Scene, clash: Impossible) -> str:
+    force, motion = clash.limits
+    limit = scene.limits[motion]
+    assert isinstance(limit, HarmonicResponse)
+    excitation = scene.excitations[names_for(scene, limit)[0]]
+    at = show(excitation.from_rotation(clash.speed), excitation.speed.unit, excitation.speed.dimension)
+    return (
+        f"At {at} the machine is shaken by {show(clash.force, '', 'force')}. {force} lets at most "
+        f"{show(clash.transmitted, '', 'force')} through, and {motion} lets inertia carry at most "
+        f"{show(clash.inertia, '', 'force')}: no stiffness and no damping can do it. "
+        f"A mass of at least {show(clash.needed, '', 'mass')} instead of {show(clash.mass, '', 'mass')} could."
+    )
+
+
+def conflict_of(scene: Scene, program: Program, found: Found) -> Conflict | None:
+    """The limits that cannot hold together, and for each the smallest loosening that works."""
+    finite = closed(program)
+
+    def ask(part: Program) -> Found:
+        if part.aim is None and impossible(part) is not None:
+            return Found("infeasible", None, "", "physical bound")
+        method = choose(part, None)
+        if isinstance(method, BranchAndBound):
+            method = BranchAndBound(_LOOSE_GAP, _LOOSE_SECONDS)
+        return method.solve(part)
+
+    bound = impossible(finite)
+    if bound is not None:
+        clash = tuple(limit for limit in finite.limits if limit.name in bound.limits)
+    else:
+        clash = smallest_conflict(finite, ask)
+    rows = []
+    for one in loosenings(finite, clash, ask):
+        response = scene.limits[one.limit.name]
+        now, new = user_bound(one.limit, one.limit.bound), user_bound(one.limit, one.bound)
+        side = "at_most" if new > now else "at_least"
+        given = response.at_most if side == "at_most" else response.at_least
+        unit = getattr(given, "unit", "")
+        shown = outward_shown(response, new, unit, side)
+        rows.append((one.limit.name, shown_value(response, now, unit), shown))
+    names = tuple(dict.fromkeys(limit.name for limit in clash))
+    return Conflict(names, tuple(rows), found.claim) if names else None
+
+
+def user_bound(limit: Limit, value: float) -> float:
+    """A bound of the form as the user counts it."""
+    return 1.0 - value if limit.complement else value
+
+
+def outward_shown(response: Response, value: float, unit: str, side: str, digits: int = 3) -> Shown:
+    """A bound rounded in the user's unit so that it still works [SI]."""
+    text_unit = unit or Shown.of(value, response.dimension, "", "").shown.split(" ", 1)[-1]
+    try:
+        rounded = outward(to_unit(value, text_unit, response.dimension), side, digits)
+        back = read_quantity(f"{rounded:.12g} {text_unit}".strip(), response.dimension, amplitude=response.amplitude)
+    except ValueError:
+        return shown_value(response, outward(value, side, digits), unit)
+    return shown_value(response, back.value, unit)
