@@ -8,6 +8,7 @@ from math import degrees, pi, radians
 
 import numpy as np
 import pytest
+
 from rotor_jobs import correction, read_text, solve_text
 
 SPEED = 40.0
@@ -64,10 +65,9 @@ def reading(trial: str, sensor: str, phase: str, readings: str, angles: str, det
     """What the instrument would show."""
     height, mark = signals(trial)[sensor]
     lag = (mark - TACHO) % 360.0
-    if readings == "mark":
-        shown = mark if angles == "with rotation" else -mark
-    else:
-        shown = lag if phase == "lag" else -lag
+    on_stator = mark if angles == "with rotation" else -mark
+    phase_angle = lag if phase == "lag" else -lag
+    shown = on_stator if readings == "mark" else phase_angle
     amount = height * {"pk": 1.0, "pp": 2.0, "rms": 0.5**0.5}[detector]
     return f"{amount * 1e6!r} µm @ {shown % 360.0!r} deg"
 
@@ -78,7 +78,9 @@ def weight(name: str, angles: str) -> str:
 
 
 def job(phase: str, readings: str, angles: str, detector: str) -> str:
-    lines = [f'title = "simulated"\nspeed = "{SPEED} rad/s"\n[conventions]\nreadings = "{readings}"\nangles = "{angles}"']
+    lines = [
+        f'title = "simulated"\nspeed = "{SPEED} rad/s"\n[conventions]\nreadings = "{readings}"\nangles = "{angles}"'
+    ]
     lines.append(f'detector = "{detector}"\nzero = "the mark"\nphase = "{phase}"')
     lines += [f'[planes.{name}]\nradius = "100 mm"' for name in UNBALANCE]
     for trial in ("", *TRIALS):
@@ -88,7 +90,9 @@ def job(phase: str, readings: str, angles: str, detector: str) -> str:
     return "\n".join(lines)
 
 
-COMBINATIONS = list(product(("lag", "lead"), ("phase", "mark"), ("with rotation", "against rotation"), ("pk", "pp", "rms")))
+COMBINATIONS = list(
+    product(("lag", "lead"), ("phase", "mark"), ("with rotation", "against rotation"), ("pk", "pp", "rms"))
+)
 
 
 @pytest.mark.parametrize(("phase", "readings", "angles", "detector"), COMBINATIONS)

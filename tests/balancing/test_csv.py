@@ -1,4 +1,4 @@
-# ruff: noqa: E501 -- messages stand as they are said
+# ruff: noqa: E501
 """Readings from CSV as spreadsheets write it, and messages with row and column."""
 
 from __future__ import annotations
@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+
 from rotor_jobs import FAN, correction, messages, read_text, solve_text
 
 HEAD = 'readings = "job.csv"\n' + FAN[: FAN.index("[[runs]]")]
@@ -76,7 +77,9 @@ def test_a_wrong_cell_is_named_by_row_and_column(tmp_path: Path, old: str, new: 
 
 
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
-    assert messages(HEAD, tmp_path) == [f"fan.toml line 1: {tmp_path / 'job.csv'} is not there. Name the CSV file, relative to the problem file."]
+    assert messages(HEAD, tmp_path) == [
+        f"fan.toml line 1: {tmp_path / 'job.csv'} is not there. Name the CSV file, relative to the problem file."
+    ]
 
 
 def test_a_plane_and_a_sensor_of_one_name_are_refused(tmp_path: Path) -> None:

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rotor_jobs import FAN, solve_text
 
+from rotor_jobs import FAN, solve_text
 from vibopt.balancing.grades import Quality, earned, levers, permitted, shares
 
 OMEGA = 3000.0 * 2.0 * np.pi / 60.0
 
 
 def quality(centre: float = 0.4, **more: object) -> Quality:
-    base: dict[str, object] = {"grade": 6.3e-3, "mass": 200.0, "speed": OMEGA, "bearings": (("A", 0.0), ("B", 1.0)), "centre_of_mass": centre}
+    base: dict[str, object] = {
+        "grade": 6.3e-3,
+        "mass": 200.0,
+        "speed": OMEGA,
+        "bearings": (("A", 0.0), ("B", 1.0)),
+        "centre_of_mass": centre,
+    }
     return Quality(**{**base, **more})  # type: ignore[arg-type]
 
 
@@ -85,7 +91,11 @@ def test_a_file_may_ask_for_the_grade_alone() -> None:
 
 
 def test_the_plan_says_the_grade_it_earns() -> None:
-    text = FAN + GRADE.split("\n", 1)[1] + 'planes = { left = "0 mm", right = "1000 mm" }\nmeasurement_error = "100 g mm"\n'
+    text = (
+        FAN
+        + GRADE.split("\n", 1)[1]
+        + 'planes = { left = "0 mm", right = "1000 mm" }\nmeasurement_error = "100 g mm"\n'
+    )
     plan = solve_text(text)
     allowed = float(plan.find("quality.bearings.B.permissible").value)
     assert float(plan.find("quality.earned").value) == pytest.approx(6.3e-3 * 1e-4 / allowed)

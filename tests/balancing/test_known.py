@@ -187,6 +187,25 @@ def test_plane_that_is_kept_stays_empty_and_limits_that_cannot_hold_are_infeasib
     assert none.exit_code == 3
 
 
+def test_least_mass_without_a_complete_balance_asks_for_a_limit() -> None:
+    way = 'Write [limits.NAME] with response = "static_unbalance" and at_most, or minimise = "unbalance".'
+    goal = {"minimise": "correction"}
+    one = solved(changed(planes__Q={"keep": True}, goal=goal))
+    assert (one.status, one.claim) == (
+        "infeasible", f"no weights in these planes balance the shaft completely. {way}"
+    )  # fmt: skip
+    capped = solved(changed(planes__Q={"weight": {"to": "1 g"}}, goal=goal))
+    assert (capped.status, capped.claim) == (
+        "infeasible", f"the only weights that balance the shaft completely break a cap or a forbidden sector. {way}"
+    )  # fmt: skip
+
+
+def test_two_planes_at_one_place_do_what_they_can() -> None:
+    answer = solved(changed(planes__Q={"at": "50 mm"}))
+    assert answer.status == "optimal"
+    assert number_at(answer, "residual.couple") > 0.0
+
+
 def test_shaft_alone_is_met_or_violated() -> None:
     document = changed(limits={"all": {"response": "bearing_reaction", "at_most": "100 N"}})
     del document["planes"]

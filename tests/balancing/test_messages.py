@@ -1,25 +1,38 @@
+# ruff: noqa: E501
 """Every message about a measured rotor's file, word for word: where, what, why, and the way out."""
 
 from __future__ import annotations
 
 import pytest
+
 from rotor_jobs import FAN, messages
 
 CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "no conventions": (
-        [('[conventions]\nphase = "lag"\nreadings = "phase"\nangles = "against rotation"\ndetector = "pp"\nzero = "reflective tape"\n', '')],
-        ['fan.toml: the table [conventions] is missing. Write phase = "lag", readings = "phase", angles = "against rotation", detector = "pp" and zero = "reflective tape" as they are on your instrument; vibopt does not guess them.'],
+        [
+            (
+                '[conventions]\nphase = "lag"\nreadings = "phase"\nangles = "against rotation"\ndetector = "pp"\nzero = "reflective tape"\n',
+                "",
+            )
+        ],
+        [
+            'fan.toml: the table [conventions] is missing. Write phase = "lag", readings = "phase", angles = "against rotation", detector = "pp" and zero = "reflective tape" as they are on your instrument; vibopt does not guess them.'
+        ],
     ),
     "no phase": (
-        [('phase = "lag"\n', '')],
-        ['fan.toml line 2: conventions has no phase: whether the angle of a reading says how far the vibration lags or leads the reference. Write phase = "lag" or phase = "lead".'],
+        [('phase = "lag"\n', "")],
+        [
+            'fan.toml line 2: conventions has no phase: whether the angle of a reading says how far the vibration lags or leads the reference. Write phase = "lag" or phase = "lead".'
+        ],
     ),
     "bad phase": (
         [('phase = "lag"\n', 'phase = "late"\n')],
-        ['fan.toml line 3: conventions.phase = "late" is no word for whether the angle of a reading says how far the vibration lags or leads the reference. Write phase = "lag" or phase = "lead".'],
+        [
+            'fan.toml line 3: conventions.phase = "late" is no word for whether the angle of a reading says how far the vibration lags or leads the reference. Write phase = "lag" or phase = "lead".'
+        ],
     ),
     "no zero": (
-        [('zero = "reflective tape"\n', '')],
+        [('zero = "reflective tape"\n', "")],
         ['fan.toml line 2: conventions has no zero: where angle zero is, in words. Write zero = "reflective tape".'],
     ),
     "conv unknown": (
@@ -27,132 +40,297 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ['fan.toml line 7: unknown key "sens" in conventions. Known: phase, readings, angles, detector, zero.'],
     ),
     "no initial": (
-        [('name = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\n', '')],
-        ['fan.toml line 12: there is no initial run: every run has weights fitted. Add a run as found, with its speed and readings and without weights.'],
+        [
+            (
+                'name = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\n',
+                "",
+            )
+        ],
+        [
+            "fan.toml line 12: there is no initial run: every run has weights fitted. Add a run as found, with its speed and readings and without weights."
+        ],
     ),
     "no runs": (
-        [('[[runs]]\nname = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\nname = "trial left"\nspeed = "1200 rpm"\nweights = { left = "10 g @ 270 deg" }\nreadings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', '')],
-        ['fan.toml: there is no initial run. Add [[runs]] with speed and readings as found, and without weights.'],
+        [
+            (
+                '[[runs]]\nname = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\nname = "trial left"\nspeed = "1200 rpm"\nweights = { left = "10 g @ 270 deg" }\nreadings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                "",
+            )
+        ],
+        ["fan.toml: there is no initial run. Add [[runs]] with speed and readings as found, and without weights."],
     ),
     "zero initial vibration": (
-        [('readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n', 'readings = { a = "0 mil @ 63 deg", b = "0 mil @ 0 deg" }\n')],
-        ['fan.toml line 12: the initial vibration is zero at every sensor: there is nothing to balance. Check the readings as found.'],
+        [
+            (
+                'readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n',
+                'readings = { a = "0 mil @ 63 deg", b = "0 mil @ 0 deg" }\n',
+            )
+        ],
+        [
+            "fan.toml line 12: the initial vibration is zero at every sensor: there is nothing to balance. Check the readings as found."
+        ],
     ),
     "zero trial": (
         [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "0 g @ 270 deg" }\n')],
-        ['fan.toml line 19: runs[2].weights.left = "0 g @ 270 deg" is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run.'],
+        [
+            'fan.toml line 19: runs[2].weights.left = "0 g @ 270 deg" is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run.'
+        ],
     ),
     "a plane that is not there": (
         [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { lefd = "10 g @ 270 deg" }\n')],
         ['fan.toml line 19: run "trial left" has a weight in plane lefd, which is not there. Did you mean "left"?'],
     ),
     "fewer runs than planes": (
-        [('[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', '')],
-        ['fan.toml line 12: fewer runs than planes: to learn what a weight does in left and right, 2 runs with weights are needed at 1200 rpm, and there is 1 run with weights. Add a run with a weight in right, write keep = true in [planes.right], or give ready coefficients in [[influence]].'],
+        [
+            (
+                '[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                "",
+            )
+        ],
+        [
+            "fan.toml line 12: fewer runs than planes: to learn what a weight does in left and right, 2 runs with weights are needed at 1200 rpm, and there is 1 run with weights. Add a run with a weight in right, write keep = true in [planes.right], or give ready coefficients in [[influence]]."
+        ],
     ),
     "a plane never tried": (
         [('weights = { right = "12 g @ 180 deg" }\n', 'weights = { left = "12 g @ 180 deg" }\n')],
-        ['fan.toml line 12: no run at 1200 rpm has a weight in plane right, so nothing is known of it. Add such a run, or write keep = true in [planes.right].'],
+        [
+            "fan.toml line 12: no run at 1200 rpm has a weight in plane right, so nothing is known of it. Add such a run, or write keep = true in [planes.right]."
+        ],
     ),
     "identical trial runs": (
-        [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "20 g @ 270 deg", right="2 g @ 3 deg" }\n'), ('weights = { right = "12 g @ 180 deg" }\n', 'weights = { left = "10 g @ 270 deg", right="1 g @ 3 deg" }\n')],
-        ['fan.toml line 12: runs "trial left" and "trial right" have the same weights (up to a common factor), so planes left and right cannot be told apart: the equations are singular at 1200 rpm. Move one of the weights to another plane and repeat that run.'],
+        [
+            ('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "20 g @ 270 deg", right="2 g @ 3 deg" }\n'),
+            (
+                'weights = { right = "12 g @ 180 deg" }\n',
+                'weights = { left = "10 g @ 270 deg", right="1 g @ 3 deg" }\n',
+            ),
+        ],
+        [
+            'fan.toml line 12: runs "trial left" and "trial right" have the same weights (up to a common factor), so planes left and right cannot be told apart: the equations are singular at 1200 rpm. Move one of the weights to another plane and repeat that run.'
+        ],
     ),
     "a reading without phase": (
-        [('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mil", b = "4.5 mil @ 228 deg" }\n')],
-        ['fan.toml line 20: runs[2].readings.a = "5.9 mil" has no angle, but other readings have one. Write "8.6 mil pp @ 63 deg"; balancing without phase needs every reading without an angle.'],
+        [
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mil", b = "4.5 mil @ 228 deg" }\n',
+            )
+        ],
+        [
+            'fan.toml line 20: runs[2].readings.a = "5.9 mil" has no angle, but other readings have one. Write "8.6 mil pp @ 63 deg"; balancing without phase needs every reading without an angle.'
+        ],
     ),
     "mixed detectors": (
-        [('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mil rms @ 123 deg", b = "4.5 mil @ 228 deg" }\n')],
-        ['fan.toml line 20: runs[2].readings.a = "5.9 mil rms @ 123 deg" is rms, but sensor a otherwise reads pp. Mixed detectors are seldom meant: write every reading of a with the same one.'],
+        [
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mil rms @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+            )
+        ],
+        [
+            'fan.toml line 20: runs[2].readings.a = "5.9 mil rms @ 123 deg" is rms, but sensor a otherwise reads pp. Mixed detectors are seldom meant: write every reading of a with the same one.'
+        ],
     ),
     "mixed dim": (
-        [('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mm/s @ 123 deg", b = "4.5 mil @ 228 deg" }\n')],
-        ['fan.toml line 20: runs[2].readings.a = "5.9 mm/s @ 123 deg" is a velocity, but sensor a otherwise reads a displacement. Read one kind.'],
+        [
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mm/s @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+            )
+        ],
+        [
+            'fan.toml line 20: runs[2].readings.a = "5.9 mm/s @ 123 deg" is a velocity, but sensor a otherwise reads a displacement. Read one kind.'
+        ],
     ),
     "a missing sensor": (
-        [('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mil @ 123 deg" }\n')],
-        ['fan.toml line 20: run "trial left" has no reading of sensor b, which other runs or [sensors] have. Add it, or leave b out of every run.'],
+        [
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mil @ 123 deg" }\n',
+            )
+        ],
+        [
+            'fan.toml line 20: run "trial left" has no reading of sensor b, which other runs or [sensors] have. Add it, or leave b out of every run.'
+        ],
     ),
     "negative": (
-        [('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "-5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n')],
-        ['fan.toml line 20: runs[2].readings.a = "-5.9 mil @ 123 deg" is a negative amplitude. Write it positive and turn the angle by 180 deg.'],
+        [
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "-5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+            )
+        ],
+        [
+            'fan.toml line 20: runs[2].readings.a = "-5.9 mil @ 123 deg" is a negative amplitude. Write it positive and turn the angle by 180 deg.'
+        ],
     ),
     "negw": (
         [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "-10 g @ 270 deg" }\n')],
-        ['fan.toml line 19: runs[2].weights.left = "-10 g @ 270 deg" is a negative amplitude. Write it positive and turn the angle by 180 deg.'],
+        [
+            'fan.toml line 19: runs[2].weights.left = "-10 g @ 270 deg" is a negative amplitude. Write it positive and turn the angle by 180 deg.'
+        ],
     ),
     "an angle above 360": (
-        [('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mil @ 423 deg", b = "4.5 mil @ 228 deg" }\n')],
-        ['fan.toml line 20: runs[2].readings.a = "5.9 mil @ 423 deg" has an angle above 360 deg. Write "63 deg", or correct it.'],
+        [
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mil @ 423 deg", b = "4.5 mil @ 228 deg" }\n',
+            )
+        ],
+        [
+            'fan.toml line 20: runs[2].readings.a = "5.9 mil @ 423 deg" has an angle above 360 deg. Write "63 deg", or correct it.'
+        ],
     ),
     "360w": (
         [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "10 g @ 370 deg" }\n')],
-        ['fan.toml line 19: runs[2].weights.left = "10 g @ 370 deg" has an angle above 360 deg. Write "10 deg", or correct it.'],
+        [
+            'fan.toml line 19: runs[2].weights.left = "10 g @ 370 deg" has an angle above 360 deg. Write "10 deg", or correct it.'
+        ],
     ),
     "speed mismatch": (
         [('name = "trial right"\nspeed = "1200 rpm"\n', 'name = "trial right"\nspeed = "1300 rpm"\n')],
-        ['fan.toml line 23: run "trial right" is at 1300 rpm, but as found was measured at 1200 rpm. A weight acts differently at each speed: repeat the run at 1200 rpm, or add a run as found at 1300 rpm.'],
+        [
+            'fan.toml line 23: run "trial right" is at 1300 rpm, but as found was measured at 1200 rpm. A weight acts differently at each speed: repeat the run at 1200 rpm, or add a run as found at 1300 rpm.'
+        ],
     ),
     "no speed": (
         [('name = "trial right"\nspeed = "1200 rpm"\n', 'name = "trial right"\n')],
-        ['fan.toml line 21: run "trial right" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.'],
+        [
+            'fan.toml line 21: run "trial right" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.'
+        ],
     ),
     "holes without weights": (
         [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nholes = 24\n')],
-        ['fan.toml line 10: planes.left has holes without weights. Add shelf = ["5 g", "10 g"] with the weights there are, or split = true for a weight cut to measure in the two neighbouring holes.'],
+        [
+            'fan.toml line 10: planes.left has holes without weights. Add shelf = ["5 g", "10 g"] with the weights there are, or split = true for a weight cut to measure in the two neighbouring holes.'
+        ],
     ),
     "shelf": (
         [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nshelf = ["5 g"]\n')],
-        ['fan.toml line 10: planes.left has weights on the shelf, but no holes to put them. Add holes = 24, or a list of angles.'],
+        [
+            "fan.toml line 10: planes.left has weights on the shelf, but no holes to put them. Add holes = 24, or a list of angles."
+        ],
     ),
     "a cap of zero": (
-        [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nweight = { from = "0 g", to = "0 g" }\n')],
-        ['fan.toml line 10: planes.left.weight = { from = "0 g", to = "0 g" } is a cap of zero: nothing could be put here. Write keep = true to leave the plane untouched, or a cap.'],
+        [
+            (
+                '[planes.left]\nradius = "150 mm"\n',
+                '[planes.left]\nradius = "150 mm"\nweight = { from = "0 g", to = "0 g" }\n',
+            )
+        ],
+        [
+            'fan.toml line 10: planes.left.weight = { from = "0 g", to = "0 g" } is a cap of zero: nothing could be put here. Write keep = true to leave the plane untouched, or a cap.'
+        ],
     ),
     "fact": (
         [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nweight = "60 g"\n')],
-        ['fan.toml line 10: planes.left.weight = "60 g" is no range. The correction is to be chosen: write { from = "0 g", to = "60 g" }.'],
+        [
+            'fan.toml line 10: planes.left.weight = "60 g" is no range. The correction is to be chosen: write { from = "0 g", to = "60 g" }.'
+        ],
     ),
     "from": (
-        [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nweight = { from = "2 g", to = "60 g" }\n')],
-        ['fan.toml line 10: planes.left.weight = { from = "2 g", to = "60 g" } does not start at zero. No weight at all is always possible: write from zero.'],
+        [
+            (
+                '[planes.left]\nradius = "150 mm"\n',
+                '[planes.left]\nradius = "150 mm"\nweight = { from = "2 g", to = "60 g" }\n',
+            )
+        ],
+        [
+            'fan.toml line 10: planes.left.weight = { from = "2 g", to = "60 g" } does not start at zero. No weight at all is always possible: write from zero.'
+        ],
     ),
     "lim0": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[limits.x]\nresponse = "correction"\nof = "left"\nat_most = "0 g"\n')],
-        ['fan.toml line 29: limits.x.at_most = "0 g" is a cap of zero: nothing could be put there. Write keep = true in the plane, or a cap.'],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[limits.x]\nresponse = "correction"\nof = "left"\nat_most = "0 g"\n',
+            )
+        ],
+        [
+            'fan.toml line 29: limits.x.at_most = "0 g" is a cap of zero: nothing could be put there. Write keep = true in the plane, or a cap.'
+        ],
     ),
     "lim kind": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[limits.x]\nresponse = "residual"\nat = "c"\nat_most = "1 mil"\n[limits.y]\nresponse = "force"\nat_most="1 N"\n[limits.z]\nresponse = "residual"\nat_most = "1 mm/s"\n')],
-        ['fan.toml line 28: limits.x.at = "c" names no sensor of this job. Known: a, b.', 'fan.toml line 31: limits.y.response = "force" is no response of a measured rotor. Known: residual, correction.', 'fan.toml line 35: limits.z.at_most = "1 mm/s" does not fit sensor a, which reads in mil. Write a limit in such a unit, or name the sensor with at.'],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[limits.x]\nresponse = "residual"\nat = "c"\nat_most = "1 mil"\n[limits.y]\nresponse = "force"\nat_most="1 N"\n[limits.z]\nresponse = "residual"\nat_most = "1 mm/s"\n',
+            )
+        ],
+        [
+            'fan.toml line 28: limits.x.at = "c" names no sensor of this job. Known: a, b.',
+            'fan.toml line 31: limits.y.response = "force" is no response of a measured rotor. Known: residual, correction.',
+            'fan.toml line 35: limits.z.at_most = "1 mm/s" does not fit sensor a, which reads in mil. Write a limit in such a unit, or name the sensor with at.',
+        ],
     ),
     "lim speed": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[limits.x]\nresponse = "residual"\nspeed = "900 rpm"\nat_most = "1 mil"\n')],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[limits.x]\nresponse = "residual"\nspeed = "900 rpm"\nat_most = "1 mil"\n',
+            )
+        ],
         ['fan.toml line 28: limits.x.speed = "900 rpm" is a speed at which nothing was measured. Measured: 1200 rpm.'],
     ),
     "goal": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "residuum"\n')],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "residuum"\n',
+            )
+        ],
         ['fan.toml line 27: goal.minimise = "residuum" is no response of a measured rotor. Did you mean "residual"?'],
     ),
     "goal2": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "correction"\n')],
-        ['fan.toml line 26: the least correction without a limit on the residual is none at all. Add [limits.NAME] with response = "residual".'],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "correction"\n',
+            )
+        ],
+        [
+            'fan.toml line 26: the least correction without a limit on the residual is none at all. Add [limits.NAME] with response = "residual".'
+        ],
     ),
     "goal3": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "residual"\ncombine="huber"\n')],
-        ['fan.toml line 26: goal has combine = "huber" without huber_at. Write huber_at = "1 mil pp", from where amplitudes count linearly.'],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "residual"\ncombine="huber"\n',
+            )
+        ],
+        [
+            'fan.toml line 26: goal has combine = "huber" without huber_at. Write huber_at = "1 mil pp", from where amplitudes count linearly.'
+        ],
     ),
     "goal4": (
-        [('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "residual"\nrobust="worst"\n')],
-        ['fan.toml line 28: goal.robust needs the scatter of the readings. Add scatter = { amplitude = "5 %", angle = "2 deg" }.'],
+        [
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n[goal]\nminimise = "residual"\nrobust="worst"\n',
+            )
+        ],
+        [
+            'fan.toml line 28: goal.robust needs the scatter of the readings. Add scatter = { amplitude = "5 %", angle = "2 deg" }.'
+        ],
     ),
     "allkeep": (
-        [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nkeep = true\n'), ('[planes.right]\nradius = "150 mm"\n', '[planes.right]\nradius = "150 mm"\nkeep = true\n')],
-        ['fan.toml line 8: every plane has keep = true: nothing may be changed. Leave one plane free.'],
+        [
+            ('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nkeep = true\n'),
+            ('[planes.right]\nradius = "150 mm"\n', '[planes.right]\nradius = "150 mm"\nkeep = true\n'),
+        ],
+        ["fan.toml line 8: every plane has keep = true: nothing may be changed. Leave one plane free."],
     ),
     "unk sensor": (
         [('[planes.right]\nradius = "150 mm"\n', '[planes.right]\nradius = "150 mm"\n[sensors.a]\n[sensors.c]\n')],
-        ['fan.toml line 17: run "as found" has a reading of sensor b, which is not there. Known: a, c.', 'fan.toml line 17: run "as found" has no reading of sensor c, which other runs or [sensors] have. Add it, or leave c out of every run.', 'fan.toml line 22: run "trial left" has a reading of sensor b, which is not there. Known: a, c.', 'fan.toml line 22: run "trial left" has no reading of sensor c, which other runs or [sensors] have. Add it, or leave c out of every run.', 'fan.toml line 27: run "trial right" has a reading of sensor b, which is not there. Known: a, c.', 'fan.toml line 27: run "trial right" has no reading of sensor c, which other runs or [sensors] have. Add it, or leave c out of every run.'],
+        [
+            'fan.toml line 17: run "as found" has a reading of sensor b, which is not there. Known: a, c.',
+            'fan.toml line 17: run "as found" has no reading of sensor c, which other runs or [sensors] have. Add it, or leave c out of every run.',
+            'fan.toml line 22: run "trial left" has a reading of sensor b, which is not there. Known: a, c.',
+            'fan.toml line 22: run "trial left" has no reading of sensor c, which other runs or [sensors] have. Add it, or leave c out of every run.',
+            'fan.toml line 27: run "trial right" has a reading of sensor b, which is not there. Known: a, c.',
+            'fan.toml line 27: run "trial right" has no reading of sensor c, which other runs or [sensors] have. Add it, or leave c out of every run.',
+        ],
     ),
     "no weight angle": (
         [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "10 g" }\n')],
@@ -160,11 +338,13 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     ),
     "no angle unit": (
         [('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "10 g @ 270" }\n')],
-        ['fan.toml line 19: runs[2].weights.left = "10 g @ 270" has the angle "270", which has no unit. Write "270 deg".'],
+        [
+            'fan.toml line 19: runs[2].weights.left = "10 g @ 270" has the angle "270", which has no unit. Write "270 deg".'
+        ],
     ),
     "stayed": (
         [('name = "as found"\n', 'name = "as found"\nstayed = true\n')],
-        ['fan.toml line 14: the first run has stayed = true, but no run is before it. Remove stayed.'],
+        ["fan.toml line 14: the first run has stayed = true, but no run is before it. Remove stayed."],
     ),
     "key": (
         [('name = "as found"\n', 'nmae = "as found"\n')],
@@ -175,44 +355,123 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ['fan.toml line 1: unknown key "titel" at the top level. Did you mean "title"?'],
     ),
     "hole": (
-        [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nholes = 24\nshelf=["5 g"]\n'), ('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "10 g in hole 25" }\n')],
-        ['fan.toml line 21: runs[2].weights.left = "10 g in hole 25" names a hole that is not there: planes.left has holes 1 to 24.'],
+        [
+            ('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nholes = 24\nshelf=["5 g"]\n'),
+            ('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "10 g in hole 25" }\n'),
+        ],
+        [
+            'fan.toml line 21: runs[2].weights.left = "10 g in hole 25" names a hole that is not there: planes.left has holes 1 to 24.'
+        ],
     ),
     "radii": (
         [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius=["100 mm","150 mm"]\n')],
-        ['fan.toml line 19: runs[2].weights.left = "10 g @ 270 deg" does not say at which radius of planes.left. Write "10 g at 100 mm @ 270 deg".'],
+        [
+            'fan.toml line 19: runs[2].weights.left = "10 g @ 270 deg" does not say at which radius of planes.left. Write "10 g at 100 mm @ 270 deg".'
+        ],
     ),
     "forb": (
-        [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nholes = 4\nshelf=["5 g"]\nforbidden=["350..340 deg"]\n')],
-        ['fan.toml line 12: planes.left: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true.'],
+        [
+            (
+                '[planes.left]\nradius = "150 mm"\n',
+                '[planes.left]\nradius = "150 mm"\nholes = 4\nshelf=["5 g"]\nforbidden=["350..340 deg"]\n',
+            )
+        ],
+        [
+            "fan.toml line 12: planes.left: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true."
+        ],
     ),
     "drill": (
-        [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\ndrill = { diameter="10 mm", density="7850 kg"}\n')],
-        ['fan.toml line 10: planes.left has a drill, but adds weights. Write remove = true, or leave the drill out.', 'fan.toml line 10: planes.left.drill.density = "7850 kg" is no density. Write "7850 kg/m³".'],
+        [
+            (
+                '[planes.left]\nradius = "150 mm"\n',
+                '[planes.left]\nradius = "150 mm"\ndrill = { diameter="10 mm", density="7850 kg"}\n',
+            )
+        ],
+        [
+            "fan.toml line 10: planes.left has a drill, but adds weights. Write remove = true, or leave the drill out.",
+            'fan.toml line 10: planes.left.drill.density = "7850 kg" is no density. Write "7850 kg/m³".',
+        ],
     ),
     "infl": (
-        [('[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', '[[influence]]\nsensor="a"\nplane="right"\nvalue="0.3 mil/g @ 3 deg"\n')],
-        ['fan.toml line 21: plane right has no influence coefficient for sensor b at 1200 rpm. Add [[influence]] with sensor = "b", plane = "right".'],
+        [
+            (
+                '[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                '[[influence]]\nsensor="a"\nplane="right"\nvalue="0.3 mil/g @ 3 deg"\n',
+            )
+        ],
+        [
+            'fan.toml line 21: plane right has no influence coefficient for sensor b at 1200 rpm. Add [[influence]] with sensor = "b", plane = "right".'
+        ],
     ),
     "infl2": (
-        [('[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', '[[influence]]\nsensor="a"\nplane="right"\nvalue="0.3 mil"\n')],
-        ['fan.toml line 24: influence[1].value = "0.3 mil" is no influence coefficient. Write what a unit weight at 0 deg would read, "0.43 mil pp/g @ 120 deg".'],
+        [
+            (
+                '[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                '[[influence]]\nsensor="a"\nplane="right"\nvalue="0.3 mil"\n',
+            )
+        ],
+        [
+            'fan.toml line 24: influence[1].value = "0.3 mil" is no influence coefficient. Write what a unit weight at 0 deg would read, "0.43 mil pp/g @ 120 deg".'
+        ],
     ),
     "nophase": (
-        [('readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n', 'readings = { a = "8.6 mil", b = "6.5 mil" }\n'), ('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mil", b = "4.5 mil" }\n'), ('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil", b = "10.4 mil" }\n')],
-        ['fan.toml line 12: the readings have no angles, and plane left has 1 trial position of its own at 1200 rpm. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in left alone at three angles (two leave two answers).', 'fan.toml line 12: the readings have no angles, and plane right has 1 trial position of its own at 1200 rpm. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in right alone at three angles (two leave two answers).'],
+        [
+            (
+                'readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n',
+                'readings = { a = "8.6 mil", b = "6.5 mil" }\n',
+            ),
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mil", b = "4.5 mil" }\n',
+            ),
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil", b = "10.4 mil" }\n',
+            ),
+        ],
+        [
+            'fan.toml line 12: the readings have no angles, and plane left has 1 trial position of its own at 1200 rpm. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in left alone at three angles (two leave two answers).',
+            'fan.toml line 12: the readings have no angles, and plane right has 1 trial position of its own at 1200 rpm. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in right alone at three angles (two leave two answers).',
+        ],
     ),
     "csv": (
-        [('title = "Two-plane fan"\n', 'readings = "nope.csv"\ntitle = "Two-plane fan"\n'), ('[[runs]]\nname = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\nname = "trial left"\nspeed = "1200 rpm"\nweights = { left = "10 g @ 270 deg" }\nreadings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', '')],
-        ['fan.toml line 1: nope.csv is not there. Name the CSV file, relative to the problem file.'],
+        [
+            ('title = "Two-plane fan"\n', 'readings = "nope.csv"\ntitle = "Two-plane fan"\n'),
+            (
+                '[[runs]]\nname = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\nname = "trial left"\nspeed = "1200 rpm"\nweights = { left = "10 g @ 270 deg" }\nreadings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                "",
+            ),
+        ],
+        ["fan.toml line 1: nope.csv is not there. Name the CSV file, relative to the problem file."],
     ),
     "csv2": (
-        [('title = "Two-plane fan"\n', 'readings = "nope.csv"\ntitle = "Two-plane fan"\n'), ('[[runs]]\nname = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\nname = "trial left"\nspeed = "1200 rpm"\nweights = { left = "10 g @ 270 deg" }\nreadings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', '[sensors.a]\n')],
-        ['fan.toml line 1: nope.csv is not there. Name the CSV file, relative to the problem file.'],
+        [
+            ('title = "Two-plane fan"\n', 'readings = "nope.csv"\ntitle = "Two-plane fan"\n'),
+            (
+                '[[runs]]\nname = "as found"\nspeed = "1200 rpm"\nreadings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n[[runs]]\nname = "trial left"\nspeed = "1200 rpm"\nweights = { left = "10 g @ 270 deg" }\nreadings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n[[runs]]\nname = "trial right"\nspeed = "1200 rpm"\nweights = { right = "12 g @ 180 deg" }\nreadings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                "[sensors.a]\n",
+            ),
+        ],
+        ["fan.toml line 1: nope.csv is not there. Name the CSV file, relative to the problem file."],
     ),
     "dims": (
-        [('readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n', 'readings = { a = "8.6 mil @ 63 deg", b = "6.5 mm/s @ 206 deg" }\n'), ('readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n', 'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mm/s @ 228 deg" }\n'), ('readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n', 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mm/s @ 162 deg" }\n')],
-        ['fan.toml: sensors a and b read in mil and mm/s, which cannot be added. Give every sensor its importance (a factor on its amplitude in SI units).'],
+        [
+            (
+                'readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }\n',
+                'readings = { a = "8.6 mil @ 63 deg", b = "6.5 mm/s @ 206 deg" }\n',
+            ),
+            (
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }\n',
+                'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mm/s @ 228 deg" }\n',
+            ),
+            (
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n',
+                'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mm/s @ 162 deg" }\n',
+            ),
+        ],
+        [
+            "fan.toml: sensors a and b read in mil and mm/s, which cannot be added. Give every sensor its importance (a factor on its amplitude in SI units)."
+        ],
     ),
 }
 

@@ -240,8 +240,9 @@ def test_a_plane_of_any_size_beside_lists_is_chosen_jointly(question: Question) 
     mixed = replace(question, options=(*lists, None), option_masses=(*question.option_masses[: p - 1], None), caps=caps,
                     sectors=())  # fmt: skip
     if p > 2:
-        mixed = replace(mixed, options=(*(option[:4] for option in lists if option is not None), None),
-                        option_masses=(*(m[:4] for m in mixed.option_masses[: p - 1] if m is not None), None))  # fmt: skip
+        few = tuple(option[:4] for option in lists if option is not None)
+        light = tuple(mass[:4] for mass in mixed.option_masses[: p - 1] if mass is not None)
+        mixed = replace(mixed, options=(*few, None), option_masses=(*light, None))
     solved, best = solve_question(mixed), np.inf
     for fixed in product(*(option for option in mixed.options[:-1] if option is not None)):
         u = np.array([*fixed, 0.0], dtype=complex)
@@ -372,6 +373,18 @@ def test_many_sensors_show_the_solver_few_rows() -> None:
     assert solved.status == "optimal"
     assert solved.u is not None
     assert solved.value == pytest.approx(float(np.abs(question.residual(solved.u)).max()), rel=1e-14)
+
+
+@pytest.mark.parametrize("goal", GOALS)
+def test_many_limits_are_all_kept(goal: Goal) -> None:
+    """300 readings with a limit each: those the solver never saw are kept as well, and the bound holds."""
+    question = _plain(300, 4, goal, 0.2, seed=7)
+    limited = replace(question, limits=0.97 * np.abs(question.y0) + 0.15, huber=1.0)
+    solved = solve_continuous(limited)
+    assert solved.status == "optimal"
+    assert solved.u is not None
+    assert not breaks(limited, solved.u, 1e-8)
+    assert solved.value == pytest.approx(through_cvxpy(limited)[0], rel=2e-6)
 
 
 @pytest.mark.parametrize("goal", GOALS)

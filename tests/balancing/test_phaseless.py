@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotor_jobs import correction, messages, solve_text
 
+from rotor_jobs import correction, messages, solve_text
 from vibopt.balancing.phaseless import circles
 
 HEAD = """title = "without phase"
@@ -28,7 +28,9 @@ def job(trials: list[complex], gain: float = 0.4, error: dict[int, float] | None
     lines = [HEAD, '[planes.fan]\nradius = "200 mm"']
     for index, trial in enumerate([0.0, *trials]):
         reading = gain * abs(UNBALANCE + trial) + (error or {}).get(index, 0.0)
-        weight = f'weights = {{ fan = "{abs(trial)!r} g @ {degrees(cmath.phase(trial)) % 360.0!r} deg" }}\n' if trial else ""
+        weight = (
+            f'weights = {{ fan = "{abs(trial)!r} g @ {degrees(cmath.phase(trial)) % 360.0!r} deg" }}\n' if trial else ""
+        )
         lines.append(f'[[runs]]\n{weight}readings = {{ a = "{reading!r} mm/s" }}')
     return "\n".join(lines)
 
@@ -49,7 +51,9 @@ def test_two_trials_leave_two_answers_and_ask_for_a_third_run() -> None:
     plan = solve_text(job(around(5.0, 0, 120)))
     assert (plan.status, plan.exit_code) == ("unproven", 5)
     assert plan.claim == "the amplitudes leave two answers; one more trial run decides"
-    found = [cmath.rect(float(one.planes[0].mass.value) * 1e3, float(one.planes[0].angle.value)) for one in plan.fittings]
+    found = [
+        cmath.rect(float(one.planes[0].mass.value) * 1e3, float(one.planes[0].angle.value)) for one in plan.fittings
+    ]
     assert min(abs(one + UNBALANCE) for one in found) < 1e-6
     assert [note for note in plan.notes if note.startswith("Make one more run with 5 g in fan at ")]
     assert [line.split(":")[0] for line in plan.words[1:]] == ["Answer 1", "Answer 2"]
@@ -95,7 +99,11 @@ def test_two_planes_are_found_where_the_answer_is_unique() -> None:
         shown = np.abs(y0 + H @ w)
         name = "pq"[plane]
         weight = f'weights = {{ {name} = "5 g @ {degrees(cmath.phase(trial)) % 360.0} deg" }}\n' if trial else ""
-        lines.append(f'[[runs]]\n{weight}readings = {{ a = "{shown[0]!r} mm/s", b = "{shown[1]!r} mm/s" }}'.replace("np.float64(", "").replace(")", ""))
+        lines.append(
+            f'[[runs]]\n{weight}readings = {{ a = "{shown[0]!r} mm/s", b = "{shown[1]!r} mm/s" }}'.replace(
+                "np.float64(", ""
+            ).replace(")", "")
+        )
     plan = solve_text("\n".join(lines))
     u = np.array([correction(plan, name) for name in "pq"]) * 1e3
     np.testing.assert_allclose(np.abs(y0 + H @ u), 0.0, atol=1e-5)
@@ -103,10 +111,13 @@ def test_two_planes_are_found_where_the_answer_is_unique() -> None:
 
 def test_too_few_runs_are_refused() -> None:
     assert messages(job(around(5.0, 0))) == [
-        "fan.toml line 10: the readings have no angles, and plane fan has 1 trial position of its own at 900 rpm. Write the "
-        'readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in fan alone at three angles (two leave two answers).'
+        "fan.toml line 10: the readings have no angles, and plane fan has 1 trial position of its own at 900 rpm. "
+        "Write the "
+        'readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in fan alone at three angles (two leave '
+        "two answers)."
     ]
     assert messages(job(around(5.0, 0, 180))) == [
-        "fan.toml line 10: the two trial weights of plane fan at 900 rpm lie on one line through the centre, so the side cannot "
+        "fan.toml line 10: the two trial weights of plane fan at 900 rpm lie on one line through the centre, so the "
+        "side cannot "
         "be told. Add a run with the weight at a right angle to them."
     ]

@@ -1,4 +1,4 @@
-"""What holds for every measured rotor: the plan does what it says, whatever mark, sense and units it was measured with."""
+"""What holds for every measured rotor: the plan does what it says, whatever mark, sense and units it has."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rotor_jobs import correction, polar, read_text, solve_text
 
+from rotor_jobs import correction, polar, read_text, solve_text
 from vibopt.balancing.influence import identify
 
 PLANES, SENSORS = ("p", "q"), ("a", "b", "c")
@@ -41,11 +41,22 @@ def truths(draw: st.DrawFn, spare: int = 0) -> Truth:
 
 
 def job(
-    truth: Truth, turn: float = 0.0, lag: bool = True, against: bool = True, units: tuple[str, float, str, float] = ("mm", 1e3, "g", 1e3), more: str = ""
+    truth: Truth,
+    turn: float = 0.0,
+    lag: bool = True,
+    against: bool = True,
+    units: tuple[str, float, str, float] = ("mm", 1e3, "g", 1e3),
+    more: str = "",
 ) -> str:
     """The rotor as measured with a mark `turn` degrees further on, in the conventions and units given."""
     length, per_m, mass, per_kg = units
-    lines = ['title = "law"', 'speed = "1500 rpm"', "[conventions]", f'phase = "{"lag" if lag else "lead"}"', 'readings = "phase"']
+    lines = [
+        'title = "law"',
+        'speed = "1500 rpm"',
+        "[conventions]",
+        f'phase = "{"lag" if lag else "lead"}"',
+        'readings = "phase"',
+    ]
     lines += [f'angles = "{"against" if against else "with"} rotation"', 'detector = "pk"', 'zero = "mark"']
     lines += [f'[planes.{name}]\nradius = "100 mm"' for name in PLANES]
     back = cmath.exp(-1j * radians(turn))
@@ -112,7 +123,9 @@ def test_coefficients_of_one_job_serve_the_next(truth: Truth, against: bool, lag
     again = solve_text("\n".join([head, "[[runs]]", first, *ready]))
     assert again.status == "optimal"
     for name in PLANES:
-        assert abs(correction(plan, name) - correction(again, name)) <= 1e-5 * max(abs(correction(plan, one)) for one in PLANES)
+        assert abs(correction(plan, name) - correction(again, name)) <= 1e-5 * max(
+            abs(correction(plan, one)) for one in PLANES
+        )
 
 
 @settings(max_examples=15, deadline=None)
@@ -174,7 +187,9 @@ def test_a_robust_plan_is_better_over_the_scatter(robust: str) -> None:
     scatter = '[scatter]\namplitude = "6 µm"\n'
     combine = "worst" if robust == "worst" else "rms"
     plain = solve_text(job(truth, more=f'{scatter}[goal]\nminimise = "residual"\ncombine = "{combine}"'))
-    careful = solve_text(job(truth, more=f'{scatter}[goal]\nminimise = "residual"\ncombine = "{combine}"\nrobust = "{robust}"'))
+    careful = solve_text(
+        job(truth, more=f'{scatter}[goal]\nminimise = "residual"\ncombine = "{combine}"\nrobust = "{robust}"')
+    )
     bound = [max(float(row.band[1].value) for row in plan.rows if row.band) for plan in (plain, careful)]
     assert bound[1] < bound[0]
     assert careful.status == "optimal"

@@ -9,8 +9,8 @@ from math import degrees, radians
 
 import numpy as np
 import pytest
-from rotor_jobs import FAN, correction, read_text, solve_text
 
+from rotor_jobs import FAN, correction, read_text, solve_text
 from vibopt.balancing import solve_rotor
 from vibopt.balancing.fitting import fitting_of, plan_text
 from vibopt.balancing.influence import identify
@@ -38,7 +38,12 @@ def test_the_fan_is_balanced_as_published() -> None:
     lag = {"a": 8.6 * cmath.exp(1j * radians(63)), "b": 6.5 * cmath.exp(1j * radians(206))}
     left = {"a": cmath.rect(5.9, radians(123)), "b": cmath.rect(4.5, radians(228))}
     right = {"a": cmath.rect(6.2, radians(36)), "b": cmath.rect(10.4, radians(162))}
-    H = np.array([[(left[s] - lag[s]) / cmath.rect(10, radians(270)), (right[s] - lag[s]) / cmath.rect(12, radians(180))] for s in "ab"])
+    H = np.array(
+        [
+            [(left[s] - lag[s]) / cmath.rect(10, radians(270)), (right[s] - lag[s]) / cmath.rect(12, radians(180))]
+            for s in "ab"
+        ]
+    )
     by_hand = np.linalg.solve(H, [-lag["a"], -lag["b"]])
     for name, one in zip(("left", "right"), by_hand, strict=True):
         assert abs(correction(plan, name) * 1e3 - one) < 1e-10
@@ -54,11 +59,26 @@ def test_the_fan_is_balanced_as_published() -> None:
 
 def test_a_textbook_job_in_plain_numbers() -> None:
     """Rao, Mechanical Vibrations, problem 9.13 with the coefficients divided by the trial weights as they should be."""
-    text = FAN.replace("8.6 mil @ 63", "5 mil @ 100").replace("6.5 mil @ 206", "4 mil @ 180").replace("10 g @ 270", "2 oz @ 30")
-    text = text.replace("5.9 mil @ 123", "6.5 mil @ 120").replace("4.5 mil @ 228", "4.5 mil @ 140").replace("12 g @ 180", "2 oz @ 0")
-    text = text.replace("6.2 mil @ 36", "6 mil @ 90").replace("10.4 mil @ 162", "7 mil @ 60").replace('radius = "150 mm"\n', "")
+    text = (
+        FAN.replace("8.6 mil @ 63", "5 mil @ 100")
+        .replace("6.5 mil @ 206", "4 mil @ 180")
+        .replace("10 g @ 270", "2 oz @ 30")
+    )
+    text = (
+        text.replace("5.9 mil @ 123", "6.5 mil @ 120")
+        .replace("4.5 mil @ 228", "4.5 mil @ 140")
+        .replace("12 g @ 180", "2 oz @ 0")
+    )
+    text = (
+        text.replace("6.2 mil @ 36", "6 mil @ 90")
+        .replace("10.4 mil @ 162", "7 mil @ 60")
+        .replace('radius = "150 mm"\n', "")
+    )
     plan = solve_text(text)
-    V, L, R = (np.array([cmath.rect(a, radians(p)) for a, p in pair]) for pair in (((5, 100), (4, 180)), ((6.5, 120), (4.5, 140)), ((6, 90), (7, 60))))
+    V, L, R = (
+        np.array([cmath.rect(a, radians(p)) for a, p in pair])
+        for pair in (((5, 100), (4, 180)), ((6.5, 120), (4.5, 140)), ((6, 90), (7, 60)))
+    )
     H = np.stack([(L - V) / cmath.rect(2, radians(30)), (R - V) / 2.0], axis=1)
     for name, one in zip(("left", "right"), np.linalg.solve(H, -V), strict=True):
         assert abs(correction(plan, name) / 0.028349523125 - one) < 1e-10
@@ -66,10 +86,16 @@ def test_a_textbook_job_in_plain_numbers() -> None:
 
 
 def test_holes_and_shelf_weights_are_named() -> None:
-    text = fan('holes = 24\nshelf = ["5 g", "10 g"]\nmost_weights = 2\n', 'holes = ["0 deg", "60 deg", "120 deg", "300 deg"]\nshelf = ["3 g", "6 g"]\n')
+    text = fan(
+        'holes = 24\nshelf = ["5 g", "10 g"]\nmost_weights = 2\n',
+        'holes = ["0 deg", "60 deg", "120 deg", "300 deg"]\nshelf = ["3 g", "6 g"]\n',
+    )
     plan = solve_text(text)
     assert plan.status == "optimal"
-    assert plan.words[2] == "right: fit 6 g at radius 150 mm in hole 2 at 60 deg against rotation from the reflective tape."
+    assert (
+        plan.words[2]
+        == "right: fit 6 g at radius 150 mm in hole 2 at 60 deg against rotation from the reflective tape."
+    )
     put_back_of(text)
     weights = plan.to_json()["planes"]["right"]["weights"]
     assert weights[0]["hole"] == 2
@@ -110,7 +136,8 @@ def test_material_is_removed_on_the_opposite_side() -> None:
     added = correction(solve_text(FAN), "left")
     assert abs(correction(plan, "left") + added) < 1e-12
     assert plan.planes[0].words == (
-        "left: take away 10.76 g at radius 150 mm, 146.6 deg against rotation from the reflective tape (hole of 10 mm, 17.5 mm deep)."
+        "left: take away 10.76 g at radius 150 mm, 146.6 deg against rotation from the reflective tape (hole of 10 "
+        "mm, 17.5 mm deep)."
     )
     put_back_of(text)
 
@@ -142,14 +169,18 @@ def test_pairs_are_equal_or_opposite(kind: str, sign: float) -> None:
 
 
 def test_of_several_radii_the_greatest_takes_least_mass() -> None:
-    text = FAN.replace(LEFT, '[planes.left]\nradius = ["100 mm", "150 mm"]\n').replace("10 g @ 270", "15 g at 100 mm @ 270")
+    text = FAN.replace(LEFT, '[planes.left]\nradius = ["100 mm", "150 mm"]\n').replace(
+        "10 g @ 270", "15 g at 100 mm @ 270"
+    )
     plan = solve_text(text)
     assert abs(correction(plan, "left") - correction(solve_text(FAN), "left")) < 1e-12
     assert plan.find("planes.left.radius").shown == "150 mm"
 
 
 def test_planes_in_unbalance_need_no_radius() -> None:
-    text = FAN.replace(LEFT, '[planes.left]\nunbalance = { from = "0 g mm", to = "5000 g mm" }\n').replace("10 g @ 270", "1500 g mm @ 270")
+    text = FAN.replace(LEFT, '[planes.left]\nunbalance = { from = "0 g mm", to = "5000 g mm" }\n').replace(
+        "10 g @ 270", "1500 g mm @ 270"
+    )
     plan = solve_text(text)
     assert plan.find("planes.left.unbalance").shown == "1614.59 g mm"
     assert plan.words[1] == "left: fit 1615 g mm, 326.6 deg against rotation from the reflective tape."
@@ -160,7 +191,9 @@ def test_runout_is_subtracted() -> None:
     runout = cmath.rect(0.7, radians(20))
     for amount, angle in ((8.6, 63), (5.9, 123), (6.2, 36)):
         z = cmath.rect(amount, radians(angle)) + runout
-        shifted = shifted.replace(f"{amount} mil @ {angle} deg", f"{abs(z)!r} mil @ {degrees(cmath.phase(z)) % 360!r} deg")
+        shifted = shifted.replace(
+            f"{amount} mil @ {angle} deg", f"{abs(z)!r} mil @ {degrees(cmath.phase(z)) % 360!r} deg"
+        )
     shifted += '[sensors.a]\nrunout = "0.7 mil @ 20 deg"\n[sensors.b]\n'
     for name in ("left", "right"):
         assert abs(correction(solve_text(shifted), name) - correction(solve_text(FAN), name)) < 1e-12
@@ -172,8 +205,17 @@ def test_weights_that_stayed_count_in_the_next_run() -> None:
     job = identify(read_text(FAN))
     w = np.array([0.0015 * cmath.exp(-1j * radians(270)), 0.0018 * cmath.exp(-1j * radians(180))])
     left = job.y0 + job.H @ w
-    a, b = (f"{2 * abs(z) / 2.54e-5!r} mil @ {degrees(-cmath.phase(z)) % 360!r} deg".replace("np.float64(", "").replace(")", "") for z in left)
-    text = FAN.replace('name = "trial right"', 'name = "trial right"\nstayed = true').replace("6.2 mil @ 36 deg", a).replace("10.4 mil @ 162 deg", b)
+    a, b = (
+        f"{2 * abs(z) / 2.54e-5!r} mil @ {degrees(-cmath.phase(z)) % 360!r} deg".replace("np.float64(", "").replace(
+            ")", ""
+        )
+        for z in left
+    )
+    text = (
+        FAN.replace('name = "trial right"', 'name = "trial right"\nstayed = true')
+        .replace("6.2 mil @ 36 deg", a)
+        .replace("10.4 mil @ 162 deg", b)
+    )
     for name in ("left", "right"):
         assert abs(correction(solve_text(text), name) - correction(solve_text(FAN), name)) < 1e-12
     put_back_of(text)
@@ -186,7 +228,10 @@ SECOND = (
 
 
 def test_two_speeds_share_one_plan_and_have_limits_of_their_own() -> None:
-    limits = '[limits.low]\nresponse = "residual"\nspeed = "1200 rpm"\nat_most = "1.2 mil"\n[limits.high]\nresponse = "residual"\nat = "a"\nspeed = "1800 rpm"\nat_most = "2.5 mil"\n'
+    limits = (
+        '[limits.low]\nresponse = "residual"\nspeed = "1200 rpm"\nat_most = "1.2 mil"\n[limits.high]\nresponse '
+        '= "residual"\nat = "a"\nspeed = "1800 rpm"\nat_most = "2.5 mil"\n'
+    )
     text = FAN + SECOND + limits
     plan = solve_text(text)
     assert plan.status == "optimal"
@@ -212,7 +257,10 @@ def test_limits_that_cannot_hold_are_refused_with_the_smallest_loosening() -> No
     ['combine = "rms"', 'combine = "worst"', 'combine = "sum"', 'combine = "huber"\nhuber_at = "1 mil"'],
 )
 def test_every_goal_is_proven_and_put_back(goal: str) -> None:
-    text = FAN + SECOND + f'[limits.m]\nresponse = "correction"\nof = "left"\nat_most = "8 g"\n[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "12 g"\n[goal]\nminimise = "residual"\n{goal}\n'
+    text = (
+        FAN + SECOND + f'[limits.m]\nresponse = "correction"\nof = "left"\nat_most = "8 g"\n[limits.t]\nresponse = '
+        f'"correction"\ntotal = true\nat_most = "12 g"\n[goal]\nminimise = "residual"\n{goal}\n'
+    )
     plan = solve_text(text)
     assert plan.status == "optimal"
     assert float(plan.limits["m"].value.value) <= 8e-3 * (1 + 1e-8)
@@ -239,7 +287,13 @@ def test_planes_that_act_alike_are_named_with_remedies_side_by_side() -> None:
     note = next(one for one in plan.notes if one.startswith("Planes "))
     assert note.startswith("Planes left and right act almost alike: condition number ")
     assert note.endswith("; one can be left out, or the mass penalised.")
-    assert [one.name.split(" of ")[0] for one in plan.remedies] == ["as asked", "left left out", "right left out", "mass penalised", "caps"]
+    assert [one.name.split(" of ")[0] for one in plan.remedies] == [
+        "as asked",
+        "left left out",
+        "right left out",
+        "mass penalised",
+        "caps",
+    ]
     asked, without, *_ = plan.remedies
     assert float(asked.rms.value) < float(without.rms.value)
     assert all(one.band for one in plan.remedies)
@@ -258,7 +312,10 @@ def test_repeated_runs_give_the_scatter() -> None:
     again = FAN[FAN.index("[[runs]]") :].replace("8.6 mil @ 63", "8.8 mil @ 64").replace("6.2 mil @ 36", "6.1 mil @ 35")
     plan = solve_text(FAN + again)
     assert plan.rows[0].band is not None
-    assert plan.notes[-1] == "Bands hold 95 % of what the scatter of the readings allows (scatter from 3 runs more than unknowns)."
+    assert (
+        plan.notes[-1]
+        == "Bands hold 95 % of what the scatter of the readings allows (scatter from 3 runs more than unknowns)."
+    )
 
 
 def test_a_first_trial_weight_is_advised_from_mass_and_speed() -> None:
@@ -266,7 +323,9 @@ def test_a_first_trial_weight_is_advised_from_mass_and_speed() -> None:
     plan = solve_text(found)
     omega = 1200.0 * 2.0 * np.pi / 60.0
     assert (plan.status, plan.claim) == ("unproven", "no trial run yet: what a weight does is not known")
-    assert float(plan.find("planes_first.left.trial").value) == pytest.approx(0.1 * 500.0 * 9.80665 / omega**2 / 2 / 0.15)
+    assert float(plan.find("planes_first.left.trial").value) == pytest.approx(
+        0.1 * 500.0 * 9.80665 / omega**2 / 2 / 0.15
+    )
     assert plan.words[0] == "left: a first trial of at most 103.502 g."
 
 
@@ -274,14 +333,21 @@ def test_a_plan_that_the_simulated_rotor_refuses_is_no_plan() -> None:
     job = read_text(FAN)
     plan = solve_rotor.solve_job(job)
     identified = identify(job)
-    wrong = fitting_of(job, replace(identified, y0=identified.y0 * 1.1), np.array([one.u for one in plan.planes]), (None, None))
+    wrong = fitting_of(
+        job, replace(identified, y0=identified.y0 * 1.1), np.array([one.u for one in plan.planes]), (None, None)
+    )
     refused = solve_rotor._certified(replace(plan, fittings=(wrong,)), identified)
     assert (refused.status, refused.exit_code) == ("check_failed", 6)
     assert refused.claim.startswith("the simulated rotor shows ")
 
 
 def test_the_json_is_strict_and_in_si() -> None:
-    data = json.loads(json.dumps(solve_text(FAN + '[limits.a]\nresponse = "residual"\nat = "a"\nat_most = "1 mil"\n').to_json(), allow_nan=False))
+    data = json.loads(
+        json.dumps(
+            solve_text(FAN + '[limits.a]\nresponse = "residual"\nat = "a"\nat_most = "1 mil"\n').to_json(),
+            allow_nan=False,
+        )
+    )
     assert data["planes"]["left"]["mass"]["unit"] == "kg"
     assert data["sensors"]["a"]["speeds"][0]["limit"]["shown"] == "1 mil pp"
     assert data["conventions"]["zero"] == "reflective tape"

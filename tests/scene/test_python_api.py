@@ -22,7 +22,7 @@ from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.scene.language.responses import Responses
 
-PROBLEMS = sorted((Path(__file__).parents[2] / "problems").glob("*/*.toml"))
+PROBLEMS = sorted((Path(__file__).parents[2] / "problems" / "isolation").glob("*.toml"))
 NAMES = [file.stem for file in PROBLEMS]
 BOUNDS = ("at_most", "at_least", "outside")
 

@@ -19,18 +19,24 @@ SINGULAR = 1e-9
 """Trial weights whose directions differ by less than this part are the same ones."""
 
 
-def check_runs(measured: Measured, planes: Sequence[Plane], influence: Influence, has_phase: bool, mistakes: Mistakes) -> None:
+def check_runs(
+    measured: Measured, planes: Sequence[Plane], influence: Influence, has_phase: bool, mistakes: Mistakes
+) -> None:
     """Whether the runs can tell what each plane does."""
     if not any(run.is_initial for run in measured.runs):
         mistakes.add(
             ("runs",),
-            "there is no initial run: every run has weights fitted. Add a run as found, with its speed and readings and without weights.",
+            "there is no initial run: every run has weights fitted. Add a run as found, with its speed and readings "
+            "and without weights.",
         )
         return
     if _mismatched(measured, mistakes):
         return
     if not _any_vibration(measured):
-        mistakes.add(("runs",), "the initial vibration is zero at every sensor: there is nothing to balance. Check the readings as found.")
+        mistakes.add(
+            ("runs",),
+            "the initial vibration is zero at every sensor: there is nothing to balance. Check the readings as found.",
+        )
         return
     if not any(not plane.keep for plane in planes):
         mistakes.add(("planes",), "every plane has keep = true: nothing may be changed. Leave one plane free.")
@@ -52,7 +58,8 @@ def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
         own, other = show(run.given_speed, unit, "angular_rate"), show(found, unit, "angular_rate")
         mistakes.add(
             (*path, "speed"),
-            f'run "{run.name}" is at {own}, but as found was measured at {other}. A weight acts differently at each speed: '
+            f'run "{run.name}" is at {own}, but as found was measured at {other}. A weight acts differently at each '
+            f"speed: "
             f"repeat the run at {other}, or add a run as found at {own}.",
         )
     return bool(wrong)
@@ -69,12 +76,18 @@ def unknown_planes(planes: Sequence[Plane], influence: Influence, speed: int) ->
     return [index for index, plane in enumerate(planes) if not plane.keep and index not in given]
 
 
-def _check_speed(speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, mistakes: Mistakes) -> None:
+def _check_speed(
+    speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, mistakes: Mistakes
+) -> None:
     _check_coefficients(speed, measured, planes, influence, mistakes)
     unknown = unknown_planes(planes, influence, speed)
     runs = [run for run in measured.runs if run.speed == speed]
     for index, plane in enumerate(planes):
-        if plane.keep and any(run.weights[index] for run in runs) and index not in {p for at, _, p in influence if at == speed}:
+        if (
+            plane.keep
+            and any(run.weights[index] for run in runs)
+            and index not in {p for at, _, p in influence if at == speed}
+        ):
             unknown = sorted([*unknown, index])
     at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
     trials = [run for run in runs if not run.is_initial]
@@ -85,7 +98,8 @@ def _check_speed(speed: int, measured: Measured, planes: Sequence[Plane], influe
     if idle:
         mistakes.add(
             ("runs",),
-            f'no run at {at} has a weight in plane {idle[0]}, so nothing is known of it. Add such a run, or write keep = true in [planes.{idle[0]}].',
+            f"no run at {at} has a weight in plane {idle[0]}, so nothing is known of it. Add such a run, or write "
+            f"keep = true in [planes.{idle[0]}].",
         )
     elif unknown:
         _check_rank(trials, unknown, at, planes, mistakes)
@@ -97,25 +111,32 @@ def _too_few(planes: Sequence[Plane], unknown: list[int], trials: Sequence[Run],
     missing = [planes[index].name for index in unknown if not any(run.weights[index] for run in trials)]
     other = missing[0] if missing else planes[unknown[-1]].name
     return (
-        f"fewer runs than planes: to learn what a weight does in {names}, {len(unknown)} runs with weights are needed at {at}, "
-        f"and there {'are' if len(trials) > 1 else 'is'} {many}. Add a run with a weight in {other}, write keep = true in "
+        f"fewer runs than planes: to learn what a weight does in {names}, {len(unknown)} runs with weights are "
+        f"needed at {at}, "
+        f"and there {'are' if len(trials) > 1 else 'is'} {many}. Add a run with a weight in {other}, write keep = "
+        f"true in "
         f"[planes.{other}], or give ready coefficients in [[influence]]."
     )
 
 
-def _check_coefficients(speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, mistakes: Mistakes) -> None:
+def _check_coefficients(
+    speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, mistakes: Mistakes
+) -> None:
     at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
     for plane in sorted({one for where, _, one in influence if where == speed}):
         for sensor, one in enumerate(measured.sensors):
             if (speed, sensor, plane) not in influence:
                 mistakes.add(
                     ("influence",),
-                    f"plane {planes[plane].name} has no influence coefficient for sensor {one.name} at {at}. Add [[influence]] with "
+                    f"plane {planes[plane].name} has no influence coefficient for sensor {one.name} at {at}. Add "
+                    f"[[influence]] with "
                     f'sensor = "{one.name}", plane = "{planes[plane].name}".',
                 )
 
 
-def _check_rank(trials: Sequence[Run], unknown: list[int], at: str, planes: Sequence[Plane], mistakes: Mistakes) -> None:
+def _check_rank(
+    trials: Sequence[Run], unknown: list[int], at: str, planes: Sequence[Plane], mistakes: Mistakes
+) -> None:
     """Whether the trial weights are different enough to be told apart."""
     W: ComplexArray = np.array([run.weights[unknown] for run in trials])
     W = W / np.maximum(np.abs(W).max(axis=0), 1e-300)
@@ -127,12 +148,18 @@ def _check_rank(trials: Sequence[Run], unknown: list[int], at: str, planes: Sequ
             if np.linalg.matrix_rank(W[[j, i]], tol=SINGULAR) == 1:
                 mistakes.add(
                     ("runs",),
-                    f'runs "{trials[j].name}" and "{first.name}" have the same weights (up to a common factor), so planes '
-                    f"{' and '.join(planes[p].name for p in unknown)} cannot be told apart: the equations are singular at {at}. "
+                    f'runs "{trials[j].name}" and "{first.name}" have the same weights (up to a common factor), so '
+                    f"planes "
+                    f"{' and '.join(planes[p].name for p in unknown)} cannot be told apart: the equations are "
+                    f"singular at {at}. "
                     "Move one of the weights to another plane and repeat that run.",
                 )
                 return
-    mistakes.add(("runs",), f"the trial weights of the runs at {at} depend on one another: the equations are singular. Repeat one run with other weights.")
+    mistakes.add(
+        ("runs",),
+        f"the trial weights of the runs at {at} depend on one another: the equations are singular. Repeat one run "
+        f"with other weights.",
+    )
 
 
 def _check_without_phase(measured: Measured, planes: Sequence[Plane], mistakes: Mistakes) -> None:
@@ -142,18 +169,23 @@ def _check_without_phase(measured: Measured, planes: Sequence[Plane], mistakes: 
         for index, plane in enumerate(planes):
             if plane.keep:
                 continue
-            alone = {complex(run.weights[index]) for run in runs if run.weights[index] and np.count_nonzero(run.weights) == 1}
+            alone = {
+                complex(run.weights[index]) for run in runs if run.weights[index] and np.count_nonzero(run.weights) == 1
+            }
             if len(alone) < 2:
                 mistakes.add(
                     ("runs",),
-                    f"the readings have no angles, and plane {plane.name} has {plain(len(alone))} trial position{'s' if len(alone) != 1 else ''} of its "
-                    f'own at {at}. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in {plane.name} alone at '
+                    f"the readings have no angles, and plane {plane.name} has {plain(len(alone))} trial "
+                    f"position{'s' if len(alone) != 1 else ''} of its "
+                    f'own at {at}. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in '
+                    f"{plane.name} alone at "
                     "three angles (two leave two answers).",
                 )
             elif len(alone) == 2 and _on_a_line(alone):
                 mistakes.add(
                     ("runs",),
-                    f"the two trial weights of plane {plane.name} at {at} lie on one line through the centre, so the side cannot be told. "
+                    f"the two trial weights of plane {plane.name} at {at} lie on one line through the centre, so "
+                    f"the side cannot be told. "
                     "Add a run with the weight at a right angle to them.",
                 )
 

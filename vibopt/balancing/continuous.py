@@ -78,6 +78,8 @@ def _prices(question: Question, free: Free, scene: Scaled, answer: Convex) -> Pr
 
 def _cap_prices(question: Question, free: Free, own: FloatArray) -> FloatArray:
     """The price of a merged plane belongs to the member whose cap it meets first."""
+    if free.question is question:
+        return own
     prices = np.zeros(question.n_planes)
     sizes = np.abs(free.spread)
     for column in range(sizes.shape[1]):

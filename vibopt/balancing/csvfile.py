@@ -1,7 +1,8 @@
 """Readings from a CSV file, as a spreadsheet exports it: semicolon or comma, decimal comma, byte-order mark.
 
-One row a run.  Columns: run, speed [rpm], stayed, then per plane "left" (text such as 10 g @ 270 deg) or the two columns
-"left mass [g]" (or "left unbalance [g mm]") and "left angle [deg]", and per sensor "a" (text) or "a amplitude [mil pp]" and "a angle [deg]".
+One row a run.  Columns: run, speed [rpm], stayed; per plane "left" (text such as 10 g @ 270 deg) or the two columns
+"left mass [g]" (or "left unbalance [g mm]") and "left angle [deg]"; per sensor "a" (text) or the two columns
+"a amplitude [mil pp]" and "a angle [deg]".
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from vibopt.errors import InputError, way_out
 from vibopt.scene.mistakes import Mistakes, Path, toml_text
 
 LARGEST = 5_000_000
-_HEADER = re.compile(r"(?P<name>.*?)(?:\s+(?P<what>mass|weight|unbalance|amplitude|angle|phase))?\s*(?:[\[(](?P<unit>[^\])]*)[\])])?", re.I)
+_HEADER = re.compile(
+    r"(?P<name>.*?)(?:\s+(?P<what>mass|weight|unbalance|amplitude|angle|phase))?\s*(?:[\[(](?P<unit>[^\])]*)[\])])?",
+    re.I,
+)
 _COMMA = re.compile(r"([+-]?\d*),(\d+)(?=\D|$)")
 _YES, _NO = ("yes", "true", "1", "x", "ja", "oui"), ("no", "false", "0", "-", "nein", "non")
 _AMOUNTS = {"mass", "weight", "unbalance", "amplitude"}
@@ -57,7 +61,7 @@ class CsvMistakes(Mistakes):
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: its heading and letter, whose it is ("run", "speed", "stayed", a plane or a sensor), what of it, and its unit."""
+    """One column: its heading and letter, whose it is ("run", "speed", a plane, a sensor), what of it, and its unit."""
 
     heading: str
     letter: str
@@ -135,7 +139,9 @@ def _point(cell: str) -> str:
     return _COMMA.sub(r"\1.\2", cell) if cell.count(",") == 1 or "@" in cell else cell
 
 
-def _columns(header: list[str], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes) -> list[Column | None]:
+def _columns(
+    header: list[str], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
+) -> list[Column | None]:
     columns: list[Column | None] = []
     known = ["run", "speed [rpm]", "stayed", *planes, *sensors]
     for index, heading in enumerate(header):
@@ -149,10 +155,14 @@ def _columns(header: list[str], row: int, planes: list[str], sensors: list[str],
             columns.append(None)
             mistakes.places[("header", index)] = (row, f", column {column.letter}")
             if heading:
-                mistakes.value(("header", index), heading, f"names no plane and no sensor of this job.{way_out(name, known)}")
+                mistakes.value(
+                    ("header", index), heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
+                )
     if not any(column is not None and column.name in sensors for column in columns):
         mistakes.places[("header",)] = (row, "")
-        mistakes.add(("header",), f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".')
+        mistakes.add(
+            ("header",), f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".'
+        )
     return columns
 
 
@@ -179,7 +189,7 @@ def _run(index: int, row: int, cells: list[str], columns: list[Column | None], m
             mistakes.places[("runs", index, key)] = place
             continue
         part = "angle" if column.what == "angle" else "amount"
-        bare = part == "amount" and column.what in _AMOUNTS or part == "angle"
+        bare = (part == "amount" and column.what in _AMOUNTS) or part == "angle"
         parts.setdefault(column.name, {})[part] = f"{cell} {column.unit}".strip() if bare else cell
         for family in ("weights", "readings"):
             mistakes.places.setdefault(("runs", index, family, column.name), place)

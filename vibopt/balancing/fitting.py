@@ -7,11 +7,12 @@ from math import pi, tau
 
 import numpy as np
 
+from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
+from vibopt.balancing.options import Options, neighbours
 from vibopt.balancing.outcome import Entry
-from vibopt.balancing.plan import Fitting, PlaneAnswer, RowAnswer, Weight
-from vibopt.balancing.planes import MASS, Options, Plane, hole_name, neighbours
+from vibopt.balancing.planes import MASS, Plane, hole_name
 from vibopt.balancing.pose import row_limits
 from vibopt.balancing.words import show_angle
 from vibopt.forms import ComplexArray, FloatArray
@@ -22,7 +23,11 @@ NOTHING = 1e-9
 
 
 def fitting_of(
-    job: RotorJob, identified: Identified, u: ComplexArray, options: Sequence[Options | None], band: FloatArray | None = None
+    job: RotorJob,
+    identified: Identified,
+    u: ComplexArray,
+    options: Sequence[Options | None],
+    band: FloatArray | None = None,
 ) -> Fitting:
     """The correction u as weights, and what is left with it."""
     tiny = NOTHING * _scale(identified, u)
@@ -48,8 +53,10 @@ def _plane(job: RotorJob, index: int, u: complex, options: Options | None, tiny:
         amount, angle = weights[0].mass, weights[0].angle % tau
         radius = weights[0].radius
     return PlaneAnswer(
-        plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit), Entry(angle, "angle", "deg"),
-        None if radius is None else Entry(radius, "length", plane.length_unit), weights, _words(job, plane, action, weights),
+        plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
+        Entry(angle, "angle", "deg"),
+        None if radius is None else Entry(radius, "length", plane.length_unit), weights,
+        _words(job, plane, action, weights),
     )  # fmt: skip
 
 
@@ -64,7 +71,13 @@ def _weights(job: RotorJob, plane: Plane, u: complex, options: Options | None) -
 
 
 def _in_hole(plane: Plane, hole: int, mass: float, radius: float) -> Weight:
-    return Weight(mass, radius if plane.radii else None, plane.holes[hole] % tau, hole, plane.drill.depth(mass) if plane.drill else None)
+    return Weight(
+        mass,
+        radius if plane.radii else None,
+        plane.holes[hole] % tau,
+        hole,
+        plane.drill.depth(mass) if plane.drill else None,
+    )
 
 
 def split(plane: Plane, size: float, angle: float) -> tuple[Weight, ...]:
@@ -79,7 +92,10 @@ def split(plane: Plane, size: float, angle: float) -> tuple[Weight, ...]:
         return (_in_hole(plane, near, size, plane.radius),)
     before = (angle - low) % tau
     shares = (np.sin(width - before) / np.sin(width), np.sin(before) / np.sin(width))
-    return tuple(_in_hole(plane, hole, float(size * part), plane.radius) for hole, part in zip((first, second), shares, strict=True))
+    return tuple(
+        _in_hole(plane, hole, float(size * part), plane.radius)
+        for hole, part in zip((first, second), shares, strict=True)
+    )
 
 
 def _words(job: RotorJob, plane: Plane, action: str, weights: Sequence[Weight]) -> str:
@@ -102,7 +118,8 @@ def _one(job: RotorJob, plane: Plane, weight: Weight) -> str:
     else:
         said += f", {show_angle(weight.angle)} {job.conventions.angles} from the {_zero(job)}"
     if weight.depth is not None and plane.drill is not None:
-        said += f" (hole of {show(plane.drill.diameter, 'mm', 'length')}, {show(weight.depth, 'mm', 'length', digits=3)} deep)"
+        wide, deep = show(plane.drill.diameter, "mm", "length"), show(weight.depth, "mm", "length", digits=3)
+        said += f" (hole of {wide}, {deep} deep)"
     return said
 
 
@@ -126,7 +143,9 @@ def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArr
                 residual_phasor=sensor.show_phasor(complex(left[row]), job.conventions),
                 y0=complex(identified.y0[row]),
                 left=complex(left[row]),
-                band=None if band is None else (amplitude(job, row, float(band[row, 0])), amplitude(job, row, float(band[row, 1]))),
+                band=None
+                if band is None
+                else (amplitude(job, row, float(band[row, 0])), amplitude(job, row, float(band[row, 1]))),
                 limit=amplitude(job, row, float(limits[row])) if np.isfinite(limits[row]) else None,
             )
         )

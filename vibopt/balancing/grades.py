@@ -132,11 +132,13 @@ def earned(quality: Quality, left: Mapping[str, complex]) -> Earned:
     worst = int(np.argmax(part))
     bearings = [name for name, _ in quality.bearings]
     grade = float(part[worst]) * quality.grade
-    return Earned(dict(zip(bearings, found.tolist(), strict=True)), grade, grade <= quality.grade * (1 + 1e-9), bearings[worst])
+    return Earned(
+        dict(zip(bearings, found.tolist(), strict=True)), grade, grade <= quality.grade * (1 + 1e-9), bearings[worst]
+    )
 
 
 def _carried(quality: Quality, allowed: FloatArray, places: Mapping[str, float]) -> dict[str, float]:
-    """Equal parts of what the bearing plane that each correction plane is nearest to may keep, as large as all angles allow."""
+    """Per correction plane a part of what its nearest bearing plane may keep, the greatest that all angles allow."""
     ends = np.array([place for _, place in quality.bearings])
     K = np.abs(levers(quality, list(places.values())))
     reference = np.array([allowed[int(np.argmin(np.abs(ends - place)))] for place in places.values()])

@@ -48,7 +48,7 @@ class Learnt:
     @property
     def spare(self) -> int:
         """Runs beyond the unknowns."""
-        return len(self.runs) - self.pseudo.shape[0]
+        return len(self.runs) - int(self.pseudo.shape[0])
 
     def weights_of(self, u: ComplexArray) -> ComplexArray:
         """c(u): factors of the readings in the prediction for the correction u, (n_runs,)."""
@@ -92,7 +92,9 @@ def identify(job: RotorJob) -> Identified:
     return Identified(np.concatenate(y0), np.concatenate(H), learnt, notes)
 
 
-def with_readings(job: RotorJob, identified: Identified, noise: Mapping[int, ComplexArray]) -> tuple[ComplexArray, ComplexArray]:
+def with_readings(
+    job: RotorJob, identified: Identified, noise: Mapping[int, ComplexArray]
+) -> tuple[ComplexArray, ComplexArray]:
     """y0 and H had the readings at each speed been off by `noise` (n_runs, n_sensors)."""
     y0, H = [], []
     for speed, one in enumerate(identified.learnt):
@@ -135,7 +137,8 @@ def leverage(learnt: Learnt) -> FloatArray:
     """How much each run decides its own fit, (n_runs,), 0 to 1."""
     W = np.array([run.weights for run in learnt.runs])
     X = np.concatenate([np.ones((len(learnt.runs), 1)), W[:, list(learnt.planes)]], axis=1)
-    return np.clip(np.real(np.einsum("kp,pk->k", X, learnt.pseudo)), 0.0, 1.0)
+    own = np.real(np.einsum("kp,pk->k", X, learnt.pseudo))
+    return np.asarray(np.clip(own, 0.0, 1.0), dtype=float)
 
 
 def disagreements(job: RotorJob, speed: int, learnt: Learnt) -> list[str]:
@@ -158,8 +161,10 @@ def disagreements(job: RotorJob, speed: int, learnt: Learnt) -> list[str]:
     sensor = int(np.argmax(np.abs(learnt.misfit[run])))
     off = float(np.abs(learnt.misfit[run, sensor]) / free[run])
     return [
-        f'Run "{learnt.runs[run].name}" at {job.show_speed(speed)} does not agree with the others: without it they would predict a '
-        f"reading at {job.sensors[sensor].name} that is {job.sensors[sensor].show(off, 3)} away. Repeat it, or leave it out."
+        f'Run "{learnt.runs[run].name}" at {job.show_speed(speed)} does not agree with the others: without it they '
+        f"would predict a "
+        f"reading at {job.sensors[sensor].name} that is {job.sensors[sensor].show(off, 3)} away. Repeat it, or "
+        f"leave it out."
     ]
 
 
@@ -170,6 +175,8 @@ def _one_spare(job: RotorJob, speed: int, learnt: Learnt, worst: float, size: fl
     run, sensor = np.unravel_index(int(np.argmax(np.abs(learnt.misfit))), learnt.misfit.shape)
     name = job.sensors[int(sensor)]
     return [
-        f"The runs at {job.show_speed(speed)} do not agree: the fit misses by up to {name.show(worst, 3)} at {name.name} "
-        f'(in run "{learnt.runs[int(run)].name}"). With one run to spare nobody can tell which is wrong: repeat one of them.'
+        f"The runs at {job.show_speed(speed)} do not agree: the fit misses by up to {name.show(worst, 3)} at "
+        f"{name.name} "
+        f'(in run "{learnt.runs[int(run)].name}"). With one run to spare nobody can tell which is wrong: repeat one '
+        f"of them."
     ]

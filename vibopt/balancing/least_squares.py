@@ -55,6 +55,8 @@ def closed_form(question: Question) -> Solved | None:
         return _nothing_needed(question)
     if question.pairs or not np.all(question.caps > 0):
         return None
+    if question.goal != "rms" and question.n_readings > question.n_planes and np.isfinite(question.caps).any():
+        return None  # more readings than planes and caps: something will be left
     u, rank = least_squares(question.importance[:, None] * question.H, question.importance * question.y0)
     bare = not question.sectors and not np.isfinite(question.total_cap) and np.all(np.isinf(question.limits))
     if not np.all(np.abs(u) <= question.caps) or not (bare or not breaks(replace(question, options=()), u, 0.0)):

@@ -7,9 +7,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from vibopt.balancing.answers import LimitAnswer
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.outcome import Entry
-from vibopt.balancing.plan import LimitAnswer
 from vibopt.balancing.pose import Posed, caps, row_limits, rows_of, solve_question
 from vibopt.balancing.question import Question
 from vibopt.forms import ComplexArray
@@ -30,7 +30,7 @@ def limit_answers(job: RotorJob, posed: Posed, u: ComplexArray, goal: Entry) -> 
     answers.update({limit.name: _correction(job, posed, limit, u) for limit in job.correction_limits})
     if posed.question.is_discrete or job.goal.robust:
         return answers
-    limits = (*job.residual_limits, *job.correction_limits)
+    limits: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
     for limit in [one for one in limits if answers[one.name].margin < _ACTIVE][:_MOST_PRICES]:
         price = _price(job, posed, limit, answers[limit.name], posed.question.value(u), goal)
         answers[limit.name] = replace(answers[limit.name], price=price)

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any
 
-from vibopt.balancing.grades import Quality
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, Scatter, Sensor
 from vibopt.balancing.parse_runs import SAME_SPEED
 from vibopt.balancing.planes import UNBALANCE, Plane
@@ -16,7 +15,6 @@ from vibopt.balancing.tables import (
 from vibopt.balancing.tables import (
     GoalTable,
     PairTable,
-    QualityTable,
     ScatterTable,
     named_tables,
     read_table,
@@ -48,16 +46,18 @@ def read_scatter(document: Mapping[str, Any], conventions: Conventions, mistakes
         found = read_value(("scatter", "amplitude"), table.amplitude, mistakes, _scatter_amplitude, conventions)
         ratio, amplitude = found or (0.0, 0.0)
     if table.angle is not None:
-        angle = read_value(("scatter", "angle"), table.angle, mistakes, _not_negative, "angle") or 0.0
+        angle = read_value(("scatter", "angle"), table.angle, mistakes, not_negative, "angle") or 0.0
     if ratio == amplitude == angle == 0.0 and not mistakes.found:
-        mistakes.add(("scatter",), 'scatter is zero. Write { amplitude = "5 %", angle = "2 deg" }, or leave scatter out.')
+        mistakes.add(
+            ("scatter",), 'scatter is zero. Write { amplitude = "5 %", angle = "2 deg" }, or leave scatter out.'
+        )
     return Scatter(ratio, amplitude, angle)
 
 
 def _scatter_amplitude(given: object, conventions: Conventions) -> tuple[float, float]:
     """Part of the amplitude, or an amplitude."""
     try:
-        return _not_negative(given, "ratio"), 0.0
+        return not_negative(given, "ratio"), 0.0
     except QuantityError as error:
         try:
             return 0.0, read_amplitude(str(given), conventions.detector).value
@@ -65,14 +65,17 @@ def _scatter_amplitude(given: object, conventions: Conventions) -> tuple[float, 
             raise error from None
 
 
-def _not_negative(given: object, dimension: str) -> float:
+def not_negative(given: object, dimension: str) -> float:
+    """A value in SI that is zero or more."""
     found = read_quantity(given, dimension)
     if found.value < 0.0:
         raise QuantityError("is negative.")
     return found.value
 
 
-def read_pairs(document: Mapping[str, Any], planes: Sequence[Plane], mistakes: Mistakes) -> tuple[tuple[str, int, int, float], ...]:
+def read_pairs(
+    document: Mapping[str, Any], planes: Sequence[Plane], mistakes: Mistakes
+) -> tuple[tuple[str, int, int, float], ...]:
     """Pairs of planes that get the same (static) or opposite (couple) unbalances."""
     names = [plane.name for plane in planes]
     pairs = []
@@ -82,14 +85,22 @@ def read_pairs(document: Mapping[str, Any], planes: Sequence[Plane], mistakes: M
         if table is None:
             continue
         if table.kind not in ("static", "couple"):
-            mistakes.value((*path, "kind"), table.kind, 'is no kind of pair. Write kind = "static" (same angle) or kind = "couple" (opposite).')
+            mistakes.value(
+                (*path, "kind"),
+                table.kind,
+                'is no kind of pair. Write kind = "static" (same angle) or kind = "couple" (opposite).',
+            )
             continue
         if not isinstance(table.planes, list) or len(table.planes) != 2 or not set(table.planes) <= set(names):
-            mistakes.value((*path, "planes"), table.planes, f"is not two planes of this job. Known: {', '.join(names)}.")
+            mistakes.value(
+                (*path, "planes"), table.planes, f"is not two planes of this job. Known: {', '.join(names)}."
+            )
             continue
         first, second = (names.index(one) for one in table.planes)
         if any(planes[one].is_discrete or planes[one].keep or planes[one].split for one in (first, second)):
-            mistakes.add(path, f"pairs.{name} has a plane that is kept or has holes. A pair needs two planes with free weights.")
+            mistakes.add(
+                path, f"pairs.{name} has a plane that is kept or has holes. A pair needs two planes with free weights."
+            )
             continue
         pairs.append((name, first, second, 1.0 if table.kind == "static" else -1.0))
     return tuple(pairs)
@@ -108,7 +119,9 @@ def read_limits(
         path: Path = ("limits", name)
         kind = given.get("response") if isinstance(given, Mapping) else None
         if kind not in RESPONSES:
-            mistakes.value((*path, "response"), kind, f"is no response of a measured rotor.{way_out(str(kind), RESPONSES)}")
+            mistakes.value(
+                (*path, "response"), kind, f"is no response of a measured rotor.{way_out(str(kind), RESPONSES)}"
+            )
         elif kind == "residual":
             found = _residual(name, path, given, conventions, sensors, speeds, mistakes)
             residual += [found] if found else []
@@ -144,7 +157,8 @@ def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -
     for sensor in sensors:
         if sensor.dimension != found.dimension:
             raise QuantityError(
-                f"does not fit sensor {sensor.name}, which reads in {sensor.unit}. Write a limit in such a unit, or name the sensor with at."
+                f"does not fit sensor {sensor.name}, which reads in {sensor.unit}. Write a limit in such a unit, or "
+                f"name the sensor with at."
             )
     if found.value == 0.0:
         raise QuantityError("is zero. Nothing turns without any vibration: write a limit greater than zero.")
@@ -161,7 +175,9 @@ def _speed_index(path: Path, speed: Fact, given: object, speeds: Sequence[float]
     return None
 
 
-def _correction(name: str, path: Path, given: object, planes: Sequence[Plane], mistakes: Mistakes) -> CorrectionLimit | None:
+def _correction(
+    name: str, path: Path, given: object, planes: Sequence[Plane], mistakes: Mistakes
+) -> CorrectionLimit | None:
     table = read_table(CorrectionTable, given, path, mistakes)
     if table is None:
         return None
@@ -192,7 +208,11 @@ def _amount(given: object, planes: Sequence[Plane]) -> tuple[float, str]:
 
 
 def read_goal(
-    document: Mapping[str, Any], conventions: Conventions, planes: Sequence[Plane], scatter: Scatter | None, mistakes: Mistakes
+    document: Mapping[str, Any],
+    conventions: Conventions,
+    planes: Sequence[Plane],
+    scatter: Scatter | None,
+    mistakes: Mistakes,
 ) -> RotorGoal:
     """The goal; least squares without one."""
     if "goal" not in document:
@@ -201,16 +221,26 @@ def read_goal(
     if table is None:
         return RotorGoal()
     if table.minimise not in RESPONSES:
-        mistakes.value(("goal", "minimise"), table.minimise, f"is no response of a measured rotor.{way_out(table.minimise, RESPONSES)}")
+        mistakes.value(
+            ("goal", "minimise"),
+            table.minimise,
+            f"is no response of a measured rotor.{way_out(table.minimise, RESPONSES)}",
+        )
     combine = table.combine or "rms"
     if combine not in COMBINE:
-        mistakes.value(("goal", "combine"), table.combine, f"is no way to combine amplitudes.{way_out(combine, COMBINE)}")
+        mistakes.value(
+            ("goal", "combine"), table.combine, f"is no way to combine amplitudes.{way_out(combine, COMBINE)}"
+        )
     if table.minimise == "correction":
         return _least_correction(table, planes, document, mistakes)
     huber = inf
     if combine == "huber":
         if table.huber_at is None:
-            mistakes.add(("goal",), 'goal has combine = "huber" without huber_at. Write huber_at = "1 mil pp", from where amplitudes count linearly.')
+            mistakes.add(
+                ("goal",),
+                'goal has combine = "huber" without huber_at. Write huber_at = "1 mil pp", from where amplitudes '
+                "count linearly.",
+            )
         else:
             huber = read_value(("goal", "huber_at"), table.huber_at, mistakes, _huber, conventions) or inf
     elif table.huber_at is not None:
@@ -225,13 +255,21 @@ def _huber(given: object, conventions: Conventions) -> float:
     return found.value
 
 
-def _least_correction(table: GoalTable, planes: Sequence[Plane], document: Mapping[str, Any], mistakes: Mistakes) -> RotorGoal:
+def _least_correction(
+    table: GoalTable, planes: Sequence[Plane], document: Mapping[str, Any], mistakes: Mistakes
+) -> RotorGoal:
     for key in ("combine", "huber_at", "robust"):
         if getattr(table, key) is not None:
-            mistakes.add(("goal", key), f"goal.{key} belongs to minimise = \"residual\". Remove it.")
+            mistakes.add(("goal", key), f'goal.{key} belongs to minimise = "residual". Remove it.')
     limits = document.get("limits", {})
-    if not isinstance(limits, Mapping) or not any(isinstance(one, Mapping) and one.get("response") == "residual" for one in limits.values()):
-        mistakes.add(("goal",), 'the least correction without a limit on the residual is none at all. Add [limits.NAME] with response = "residual".')
+    if not isinstance(limits, Mapping) or not any(
+        isinstance(one, Mapping) and one.get("response") == "residual" for one in limits.values()
+    ):
+        mistakes.add(
+            ("goal",),
+            "the least correction without a limit on the residual is none at all. Add [limits.NAME] with response = "
+            '"residual".',
+        )
     if len({plane.kind for plane in planes}) > 1:
         mistakes.add(("goal",), "the least correction adds masses and unbalances. Give every plane its radius.")
     return RotorGoal("correction")
@@ -244,72 +282,15 @@ def _robust(table: GoalTable, combine: str, scatter: Scatter | None, mistakes: M
         mistakes.value(("goal", "robust"), table.robust, f"is no robust goal.{way_out(table.robust, ROBUST)}")
         return ""
     if scatter is None:
-        mistakes.add(("goal", "robust"), 'goal.robust needs the scatter of the readings. Add scatter = { amplitude = "5 %", angle = "2 deg" }.')
+        mistakes.add(
+            ("goal", "robust"),
+            'goal.robust needs the scatter of the readings. Add scatter = { amplitude = "5 %", angle = "2 deg" }.',
+        )
     if table.robust == "mean" and combine != "rms":
-        mistakes.add(("goal", "robust"), 'goal.robust = "mean" goes with combine = "rms". Write that, or robust = "worst".')
+        mistakes.add(
+            ("goal", "robust"), 'goal.robust = "mean" goes with combine = "rms". Write that, or robust = "worst".'
+        )
     return table.robust
 
 
-def read_quality(
-    document: Mapping[str, Any], conventions: Conventions, mass: float | None, speed: float | None, mistakes: Mistakes
-) -> Quality | None:
-    """The grade asked for, with the places along the shaft."""
-    if "quality" not in document:
-        return None
-    path: Path = ("quality",)
-    table = read_table(QualityTable, document["quality"], path, mistakes)
-    if table is None:
-        return None
-    before = len(mistakes.found)
-    bearings = _places((*path, "bearings"), table.bearings, mistakes)
-    planes = _places((*path, "planes"), table.planes or {}, mistakes)
-    weight = table.mass.value if table.mass else mass
-    turning = table.speed.value if table.speed else speed
-    if weight is None:
-        mistakes.add(path, 'quality has no mass. Write mass = "500 kg", of the whole rotor.')
-    if turning is None:
-        mistakes.add(path, 'quality has no speed. Write speed = "3000 rpm", the highest in service.')
-    if len(bearings) != 2 or len(set(bearings.values())) != 2:
-        mistakes.value((*path, "bearings"), table.bearings, 'is not two bearings at two places. Write { A = "0 mm", B = "900 mm" }.')
-    error = read_value((*path, "measurement_error"), table.measurement_error, mistakes, _not_negative, "unbalance") if table.measurement_error else 0.0
-    residual = _residuals((*path, "residual"), table.residual or {}, planes or bearings, conventions, mistakes)
-    if len(mistakes.found) > before or weight is None or turning is None:
-        return None
-    first, second = bearings.items()
-    return Quality(
-        table.grade.value, weight, turning, (first, second), table.centre_of_mass.value, planes, error or 0.0, residual,
-        table.least_share.value if table.least_share else 0.0, table.most_share.value if table.most_share else inf,
-    )  # fmt: skip
-
-
-def _places(path: Path, given: object, mistakes: Mistakes) -> dict[str, float]:
-    if not isinstance(given, Mapping):
-        mistakes.value(path, given, 'is no table of places. Write { A = "0 mm", B = "900 mm" }.')
-        return {}
-    read = {name: read_value((*path, name), one, mistakes, read_quantity, "length") for name, one in given.items()}
-    return {name: one.value for name, one in read.items() if one is not None}
-
-
-def _residuals(path: Path, given: object, places: Mapping[str, float], conventions: Conventions, mistakes: Mistakes) -> dict[str, complex]:
-    if not isinstance(given, Mapping):
-        mistakes.value(path, given, 'is no table of unbalances. Write { left = "300 g mm @ 20 deg" }.')
-        return {}
-    found = {}
-    for name, text in given.items():
-        if name not in places:
-            mistakes.value((*path, name), text, f"is in no plane of [quality].{way_out(name, list(places))}")
-            continue
-        value = read_value((*path, name), text, mistakes, _unbalance, conventions)
-        if value is not None:
-            found[name] = value
-    return found
-
-
-def _unbalance(text: object, conventions: Conventions) -> complex:
-    front, angle = split_angle(str(text), "300 g mm @ 20 deg")
-    if angle is None:
-        raise QuantityError('has no angle. Write "300 g mm @ 20 deg".')
-    return conventions.weight(_not_negative(front, "unbalance"), angle)
-
-
-__all__ = ["read_goal", "read_limits", "read_pairs", "read_quality", "read_scatter"]
+__all__ = ["read_goal", "read_limits", "read_pairs", "read_scatter"]

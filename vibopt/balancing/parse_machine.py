@@ -7,7 +7,8 @@ from math import inf, radians
 from typing import Any, cast
 
 from vibopt.balancing.job import Sensor
-from vibopt.balancing.planes import MASS, MOST_OPTIONS, UNBALANCE, Drill, Plane, count_options, read_arc
+from vibopt.balancing.options import MOST_OPTIONS, count_options
+from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
 from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
 from vibopt.balancing.words import CHOICES, MARK, Conventions, read_angle, read_reading
 from vibopt.errors import QuantityError
@@ -19,7 +20,7 @@ _MOST_HOLES = 720
 
 
 def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mistakes) -> Conventions | None:
-    """The conventions; nothing is assumed for the user. Where no reading has an angle, `phase` and `readings` say nothing."""
+    """The conventions; nothing is assumed. Where no reading has an angle, `phase` and `readings` say nothing."""
     given = document.get("conventions")
     if not isinstance(given, Mapping):
         mistakes.add(
@@ -35,7 +36,9 @@ def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mi
             mistakes.unknown_key(("conventions", key), [*CHOICES, "zero"])
     zero = given.get("zero")
     if not isinstance(zero, str) or not zero.strip():
-        mistakes.add(("conventions",), 'conventions has no zero: where angle zero is, in words. Write zero = "reflective tape".')
+        mistakes.add(
+            ("conventions",), 'conventions has no zero: where angle zero is, in words. Write zero = "reflective tape".'
+        )
     if len(mistakes.found) > before:
         return None
     readings = said["readings"] if has_angles else ""
@@ -48,7 +51,7 @@ def _choice(key: str, given: Mapping[str, Any], has_angles: bool, mistakes: Mist
     listed = " or ".join(f'{key} = "{one}"' for one in options)
     value = given.get(key)
     if value is None:
-        if key in ("detector", "angles") or has_angles and not (key == "phase" and given.get("readings") == MARK):
+        if key in ("detector", "angles") or (has_angles and not (key == "phase" and given.get("readings") == MARK)):
             mistakes.add(("conventions",), f"conventions has no {key}: {meaning}. Write {listed}.")
         return ""
     if value not in options:
@@ -111,8 +114,12 @@ def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mist
         mistakes.add(path, f"planes.{table_name(path)} has weight and unbalance. Keep one of them.")
         return MASS, inf, ""
     if table.unbalance is not None:
-        found = read_value((*path, "unbalance"), table.unbalance, mistakes, _range, "unbalance", '{ from = "0 g mm", to = "900 g mm" }')
-        return (MASS if radii else UNBALANCE), *((found[0] / (radii[-1] if radii else 1.0), "" if radii else found[1]) if found else (inf, ""))
+        found = read_value(
+            (*path, "unbalance"), table.unbalance, mistakes, _range, "unbalance", '{ from = "0 g mm", to = "900 g mm" }'
+        )
+        return (MASS if radii else UNBALANCE), *(
+            (found[0] / (radii[-1] if radii else 1.0), "" if radii else found[1]) if found else (inf, "")
+        )
     if table.weight is not None:
         found = read_value((*path, "weight"), table.weight, mistakes, _range, "mass", '{ from = "0 g", to = "60 g" }')
         return MASS, *(found or (inf, ""))
@@ -132,7 +139,9 @@ def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
     if low != 0.0:
         raise QuantityError("does not start at zero. No weight at all is always possible: write from zero.")
     if high.value == 0.0:
-        raise QuantityError("is a cap of zero: nothing could be put here. Write keep = true to leave the plane untouched, or a cap.")
+        raise QuantityError(
+            "is a cap of zero: nothing could be put here. Write keep = true to leave the plane untouched, or a cap."
+        )
     if high.value < 0.0:
         raise QuantityError("is a reversed range: from is greater than to. Exchange the two.")
     return high.value, high.unit
@@ -144,11 +153,15 @@ def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
         return ()
     if isinstance(given, int) and not isinstance(given, bool):
         if not 2 <= given <= _MOST_HOLES:
-            mistakes.value(path, given, f"is no number of holes from 2 to {_MOST_HOLES}. Write holes = 24, or a list of angles.")
+            mistakes.value(
+                path, given, f"is no number of holes from 2 to {_MOST_HOLES}. Write holes = 24, or a list of angles."
+            )
             return ()
         return tuple(radians(360.0 * index / given) for index in range(given))
     if not isinstance(given, list) or not given:
-        mistakes.value(path, given, 'is no count and no list of angles. Write holes = 24, or holes = ["0 deg", "30 deg"].')
+        mistakes.value(
+            path, given, 'is no count and no list of angles. Write holes = 24, or holes = ["0 deg", "30 deg"].'
+        )
         return ()
     read = [read_value((*path, index), one, mistakes, read_angle) for index, one in enumerate(given)]
     return tuple(one for one in read if one is not None)
@@ -177,12 +190,17 @@ def _drill(path: Path, table: PlaneTable, mistakes: Mistakes) -> Drill | None:
     if table.drill is None:
         return None
     if not table.remove:
-        mistakes.add(path, f"planes.{table_name(path)} has a drill, but adds weights. Write remove = true, or leave the drill out.")
+        mistakes.add(
+            path,
+            f"planes.{table_name(path)} has a drill, but adds weights. Write remove = true, or leave the drill out.",
+        )
     drill = read_table(DrillTable, table.drill, path, mistakes)
     if drill is None:
         return None
     density = read_value((*path, "density"), drill.density, mistakes, _density)
-    return None if density is None else Drill(drill.diameter.value, density, drill.deepest.value if drill.deepest else inf)
+    return (
+        None if density is None else Drill(drill.diameter.value, density, drill.deepest.value if drill.deepest else inf)
+    )
 
 
 def _density(given: object) -> float:
@@ -212,18 +230,31 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
             "or split = true for a weight cut to measure in the two neighbouring holes.",
         )
     if plane.shelf and not plane.holes:
-        mistakes.add((*path, "shelf"), f"{where} has weights on the shelf, but no holes to put them. Add holes = 24, or a list of angles.")
+        mistakes.add(
+            (*path, "shelf"),
+            f"{where} has weights on the shelf, but no holes to put them. Add holes = 24, or a list of angles.",
+        )
     if plane.split and (plane.shelf or not plane.holes):
-        mistakes.add((*path, "split"), f"{where}.split needs holes and no shelf: the weight is cut to measure. Remove split, or the shelf.")
+        mistakes.add(
+            (*path, "split"),
+            f"{where}.split needs holes and no shelf: the weight is cut to measure. Remove split, or the shelf.",
+        )
     if plane.holes and plane.kind == UNBALANCE:
         mistakes.add((*path, "holes"), f"{where} has holes, but no radius. Add its radius.")
     elif plane.holes and not any(plane.may_sit_at(angle) for angle in plane.holes):
-        mistakes.add((*path, "forbidden"), f"{where}: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true.")
+        mistakes.add(
+            (*path, "forbidden"),
+            f"{where}: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true.",
+        )
     if plane.shelf and plane.cap < plane.shelf[0]:
-        mistakes.add((*path, "weight"), f"{where}: the cap is less than the lightest weight of the shelf. Widen the cap, or write keep = true.")
+        mistakes.add(
+            (*path, "weight"),
+            f"{where}: the cap is less than the lightest weight of the shelf. Widen the cap, or write keep = true.",
+        )
     if plane.shelf and plane.holes and count_options(plane) > MOST_OPTIONS:
         mistakes.add(
-            (*path, "most_weights"), f"{where} has more than {MOST_OPTIONS} ways to fill its holes. Lower most_weights, or shorten the shelf."
+            (*path, "most_weights"),
+            f"{where} has more than {MOST_OPTIONS} ways to fill its holes. Lower most_weights, or shorten the shelf.",
         )
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from vibopt.balancing.csvfile import read_csv
 from vibopt.balancing.job import Run, Sensor
 from vibopt.balancing.planes import Plane, read_weight, unit_of
-from vibopt.balancing.tables import InfluenceTable, RunTable, listed_tables, read_table, read_value
-from vibopt.balancing.words import Amplitude, Conventions, read_amplitude, read_reading, split_angle
+from vibopt.balancing.tables import RunTable, listed_tables, read_table, read_value
+from vibopt.balancing.words import Amplitude, Conventions, read_reading
 from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray
 from vibopt.scene.mistakes import Mistakes, Path
@@ -62,7 +62,9 @@ def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | N
         mistakes.add(("readings",), "the file has readings and [[runs]]. Keep one of them.")
     planes, sensors = _names(document, "planes"), _names(document, "sensors")
     if both := sorted(set(planes) & set(sensors)):
-        mistakes.add(("sensors", both[0]), f'"{both[0]}" is a plane and a sensor: the CSV file could mean either. Rename one.')
+        mistakes.add(
+            ("sensors", both[0]), f'"{both[0]}" is a plane and a sensor: the CSV file could mean either. Rename one.'
+        )
         return [], mistakes
     rows, csv_mistakes = read_csv((folder or FilePath()) / given, planes, sensors, mistakes)
     return _raws([_sorted(row, planes) for row in rows], csv_mistakes), csv_mistakes
@@ -92,7 +94,16 @@ def read_runs(
         return None
     groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], [not one.any() for one in weights])
     runs = tuple(
-        Run(raw.label, _group_of(speed, groups), speed, total, y, tuple(_fitted(raw, planes)), _texts(raw, sensors), raw.table.stayed)
+        Run(
+            raw.label,
+            _group_of(speed, groups),
+            speed,
+            total,
+            y,
+            tuple(_fitted(raw, planes)),
+            _texts(raw, sensors),
+            raw.table.stayed,
+        )
         for raw, (speed, _), total, y in zip(raws, speeds, weights, readings, strict=True)
     )
     return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
@@ -108,7 +119,10 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
         weights = _mapping((*path, "weights"), table.weights, mistakes, 'weights = { left = "10 g @ 270 deg" }')
         readings = _mapping((*path, "readings"), table.readings, mistakes, 'readings = { a = "8.6 mil pp @ 63 deg" }')
         if not readings and table.readings is None:
-            mistakes.add(path, f'run "{table.name or index + 1}" has no readings. Add readings = {{ a = "8.6 mil pp @ 63 deg" }}.')
+            mistakes.add(
+                path,
+                f'run "{table.name or index + 1}" has no readings. Add readings = {{ a = "8.6 mil pp @ 63 deg" }}.',
+            )
         raws.append(Raw(table, path, mistakes, weights, readings))
     return raws
 
@@ -151,14 +165,18 @@ def _all_readings(
     for raw in raws:
         for name in raw.readings:
             if name not in sensors:
-                raw.mistakes.add((*raw.path, "readings", name), _stranger(raw, f"a reading of sensor {name}", name, names))
+                raw.mistakes.add(
+                    (*raw.path, "readings", name), _stranger(raw, f"a reading of sensor {name}", name, names)
+                )
         row = np.zeros(len(names), dtype=complex)
         for column, name in enumerate(names):
             path = (*raw.path, "readings", name)
             if name not in raw.readings:
                 raw.mistakes.add((*raw.path, "readings"), _missing(raw, name))
                 continue
-            found = read_value(path, raw.readings[name], raw.mistakes, _reading, conventions, sensors[name], name in first)
+            found = read_value(
+                path, raw.readings[name], raw.mistakes, _reading, conventions, sensors[name], name in first
+            )
             if found is not None:
                 amplitude, row[column] = found
                 sensors[name] = _completed(sensors[name], amplitude)
@@ -188,7 +206,10 @@ def _reading(text: object, conventions: Conventions, sensor: Sensor, seen: bool)
             "balancing without phase needs every reading without an angle."
         )
     if sensor.dimension and amplitude.dimension != sensor.dimension:
-        raise QuantityError(f"is {_a(amplitude.dimension)}, but sensor {sensor.name} otherwise reads {_a(sensor.dimension)}. Read one kind.")
+        raise QuantityError(
+            f"is {kind_of(amplitude.dimension)}, but sensor {sensor.name} otherwise reads {kind_of(sensor.dimension)}. "
+            "Read one kind."
+        )
     if (seen or sensor.unit.split()[-1:] == [sensor.detector]) and amplitude.detector != sensor.detector:
         raise QuantityError(
             f"is {amplitude.detector}, but sensor {sensor.name} otherwise reads {sensor.detector}. Mixed detectors are "
@@ -197,7 +218,7 @@ def _reading(text: object, conventions: Conventions, sensor: Sensor, seen: bool)
     return amplitude, z
 
 
-def _a(dimension: str) -> str:
+def kind_of(dimension: str) -> str:
     return {"length": "a displacement", "velocity": "a velocity", "acceleration": "an acceleration"}[dimension]
 
 
@@ -218,9 +239,13 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
                 raw.mistakes.add(path, _stranger(raw, f"a weight in plane {name}", name, list(index)))
                 continue
             for text in given if isinstance(given, list) else [given]:
-                own[index[name]] += read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions) or 0.0
+                own[index[name]] += (
+                    read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions) or 0.0
+                )
         if raw.table.stayed and not totals:
-            raw.mistakes.add((*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed.")
+            raw.mistakes.add(
+                (*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed."
+            )
         totals.append(own + totals[-1] if raw.table.stayed and totals else own)
     return totals
 
@@ -253,7 +278,9 @@ def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[f
     if raw.table.speed is not None:
         return raw.table.speed.value, raw.table.speed.unit
     if "speed" not in document:
-        raw.mistakes.add(raw.path, f'run "{raw.label}" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.')
+        raw.mistakes.add(
+            raw.path, f'run "{raw.label}" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.'
+        )
         return 0.0, ""
     found = read_value(("speed",), document["speed"], mistakes, _top_speed)
     return found or (0.0, "")
@@ -266,76 +293,23 @@ def _top_speed(given: object) -> tuple[float, str]:
     return found.value, found.unit
 
 
-def _groups(speeds: Sequence[float], units: Sequence[str], initial: Sequence[bool]) -> tuple[tuple[float, ...], tuple[str, ...]]:
+def _groups(
+    speeds: Sequence[float], units: Sequence[str], initial: Sequence[bool]
+) -> tuple[tuple[float, ...], tuple[str, ...]]:
     """Speeds that differ by more than SAME_SPEED, those as found first."""
     groups: list[float] = []
     names: list[str] = []
     order = sorted(range(len(speeds)), key=lambda index: not initial[index])
     for index in order:
-        if not any(_same(speeds[index], one) for one in groups):
+        if not any(same_speed(speeds[index], one) for one in groups):
             groups.append(speeds[index])
             names.append(units[index])
     return tuple(groups), tuple(names)
 
 
-def _same(speed: float, other: float) -> bool:
+def same_speed(speed: float, other: float) -> bool:
     return abs(speed - other) <= SAME_SPEED * other
 
 
 def _group_of(speed: float, groups: Sequence[float]) -> int:
     return min(range(len(groups)), key=lambda index: abs(groups[index] - speed))
-
-
-def read_influence(
-    document: Mapping[str, Any], conventions: Conventions, planes: Sequence[Plane], measured: Measured, mistakes: Mistakes
-) -> dict[tuple[int, int, int], complex]:
-    """Ready coefficients, internal [SI peak per kg m], by (speed, sensor, plane)."""
-    found = {}
-    for index, given in enumerate(listed_tables(document, "influence", mistakes)):
-        path: Path = ("influence", index)
-        table = read_table(InfluenceTable, given, path, mistakes)
-        if table is None:
-            continue
-        plane = _find((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
-        sensor = _find((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
-        speed = _speed_of(path, table, document, measured, mistakes)
-        if plane is None or sensor is None or speed is None:
-            continue
-        value = read_value((*path, "value"), table.value, mistakes, _coefficient, conventions, planes[plane], measured.sensors[sensor])
-        if value is not None:
-            found[speed, sensor, plane] = value
-    return found
-
-
-def _find(path: Path, name: str, what: str, known: list[str], mistakes: Mistakes) -> int | None:
-    if name in known:
-        return known.index(name)
-    mistakes.value(path, name, f"names no {what} of this job.{way_out(name, known)}")
-    return None
-
-
-def _speed_of(path: Path, table: InfluenceTable, document: Mapping[str, Any], measured: Measured, mistakes: Mistakes) -> int | None:
-    if table.speed is None and len(measured.speeds) == 1:
-        return 0
-    if table.speed is None:
-        mistakes.add(path, f'influence[{int(path[1]) + 1}] has no speed, but the runs have several. Write speed = "1200 rpm".')
-        return None
-    for index, speed in enumerate(measured.speeds):
-        if _same(table.speed.value, speed):
-            return index
-    mistakes.add((*path, "speed"), f"influence[{int(path[1]) + 1}] is for a speed at which no run as found was made. Add that run, or remove the coefficient.")
-    return None
-
-
-def _coefficient(text: object, conventions: Conventions, plane: Plane, sensor: Sensor) -> complex:
-    """What a unit weight at angle zero would read, per kg m."""
-    example = "0.43 mil pp/g @ 120 deg"
-    front, angle = split_angle(text, example) if isinstance(text, str) else ("", None)
-    amount, sign, per = front.rpartition("/")
-    if angle is None or not sign:
-        raise QuantityError(f'is no influence coefficient. Write what a unit weight at 0 deg would read, "{example}".')
-    amplitude = read_amplitude(amount.strip(), conventions.detector, sensor.unit)
-    if sensor.dimension and amplitude.dimension != sensor.dimension:
-        raise QuantityError(f"is {_a(amplitude.dimension)}, but sensor {sensor.name} reads {_a(sensor.dimension)}.")
-    size = abs(read_weight(f"1 {per.strip(' ()')} @ 0 deg", plane, conventions))
-    return conventions.reading(amplitude.value, angle) / size

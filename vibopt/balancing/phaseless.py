@@ -2,7 +2,7 @@
 
 With a weight w in one plane a sensor reads A = a |w0 + w|, where w0 is the unbalance as this sensor sees it.  So
 A² = p + 2 Re(conj(w) q) + s |w|² is linear in p = a²|w0|², q = a² w0, s = a², and |q|² = p s.  As found and three trial
-positions make it unique, and one too many: the circles |w0 + w| = A / a need not meet, and by how much they miss is said.
+positions make it unique, and one too many: the circles |w0 + w| = A / a need not meet, and their miss is said.
 Two trial positions leave two answers.  Several planes: each is found by runs with weights in it alone, and runs with
 weights in several planes choose among the answers.
 """
@@ -42,7 +42,7 @@ class Circle:
 
 @dataclass(frozen=True)
 class Answers:
-    """All rotors that the amplitudes allow; the first fits best. `miss` per row [SI peak], as far as the circles miss."""
+    """All rotors that the amplitudes allow, the best first; `miss` of the circles per row [SI peak]."""
 
     rotors: tuple[Identified, ...]
     miss: FloatArray
@@ -102,7 +102,7 @@ def _misfit(runs: Sequence[Run], sensor: int, y0: float, H: ComplexArray) -> flo
 
 
 def circles(weights: ComplexArray, amplitudes: FloatArray) -> tuple[Circle, ...]:
-    """The one or two (w0, gain) that explain the amplitudes of runs with these weights [kg m] (0 as found), best first."""
+    """The one or two circles that explain the amplitudes of runs with these weights [kg m; 0 as found], best first."""
     size, height = float(np.abs(weights).max()), float(amplitudes.max())
     w, A = weights / size, amplitudes / height
     F = np.stack([np.ones(len(w)), 2.0 * w.real, 2.0 * w.imag, np.abs(w) ** 2], axis=1)
@@ -121,7 +121,7 @@ def _starts(F: FloatArray, squares: FloatArray) -> list[tuple[complex, float]]:
     """(w0, gain) from the equations linear in (p, q, s)."""
     _, values, rows = np.linalg.svd(F)
     rank = int((values > 1e-9 * values[0]).sum())
-    theta = np.linalg.lstsq(F, squares, rcond=1e-9)[0]
+    theta: FloatArray = np.asarray(np.linalg.lstsq(F, squares, rcond=1e-9)[0], dtype=float)
     if rank >= 4:
         return [_unpack(theta)]
     n = rows[-1]
@@ -163,7 +163,7 @@ def _refined(w: ComplexArray, A: FloatArray, w0: complex, gain: float) -> tuple[
 
 
 def telling_weight(job: RotorJob, answers: Answers) -> tuple[int, complex, FloatArray] | None:
-    """The trial (plane, internal weight) that tells the first two answers apart best, and what each predicts (2, n_rows)."""
+    """The trial (plane, internal weight) that best tells two answers apart; what each predicts (2, n_rows)."""
     if len(answers.rotors) < 2:
         return None
     first, second = answers.rotors[:2]

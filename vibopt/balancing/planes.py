@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from itertools import pairwise
 from math import inf, isclose, pi, tau
-
-import numpy as np
 
 from vibopt.balancing.words import Conventions, read_angle, show_angle
 from vibopt.errors import QuantityError
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import read_quantity, show
 from vibopt.units.dimensions import DIMENSIONS
 
 MASS, UNBALANCE = "mass", "unbalance"
-MOST_OPTIONS = 200_000
 _AT = re.compile(r"\s+at\s+", re.IGNORECASE)
 _HOLE = re.compile(r"\s+in\s+hole\s+(\d+)$", re.IGNORECASE)
 
@@ -114,91 +109,8 @@ class Plane:
         return not any(_within(angle, low, high) for low, high in self.forbidden)
 
 
-@dataclass(frozen=True)
-class Options:
-    """What a plane of holes and shelf weights offers.
-
-    u
-        Internal unbalances (n,) [kg m], the empty plane first.
-    masses
-        Of all weights of an option together (n,) [kg].
-    items
-        Per option the indices into `offers`, -1 for none, (n, most_weights).
-    offers
-        (hole index, mass [kg], radius [m]) of single weights.
-    """
-
-    u: ComplexArray
-    masses: FloatArray
-    items: np.ndarray[tuple[int, int], np.dtype[np.int64]]
-    offers: tuple[tuple[int, float, float], ...]
-
-    def weights(self, index: int) -> tuple[tuple[int, float, float], ...]:
-        """Hole, mass and radius of each weight of an option."""
-        return tuple(self.offers[item] for item in self.items[index] if item >= 0)
-
-
-def options_of(plane: Plane, conventions: Conventions) -> Options:
-    """Every allowed filling of the holes of a plane with weights of the shelf, lightest first among equals."""
-    offers = tuple(
-        (hole, mass, radius)
-        for hole, angle in enumerate(plane.holes)
-        if plane.may_sit_at(angle)
-        for mass in plane.shelf
-        for radius in (plane.radii or (1.0,))
-    )
-    sign = -1.0 if plane.remove else 1.0
-    single = np.array([sign * conventions.weight(m * r, plane.holes[h]) for h, m, r in offers], dtype=complex)
-    mass = np.array([m for _, m, _ in offers])
-    items = _fillings(np.array([h for h, _, _ in offers], dtype=np.int64), plane.most_weights)
-    padded_u, padded_mass = np.append(single, 0.0), np.append(mass, 0.0)
-    u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
-    kept = masses <= plane.cap * (1.0 + 1e-12)
-    return _without_doubles(u[kept], masses[kept], items[kept], offers)
-
-
-def count_options(plane: Plane) -> int:
-    """How many fillings there are before caps, at most MOST_OPTIONS + 1."""
-    per_hole = len(plane.shelf) * max(len(plane.radii), 1)
-    total, ways = 1, 1
-    for k in range(1, plane.most_weights + 1):
-        ways = ways * (len(plane.holes) - k + 1) // k
-        total += ways * per_hole**k
-    return min(total, MOST_OPTIONS + 1)
-
-
-def _fillings(holes: np.ndarray[tuple[int], np.dtype[np.int64]], most: int) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
-    """Indices of offers that may sit together, (n, most), -1 where fewer; one weight a hole."""
-    rows = [np.full((1, most), -1, dtype=np.int64)]
-    last = np.full((1, most), -1, dtype=np.int64)
-    for k in range(most):
-        ahead = np.where(last[:, k - 1] >= 0, holes[last[:, k - 1]], -1) if k else np.array([-1])
-        pairs = np.argwhere(holes[None, :] > ahead[:, None])
-        if not len(pairs):
-            break
-        grown = last[pairs[:, 0]].copy()
-        grown[:, k] = pairs[:, 1]
-        rows.append(grown)
-        last = grown
-    return np.concatenate(rows)
-
-
-def _without_doubles(
-    u: ComplexArray, masses: FloatArray, items: np.ndarray[tuple[int, int], np.dtype[np.int64]],
-    offers: tuple[tuple[int, float, float], ...],
-) -> Options:  # fmt: skip
-    """Options with different unbalances only, the lightest of each."""
-    size = max(float(np.abs(u).max(initial=0.0)), 1e-300)
-    key = np.round(u / size, 12) + 0.0
-    order = np.lexsort((masses, key.imag, key.real))
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = key[order][1:] != key[order][:-1]
-    best = np.sort(order[first])
-    return Options(u[best], masses[best], items[best], offers)
-
-
 def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex:
-    """Internal unbalance [kg m] of "10 g @ 270 deg", "10 g at 150 mm @ 270 deg", "10 g in hole 7", "1500 g mm @ 270 deg"."""
+    """Unbalance [kg m] of "10 g @ 270 deg", "10 g at 150 mm @ 270 deg", "10 g in hole 7" or "1500 g mm @ 270 deg"."""
     example = "1500 g mm @ 270 deg" if plane.kind == UNBALANCE else "10 g @ 270 deg"
     if not isinstance(text, str):
         raise QuantityError(f'is no weight. Write "{example}".')
@@ -210,7 +122,9 @@ def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex
     front, _, radius = _at_radius(amount)
     size = _size(front, radius, plane)
     if size == 0.0:
-        raise QuantityError("is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run.")
+        raise QuantityError(
+            "is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run."
+        )
     return conventions.weight(size, angle)
 
 
@@ -225,7 +139,9 @@ def unit_of(text: object, plane: Plane) -> str:
 
 def _split_weight(text: str, example: str) -> tuple[str, float]:
     if text.count("@") != 1:
-        raise QuantityError(f'has no angle. Write "{example}".' if "@" not in text else f'has more than one "@". Write "{example}".')
+        raise QuantityError(
+            f'has no angle. Write "{example}".' if "@" not in text else f'has more than one "@". Write "{example}".'
+        )
     front, _, behind = text.partition("@")
     try:
         return front.strip(), read_angle(behind.strip(), whose=True)
@@ -244,11 +160,16 @@ def _size(text: str, radius: str, plane: Plane) -> float:
     if unbalance is not None:
         size = unbalance * (1.0 if plane.kind == UNBALANCE or plane.radii else inf)
         if size == inf:
-            raise QuantityError(f"is an unbalance, but planes.{plane.name} has no radius. Add its radius, or write a mass.")
+            raise QuantityError(
+                f"is an unbalance, but planes.{plane.name} has no radius. Add its radius, or write a mass."
+            )
     else:
         mass = read_quantity(text, "mass").value
         if plane.kind == UNBALANCE:
-            raise QuantityError(f'is a mass, but planes.{plane.name} counts in unbalance. Write "{DIMENSIONS["unbalance"].example} @ 270 deg".')
+            raise QuantityError(
+                f'is a mass, but planes.{plane.name} counts in unbalance. Write "{DIMENSIONS["unbalance"].example} '
+                f'@ 270 deg".'
+            )
         size = mass * _arm(radius, plane)
     if size < 0.0:
         raise QuantityError("is a negative amplitude. Write it positive and turn the angle by 180 deg.")
@@ -264,7 +185,9 @@ def _arm(radius: str, plane: Plane) -> float:
             raise QuantityError(f"has a radius, but planes.{plane.name} has none. Add its radius.")
         return arm
     if len(plane.radii) > 1:
-        raise QuantityError(f'does not say at which radius of planes.{plane.name}. Write "10 g at {_mm(plane.radii[0])} @ 270 deg".')
+        raise QuantityError(
+            f'does not say at which radius of planes.{plane.name}. Write "10 g at {_mm(plane.radii[0])} @ 270 deg".'
+        )
     return plane.radius
 
 
@@ -299,19 +222,6 @@ def read_arc(text: object) -> tuple[float, float]:
     return low, high if high > low else high + tau
 
 
-def neighbours(plane: Plane, angle: float) -> tuple[int, int]:
-    """Indices of the two holes that lie around the written `angle` [rad]; twice the same one where it hits a hole."""
-    allowed = sorted((hole % tau, index) for index, hole in enumerate(plane.holes) if plane.may_sit_at(hole))
-    turned = angle % tau
-    for at, index in allowed:
-        if min(abs(at - turned), tau - abs(at - turned)) < 1e-9:
-            return index, index
-    for (low, first), (high, second) in pairwise(allowed):
-        if low < turned < high:
-            return first, second
-    return allowed[-1][1], allowed[0][1]
-
-
 def hole_name(plane: Plane, index: int) -> str:
     return f"hole {index + 1} at {show_angle(plane.holes[index])}"
 
@@ -320,9 +230,3 @@ def _within(angle: float, low: float, high: float) -> bool:
     """Whether an angle lies inside an open arc, a hair's breadth allowed for."""
     width = high - low
     return 1e-9 < (angle - low) % tau < width - 1e-9
-
-
-__all__ = [
-    "MASS", "MOST_OPTIONS", "UNBALANCE", "Drill", "Options", "Plane", "count_options",
-    "hole_name", "neighbours", "options_of", "read_arc", "read_weight", "unit_of",
-]  # fmt: skip

@@ -11,7 +11,8 @@ import numpy as np
 
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.planes import Options, Plane, options_of
+from vibopt.balancing.options import Options, options_of
+from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question, Solved
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
 from vibopt.forms import ComplexArray, FloatArray
@@ -19,7 +20,7 @@ from vibopt.forms import ComplexArray, FloatArray
 
 @dataclass(frozen=True)
 class Posed:
-    """The question with what is needed to read its answer: rows of the nominal rotor come first, (speed, sensor) each."""
+    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each."""
 
     question: Question
     options: tuple[Options | None, ...]
@@ -61,7 +62,9 @@ def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question
     )
 
 
-def _with_rows(question: Question, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray) -> Question:
+def _with_rows(
+    question: Question, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray
+) -> Question:
     return replace(
         question,
         y0=np.concatenate([question.y0, y0]),

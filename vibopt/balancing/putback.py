@@ -77,7 +77,13 @@ def _mixture(job: RotorJob, speed: int, states: ComplexArray, target: ComplexArr
 
 
 def _signal(
-    job: RotorJob, speed: int, sensor: int, runs: tuple[Run, ...], states: ComplexArray, shares: ComplexArray, target: ComplexArray
+    job: RotorJob,
+    speed: int,
+    sensor: int,
+    runs: tuple[Run, ...],
+    states: ComplexArray,
+    shares: ComplexArray,
+    target: ComplexArray,
 ) -> FloatArray:
     """What the sensor shows over one turn of the shaft."""
     turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
@@ -133,7 +139,11 @@ def put_back_without_phase(job: RotorJob, row: int, plane: int, u: complex) -> f
     nan where the runs do not determine it (two trial positions).
     """
     speed, sensor = job.readings[row]
-    runs = [run for run in job.runs_at(speed) if np.count_nonzero(run.weights) <= 1 and (run.is_initial or run.weights[plane])]
+    runs = [
+        run
+        for run in job.runs_at(speed)
+        if np.count_nonzero(run.weights) <= 1 and (run.is_initial or run.weights[plane])
+    ]
     w = np.array([run.weights[plane] for run in runs])
     size = np.abs(w).max()
     F = _features(w / size)

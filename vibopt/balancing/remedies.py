@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.balancing.answers import Remedy
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.outcome import Entry
-from vibopt.balancing.plan import Remedy
 from vibopt.balancing.pose import Posed, solve_question, without_plane
 from vibopt.balancing.question import Question
 from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
@@ -27,10 +27,12 @@ def warning(job: RotorJob, found: Conditioning) -> str:
     return f"Planes {names} act almost alike: condition number {number}; one can be left out, or the mass penalised."
 
 
-def remedies(job: RotorJob, posed: Posed, identified: Identified, noise: Noise | None, found: Conditioning, u: ComplexArray) -> tuple[Remedy, ...]:
+def remedies(
+    job: RotorJob, posed: Posed, identified: Identified, noise: Noise | None, found: Conditioning, u: ComplexArray
+) -> tuple[Remedy, ...]:
     """As asked, each alike plane left out, the mass penalised, and caps from the plane left out."""
     question = posed.question
-    tried = [("as asked", u)]
+    tried: list[tuple[str, ComplexArray | None]] = [("as asked", u)]
     for plane in found.alike:
         tried.append((f"{job.planes[plane].name} left out", solve_question(without_plane(question, [plane])).u))
     single = [one for _, one in tried[1:] if one is not None]
@@ -62,12 +64,17 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
 def _remedy(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
     left = np.abs(identified.residual(u))
     row = int(np.argmax(job.importance * left))
-    masses = tuple(f"{plane.name} {plane.show(plane.amount(complex(one)))}" for plane, one in zip(job.planes, u, strict=True))
+    masses = tuple(
+        f"{plane.name} {plane.show(plane.amount(complex(one)))}" for plane, one in zip(job.planes, u, strict=True)
+    )
     band = ""
     if noise is not None and identified.learnt:
         ends = bands(job, identified, noise, u)
         worst = int(np.argmax(job.importance * ends[:, 1]))
-        band = f"{amplitude(job, worst, float(ends[worst, 0])).shown} to {amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
+        band = (
+            f"{amplitude(job, worst, float(ends[worst, 0])).shown} to "
+            f"{amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
+        )
     rms = float(np.sqrt(np.mean((job.importance * left) ** 2)))
     return Remedy(name, amplitude(job, row, float(left[row])), _goal_entry(job, rms), masses, band)
 

@@ -27,7 +27,9 @@ def coefficients(job: RotorJob, identified: Identified) -> dict[str, Entry]:
             if H == 0.0:
                 continue
             path = f"influence.{sensor.name}.{plane.name}" + (f".{job.show_speed(speed)}" if several else "")
-            size = to_unit(abs(H) * plane.radius * _per(plane.unit, plane.dimension), sensor.shown_unit, sensor.dimension)
+            size = to_unit(
+                abs(H) * plane.radius * _per(plane.unit, plane.dimension), sensor.shown_unit, sensor.dimension
+            )
             per = f"({plane.unit})" if " " in plane.unit else plane.unit
             angle = job.conventions.reading_angle(H)
             found[f"{path}.value"] = Entry(f"{plain(size, 8)} {sensor.shown_unit}/{per} @ {show_angle(angle, 8)}")
@@ -41,7 +43,7 @@ def _per(unit: str, dimension: str) -> float:
 
 
 def trial_advice(job: RotorJob) -> dict[str, Entry]:
-    """Greatest first trial per plane: its force at the highest speed is `trial_force` of the rotor's weight, shared by the planes."""
+    """Greatest first trial per plane: its force at the highest speed is `trial_force` of its share of the weight."""
     if job.rotor_mass is None or not job.speeds:
         return {}
     u = job.trial_force * job.rotor_mass * GRAVITY / max(job.speeds) ** 2 / max(len(job.free), 1)
@@ -66,13 +68,30 @@ def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray
         "quality.eccentricity": Entry(allowed.eccentricity, "length", "µm"),
         "quality.kind": Entry("outboard" if allowed.outboard else "inboard"),
     }
-    found.update({f"quality.bearings.{name}.permissible": Entry(one, "unbalance", "g mm") for name, one in allowed.at_bearings.items()})
-    found.update({f"quality.planes.{name}.permissible": Entry(one, "unbalance", "g mm") for name, one in allowed.at_planes.items()})
-    found.update({f"quality.planes.{name}.may_show": Entry(one, "unbalance", "g mm") for name, one in allowed.to_measure.items()})
+    found.update(
+        {
+            f"quality.bearings.{name}.permissible": Entry(one, "unbalance", "g mm")
+            for name, one in allowed.at_bearings.items()
+        }
+    )
+    found.update(
+        {
+            f"quality.planes.{name}.permissible": Entry(one, "unbalance", "g mm")
+            for name, one in allowed.at_planes.items()
+        }
+    )
+    found.update(
+        {f"quality.planes.{name}.may_show": Entry(one, "unbalance", "g mm") for name, one in allowed.to_measure.items()}
+    )
     left = dict(quality.residual) or _remaining(job, identified, u)
     if left:
         result = earned(quality, left)
-        found.update({f"quality.bearings.{name}.left": Entry(one, "unbalance", "g mm") for name, one in result.at_bearings.items()})
+        found.update(
+            {
+                f"quality.bearings.{name}.left": Entry(one, "unbalance", "g mm")
+                for name, one in result.at_bearings.items()
+            }
+        )
         found["quality.earned"] = Entry(result.grade, "velocity", "mm/s")
         found["quality.met"] = Entry("yes" if result.met else "no")
         found["quality.worst_at"] = Entry(result.worst_at)
@@ -87,7 +106,7 @@ def _remaining(job: RotorJob, identified: Identified | None, u: ComplexArray | N
     names = [plane.name for plane in job.planes]
     if not all(plane.name in places and (plane.radii or plane.kind != MASS) for plane in job.planes):
         return {}
-    left: ComplexArray = np.linalg.lstsq(identified.H, identified.residual(u), rcond=1e-12)[0]
+    left = np.linalg.lstsq(identified.H, identified.residual(u), rcond=1e-12)[0]
     return {name: complex(one) for name, one in zip(names, left, strict=True)}
 
 

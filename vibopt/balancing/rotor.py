@@ -8,9 +8,11 @@ from typing import Any
 
 from vibopt.balancing.check_rotor import check_runs
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, RotorJob, Run, Scatter, Sensor
-from vibopt.balancing.parse_asks import read_goal, read_limits, read_pairs, read_quality, read_scatter
+from vibopt.balancing.parse_asks import read_goal, read_limits, read_pairs, read_scatter
+from vibopt.balancing.parse_influence import read_influence
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
-from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_influence, read_runs, with_units
+from vibopt.balancing.parse_quality import read_quality
+from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_runs, with_units
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.tables import TOP, RotorTable, read_table
 from vibopt.balancing.words import Conventions
@@ -51,7 +53,10 @@ def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath
     if conventions is not None and planes is not None:
         planes = with_units(planes, raws)
         if not raws and whole and not mistakes.found:
-            mistakes.add(("runs",), "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.")
+            mistakes.add(
+                ("runs",),
+                "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.",
+            )
         sensors = read_sensors(document, conventions, mistakes)
         measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
     merge(own, mistakes)
@@ -75,16 +80,22 @@ def _job(
     _check_dimensions(measured, goal, document, mistakes)
     machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
     quality = read_quality(
-        document, conventions, machine.mass.value if machine else None, machine.speed.value if machine and machine.speed else max(measured.speeds), mistakes
+        document,
+        conventions,
+        machine.mass.value if machine else None,
+        machine.speed.value if machine and machine.speed else max(measured.speeds),
+        mistakes,
     )
     job = RotorJob(
-        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes), statement=_text(document, "statement", "", mistakes),
+        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
+        statement=_text(document, "statement", "", mistakes),
         conventions=conventions, planes=planes, sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds,
         speed_units=measured.speed_units, influence=influence, scatter=scatter, residual_limits=residual,
         correction_limits=correction, goal=goal, pairs=read_pairs(document, planes, mistakes),
         rotor_mass=machine.mass.value if machine else None,
         trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
-        quality=quality, has_phase=with_angles, expected=_expected(document, mistakes), notes=measured.notes, document=document,
+        quality=quality, has_phase=with_angles, expected=_expected(document, mistakes),
+        notes=measured.notes, document=document,
     )  # fmt: skip
     mistakes.raise_any()
     return job
@@ -99,7 +110,8 @@ def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
     speed = machine.speed.value if machine and machine.speed else None
     quality = read_quality(document, conventions, machine.mass.value if machine else None, speed, mistakes)
     job = RotorJob(
-        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes), statement=_text(document, "statement", "", mistakes),
+        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
+        statement=_text(document, "statement", "", mistakes),
         conventions=conventions, planes=(), sensors=(), runs=(), speeds=(), speed_units=(), influence={}, scatter=None,
         residual_limits=(), correction_limits=(), goal=RotorGoal(), quality=quality,
         expected=_expected(document, mistakes), document=document,
@@ -116,7 +128,9 @@ def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:
 def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
     kinds = {sensor.dimension for sensor in measured.sensors}
     sensors = document.get("sensors", {})
-    weighed = all(isinstance(sensors.get(one.name), Mapping) and "importance" in sensors[one.name] for one in measured.sensors)
+    weighed = all(
+        isinstance(sensors.get(one.name), Mapping) and "importance" in sensors[one.name] for one in measured.sensors
+    )
     if len(kinds) > 1 and goal.goal != "correction" and not weighed:
         first, second = (next(one for one in measured.sensors if one.dimension == kind) for kind in sorted(kinds)[:2])
         mistakes.add(

@@ -4,7 +4,8 @@ Inside, everything is written for exp(+i omega t): the angle of a reading says h
 reference, and the angle of a weight is counted in the sense of rotation.  A weight that sits further on in the sense of
 rotation makes its vibration come earlier by the same angle, so y = y0 + H u with H free of the zero mark.
 At the door the angle of a reading changes its sign where it is a lag, or a mark position counted with the rotation
-(under the flash the mark stands as far on as the vibration is late); the angle of a weight where it is counted against it.
+(under the flash the mark stands as far on as the vibration is late); the angle of a weight where it is counted against
+the rotation.
 """
 
 from __future__ import annotations
@@ -26,7 +27,10 @@ AMPLITUDES = ("length", "velocity", "acceleration")
 LAG, LEAD, PHASE, MARK, WITH, AGAINST = "lag", "lead", "phase", "mark", "with rotation", "against rotation"
 CHOICES: Mapping[str, tuple[tuple[str, ...], str]] = {
     "phase": ((LAG, LEAD), "whether the angle of a reading says how far the vibration lags or leads the reference"),
-    "readings": ((PHASE, MARK), "whether readings are phase angles or positions of the stroboscope mark (a mirror image)"),
+    "readings": (
+        (PHASE, MARK),
+        "whether readings are phase angles or positions of the stroboscope mark (a mirror image)",
+    ),
     "angles": ((AGAINST, WITH), "in which sense the angles of weights are counted from zero"),
     "detector": (("pk", "pp", "rms"), "what an amplitude without a word means"),
 }
@@ -94,7 +98,7 @@ class Conventions:
             said.append(f"The angle of a reading is how far the vibration {self.phase}s the reference pulse.")
         else:
             said.append("Readings are amplitudes without angle.")
-        said.append(f'An amplitude without a word is {self.detector}.')
+        said.append(f"An amplitude without a word is {self.detector}.")
         return tuple(said)
 
 
@@ -139,18 +143,19 @@ def read_amplitude(text: str, detector: Detector, unit: str = "") -> Amplitude:
         own = split_detector(text)[2]
         bare = split_detector(unit)[0] if own else unit
         text = f"{_number(text)} {bare} {own}".strip()
+    failed: list[QuantityError] = []
     for dimension in AMPLITUDES:
         try:
             found = read_quantity(text, dimension, amplitude=True)
         except QuantityError as error:
-            first = error if dimension == AMPLITUDES[0] else first
+            failed.append(error)
             continue
         if found.value < 0.0:
             raise QuantityError("is a negative amplitude. Write it positive and turn the angle by 180 deg.")
         kind = found.detector or detector
         value = found.value if found.detector else found.value * TO_PEAK[detector]
         return Amplitude(value, dimension, split_detector(found.unit)[0], kind, found.echo)
-    raise _no_amplitude(text, first)
+    raise _no_amplitude(text, failed[0])
 
 
 def read_reading(text: object, conventions: Conventions, unit: str = "") -> tuple[Amplitude, complex, bool]:
@@ -189,9 +194,13 @@ def _number(text: str) -> str:
 
 
 def _no_amplitude(text: str, error: QuantityError) -> QuantityError:
-    if "which" in error.complaint or "is a length" not in error.complaint and "a length is needed" not in error.complaint:
+    if "which" in error.complaint or (
+        "is a length" not in error.complaint and "a length is needed" not in error.complaint
+    ):
         return error
-    return QuantityError(f'has "{text}", which is no displacement, velocity or acceleration. Write for example "8.6 mil pp".')
+    return QuantityError(
+        f'has "{text}", which is no displacement, velocity or acceleration. Write for example "8.6 mil pp".'
+    )
 
 
 def _turn(angle: float) -> float:

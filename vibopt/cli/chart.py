@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
+    from vibopt.study.chart.cases import Case
     from vibopt.study.chart.fidelity import Fidelity
     from vibopt.study.chart.speed_accuracy import SpeedAccuracy
     from vibopt.study.chart.stability import Stability
@@ -126,12 +127,25 @@ def _accuracy_json(result: SpeedAccuracy) -> dict[str, Any]:
     from vibopt.study.chart.trial import DEFAULT
 
     trials = [{**_row(one), "ratio": result.ratio(one)} for one in result.trials]
-    cases = [{"name": c.name, "truth": c.truth, "goal": c.goal, "known_by": c.known_by} for c in result.cases]
-    return {"chart": "speed-accuracy", "default": DEFAULT, "cases": cases, "trials": trials, "skipped": list(result.skipped)}
+    return {
+        "chart": "speed-accuracy",
+        "default": DEFAULT,
+        "cases": [_about(case) for case in result.cases],
+        "trials": trials,
+        "skipped": list(result.skipped),
+    }
+
+
+def _about(case: Case) -> dict[str, Any]:
+    """A case as plain data, without its text."""
+    goal = None if math.isnan(case.goal) else case.goal
+    return {
+        "name": case.name, "family": case.family, "truth": case.truth, "goal": goal, "known_by": case.known_by,
+    }  # fmt: skip
 
 
 def _stability_json(result: Stability) -> dict[str, Any]:
-    cases = [{"name": c.name, "family": c.family, "truth": c.truth, "goal": c.goal, "known_by": c.known_by} for c in result.cases]
+    cases = [_about(case) for case in result.cases]
     counts = {
         family: {method: dict(result.count(family, method)) for method in result.methods} for family in result.families
     }
@@ -168,10 +182,9 @@ def _accuracy_table(result: SpeedAccuracy, console: Console) -> None:
 def _stability_table(result: Stability, console: Console) -> None:
     from vibopt.design.table import grid, section
     from vibopt.study.chart.stability import CLASSES
-    from vibopt.study.chart.trial import REFUSES, SILENT
+    from vibopt.study.chart.trial import REFUSES
 
-    short = {name: name[0].upper() for name in CLASSES}
-    short.update(dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "-"), strict=True)))
+    short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
     console.print("Stability on hard ground", style="bold")
     rows = []
     for family in result.families:
@@ -182,11 +195,27 @@ def _stability_table(result: Stability, console: Console) -> None:
             cells.append(", ".join(words) or ("refuses" if count[REFUSES] else "no time"))
         rows.append((family, *cells))
     console.print(grid(rows, ("Family", *result.methods)))
-    wrong = [(one.method, one.case, one.fault) for one in result.trials if one.verdict == SILENT]
+    wrong = _worst_faults(result)
     if wrong:
-        section(console, "Silently wrong", grid(wrong, ("Method", "Scene", "What is wrong")))
+        section(console, "Silently wrong", grid(wrong, ("Method", "Family", "Scenes", "Worst")))
     if result.skipped:
         console.print(f"\nNo time for {len(result.skipped)} of the runs.")
+
+
+def _worst_faults(result: Stability) -> list[tuple[str, str, str, str]]:
+    """Per method and family how many scenes are silently wrong, and the worst of them."""
+    from vibopt.study.chart.trial import SILENT
+
+    found = []
+    for method in result.methods:
+        for family in result.families:
+            names = {case.name for case in result.cases if case.family == family}
+            trials = [one for one in result.trials if one.method == method and one.case in names]
+            wrong = [one for one in trials if one.verdict == SILENT]
+            if wrong:
+                worst = max(wrong, key=lambda one: math.inf if math.isnan(one.error) else one.error)
+                found.append((method, family, f"{len(wrong)} of {len(trials)}", f"{worst.case}: {worst.fault}"))
+    return found
 
 
 def _fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
@@ -235,11 +264,15 @@ def _fidelity_figure(rows: tuple[Fidelity, ...]) -> Figure:
     return fidelity_figure(
         [
             Bars(
-                row.case, row.declared, row.used, row.measuring_full / row.measuring,
-                row.solving_full / row.solving, row.value_error,
+                row.case,
+                row.declared,
+                row.used,
+                row.measuring_full / row.measuring,
+                row.solving_full / row.solving,
+                row.value_error,
             )
             for row in rows
-        ]  # fmt: skip
+        ]
     )
 
 

@@ -63,7 +63,8 @@ def accuracy_figure(cases: Sequence[Scatter], default: str) -> Figure:
     for index, case in enumerate(cases):
         panel = axes.flat[index]
         last = index + columns >= len(cases)
-        dress(panel, case.title, f"time over that of {default}" if last else "", "true error (part)" if index % columns == 0 else "")
+        below = f"time over that of {default}" if last else ""
+        dress(panel, case.title, below, "true error (part)" if index % columns == 0 else "")
         drawn.append((panel, _scatter(panel, case, default, span, top)))
     for panel in axes.flat[len(cases) :]:
         panel.set_axis_off()
@@ -87,14 +88,26 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
     note = f"{default}: {_seconds(case.seconds)}"
     if case.silent:
         note += f"\nno design: {', '.join(case.silent)}"
-    panel.text(0.99, 0.015, note, transform=panel.transAxes, ha="right", va="bottom", fontsize=SIZE - 2.5, color=INK, zorder=8, bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.85})
+    panel.text(
+        0.99,
+        0.015,
+        note,
+        transform=panel.transAxes,
+        ha="right",
+        va="bottom",
+        fontsize=SIZE - 2.5,
+        color=INK,
+        zorder=8,
+        bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.85},
+    )
     labels = []
     for dot in case.dots:
         y = min(max(dot.error, FLOOR), top / 3.0)
         own = dot.name == default
+        colour = INK if own else BLUE
         panel.plot(
             [dot.ratio], [y], ls="", marker="D" if own else "o", ms=9.5 if own else 5.5,
-            mfc="none" if dot.wrong else (INK if own else BLUE), mec=RED if dot.wrong else (INK if own else BLUE), mew=1.6, zorder=5,
+            mfc="none" if dot.wrong else colour, mec=RED if dot.wrong else colour, mew=1.6, zorder=5,
         )  # fmt: skip
         labels.append(_label(panel, dot.name, dot.ratio, y))
     points = np.array([(dot.ratio, min(max(dot.error, FLOOR), top / 3.0)) for dot in case.dots]).reshape(-1, 2)
@@ -103,7 +116,8 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
 
 def _label(panel: Any, words: str, x: float, y: float) -> Any:
     made = panel.annotate(
-        words, (x, y), xytext=(6, 6), textcoords="offset points", fontsize=SIZE - 2.5, color=INK, zorder=9, annotation_clip=False,
+        words, (x, y), xytext=(6, 6), textcoords="offset points", fontsize=SIZE - 2.5, color=INK, zorder=9,
+        annotation_clip=False,
         arrowprops={"arrowstyle": "-", "color": FAINT, "lw": 0.5, "shrinkA": 0, "shrinkB": 3},
     )  # fmt: skip
     made.set_in_layout(False)
@@ -125,7 +139,10 @@ def _marks(default: str) -> list[Any]:
 
 
 def stability_figure(
-    families: Sequence[str], methods: Sequence[str], counts: Mapping[tuple[str, str], Mapping[str, int]], classes: Sequence[str]
+    families: Sequence[str],
+    methods: Sequence[str],
+    counts: Mapping[tuple[str, str], Mapping[str, int]],
+    classes: Sequence[str],
 ) -> Figure:
     """Families by methods; each cell is filled by class, with the number of silently wrong answers written in it."""
     figure = sheet(WIDTH * 1.25, 1.9 + 0.42 * len(families))
@@ -156,12 +173,21 @@ _LOOKS = (("#dfeee3", ""), ("#c9cfd6", "...."), ("#8d97a3", "////"), (RED, ""), 
 
 
 def _cell(
-    axes: Any, column: int, row: int, count: Mapping[str, int], classes: Sequence[str], looks: Mapping[str, tuple[str, str]]
+    axes: Any,
+    column: int,
+    row: int,
+    count: Mapping[str, int],
+    classes: Sequence[str],
+    looks: Mapping[str, tuple[str, str]],
 ) -> None:
     from matplotlib.patches import Rectangle
 
     total, left, wide, high = sum(count.values()), column - 0.45, 0.9, 0.72
-    axes.add_patch(Rectangle((left, row - high / 2), wide, high, fc="white", ec=INK if total else GRID, lw=0.6, zorder=4, fill=False))
+    axes.add_patch(
+        Rectangle(
+            (left, row - high / 2), wide, high, fc="white", ec=INK if total else GRID, lw=0.6, zorder=4, fill=False
+        )
+    )
     if not total:
         axes.text(column, row, "no time", ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
         return
@@ -169,12 +195,15 @@ def _cell(
         part = count.get(name, 0) / total * wide
         face, hatch = looks[name]
         if part > 0:
-            axes.add_patch(Rectangle((left, row - high / 2), part, high, fc=face, ec=INK, lw=0.4, hatch=hatch, zorder=3))
+            axes.add_patch(
+                Rectangle((left, row - high / 2), part, high, fc=face, ec=INK, lw=0.4, hatch=hatch, zorder=3)
+            )
             own = str(count[name]) if part > 0.1 else ""
             dark = face == RED
             box = None if dark or not hatch else {"fc": "white", "ec": "none", "pad": 0.6}
             axes.text(
-                left + part / 2, row, own, ha="center", va="center", fontsize=SIZE - 2, zorder=5, bbox=box if own else None,
+                left + part / 2, row, own, ha="center", va="center", fontsize=SIZE - 2, zorder=5,
+                bbox=box if own else None,
                 color="white" if dark else INK, fontweight="bold" if dark else "normal",
             )  # fmt: skip
             left += part
@@ -189,19 +218,37 @@ def fidelity_figure(rows: Sequence[Bars]) -> Figure:
     axes[0].barh(at, [row.declared for row in rows], 0.7, fc="white", ec=INK, lw=0.8, label="declared")
     axes[0].barh(at, [row.used for row in rows], 0.4, fc=BLUE, ec=BLUE, label="used")
     for y, row in zip(at, rows, strict=True):
-        axes[0].annotate(f"{row.declared} → {row.used}", (row.declared, y), xytext=(3, 0), textcoords="offset points", va="center", fontsize=SIZE - 2)
+        axes[0].annotate(
+            f"{row.declared} → {row.used}",
+            (row.declared, y),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=SIZE - 2,
+        )
     axes[0].set_xlim(0, 1.35 * max((row.declared for row in rows), default=1))
     axes[0].set_yticks(at, [row.title for row in rows], fontsize=SIZE - 1)
     axes[0].invert_yaxis()
-    dress(axes[1], "Time saved", "full over reduced", "")
+    dress(axes[1], "Time saved", "time on the full over the reduced model", "")
     axes[1].set_xscale("log")
     axes[1].axvline(1.0, color=FAINT, lw=0.8)
-    axes[1].plot([row.measuring for row in rows], at, ls="", marker="s", ms=6, mfc="white", mec=INK, label="measuring a design")
+    axes[1].plot(
+        [row.measuring for row in rows], at, ls="", marker="s", ms=6, mfc="white", mec=INK, label="measuring a design"
+    )
     axes[1].plot([row.solving for row in rows], at, ls="", marker="o", ms=6, mfc=BLUE, mec=BLUE, label="solving")
     _plain_numbers(axes[1], [value for row in rows for value in (row.measuring, row.solving)])
     dress(axes[2], "Error of the values", "greatest difference (part)", "")
     axes[2].set_xscale("log")
-    axes[2].plot([max(row.error, 1e-17) for row in rows], at, ls="", marker="D", ms=5, mfc=INK, mec=INK, label="reduced against full")
+    axes[2].plot(
+        [max(row.error, 1e-17) for row in rows],
+        at,
+        ls="",
+        marker="D",
+        ms=5,
+        mfc=INK,
+        mec=INK,
+        label="reduced against full",
+    )
     axes[2].set_xlim(3e-18, 1e-6)
     axes[2].set_xticks([1e-17, 1e-14, 1e-11, 1e-8], ["0", "1e-14", "1e-11", "1e-8"])
     axes[2].minorticks_off()

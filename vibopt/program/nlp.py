@@ -126,7 +126,7 @@ class SampledProgram:
 
         key = round(max(seconds, 0.05), 2)
         if key not in self.solvers:
-            options = {
+            options: Any = {
                 "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
                 "ipopt.max_iter": iterations, "ipopt.max_wall_time": key, "ipopt.tol": 1e-9,
                 "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
@@ -142,6 +142,12 @@ class SampledProgram:
         y = np.array(answer["x"]).ravel()[: len(self.low)]
         y = np.where(np.isfinite(y), y, begin[: len(self.low)])
         return Solved(np.clip(y, self.low, self.high), bool(stats["success"]), str(stats["return_status"]))
+
+    def _power(self, exponents: FloatArray) -> Any:
+        """prod_i x_i**exponents_i."""
+        import casadi
+
+        return casadi.exp(casadi.mtimes(casadi.DM(exponents).T, self.y))
 
     def _unknown(self, name: str, start: float) -> Any:
         import casadi
@@ -175,24 +181,23 @@ class SampledProgram:
         from vibopt.program.worst import DriveResponse
 
         assert isinstance(aim.form, Modulus)
-        sizes = []
+        total = 0.0
         for drive in aim.form.drives:
             speeds = np.array(samples.speeds[-1, drive.name])
             values = DriveResponse(aim.model, aim.form, drive, self.reference)(speeds)
-            sizes.append(np.median(values[np.isfinite(values) & (values > 0)], initial=0.0) if len(values) else 0.0)
-        return float(sum(sizes)) or 1.0
+            good = values[np.isfinite(values) & (values > 0.0)]
+            total += float(np.exp(np.log(good).mean())) if len(good) else 0.0
+        return total or 1.0
 
-    def _logs(
-        self, model: Model, form: Form, index: int, samples: Samples, bound: float, sense: float
-    ) -> list[Any]:
+    def _logs(self, model: Model, form: Form, index: int, samples: Samples, bound: float, sense: float) -> list[Any]:
         """log(value / bound): one expression per sampled speed."""
         import casadi
 
         if isinstance(form, Modulus):
             return self._modulus(model, form, index, samples, bound, sense)
         if isinstance(form, Monomials):
-            total = sum(scale / bound * casadi.exp(casadi.mtimes(casadi.DM(row).T, self.y)) for scale, row in _terms(form))
-            return [casadi.log(total)]
+            parts = [scale / bound * self._power(row) for scale, row in zip(form.scale, form.exponents, strict=True)]
+            return [casadi.log(sum(parts[1:], parts[0]))]
         if isinstance(form, StaticRow):
             square = self._square(sampled_static(model, form.row, self.reference), np.full(1, bound))
             return [0.5 * casadi.log(square)]
@@ -263,7 +268,7 @@ class SampledProgram:
         model = line.groups.model
         scales = model.static_scales if line.static else model.scales
         values = casadi.vertcat(*[
-            float(scale) * casadi.exp(casadi.mtimes(casadi.DM(row).T, self.y)) if row.any() else float(scale)
+            float(scale) * self._power(row) if row.any() else float(scale)
             for scale, row in zip(scales, model.exponents, strict=True)
         ])  # fmt: skip
         kappa = []
@@ -289,7 +294,7 @@ class SampledProgram:
         for t, row in enumerate(model.exponents):
             if model.kinds[t] in (STIFFNESS, INERTIA):
                 size = float(model.scales[t] * share[t])
-                parts[int(model.kinds[t] == INERTIA)] += size * casadi.exp(casadi.mtimes(casadi.DM(row).T, self.y))
+                parts[int(model.kinds[t] == INERTIA)] += size * self._power(row)
         return 0.5 * casadi.log(parts[0] / parts[1])
 
     def _outside(self, limit: Limit) -> None:
@@ -308,10 +313,6 @@ class SampledProgram:
         return float(np.log(value)) + casadi.mtimes(casadi.DM(slope).T, self.y - middle)
 
 
-def _terms(form: Monomials) -> list[tuple[float, FloatArray]]:
-    return [(float(scale), row) for scale, row in zip(form.scale, form.exponents, strict=True)]
-
-
 def _multilinear(coefficients: Any, kappa: list[tuple[Any, Any]]) -> tuple[Any, Any]:
     """sum_S coefficient_S prod_{g in S} kappa_g, real and imaginary columns."""
     import casadi
@@ -319,9 +320,7 @@ def _multilinear(coefficients: Any, kappa: list[tuple[Any, Any]]) -> tuple[Any, 
     parts = [(_dm(column.real), _dm(column.imag)) for column in np.asarray(coefficients).T]
     for real, imag in reversed(kappa):
         pairs = list(zip(parts[0::2], parts[1::2], strict=True))
-        parts = [
-            (a + c * real - d * imag, b + c * imag + d * real) for (a, b), (c, d) in pairs
-        ]
+        parts = [(a + c * real - d * imag, b + c * imag + d * real) for (a, b), (c, d) in pairs]
     return casadi.SX(parts[0][0]), casadi.SX(parts[0][1])
 
 

@@ -84,7 +84,8 @@ def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
         slope: FloatArray = parts @ form.exponents / parts.sum()
         return slope
     if isinstance(form, ModeFrequency):
-        return frequency_slopes(model, x)[1][max(form.mode - 1, 0)]
+        of_mode: FloatArray = frequency_slopes(model, x)[1][max(form.mode - 1, 0)]
+        return of_mode
     if isinstance(form, StaticRow):
         return _static_slope(model, form, x)
     return _by_differences(lambda at: plain_value(model, form, at), x)
@@ -171,7 +172,8 @@ def slope_at(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extre
         return np.zeros(model.n_vars)
     if form.combine == "peak" and len(drive.lines) > 1:
         return _by_differences(lambda y: float(DriveResponse(model, form, drive, y)(np.array([at.speed]))[0]), x)
-    return sampled_slopes(model, form, drive, x, np.array([at.speed]))[1][0]
+    slope: FloatArray = sampled_slopes(model, form, drive, x, np.array([at.speed]))[1][0]
+    return slope
 
 
 def sampled_slopes(
@@ -246,7 +248,8 @@ def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: flo
     omega, slopes = frequency_slopes(model, x)
     asked = np.array([line.order * speed for line in drive.lines])
     nearest = np.abs(np.log(np.maximum(omega, 1e-300))[:, None] - np.log(asked)).min(axis=1).argmin()
-    return slopes[nearest]
+    slope: FloatArray = slopes[nearest]
+    return slope
 
 
 def _together(form: Modulus, combo: tuple[tuple[Extreme, FloatArray], ...]) -> Local:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
-from vibopt.mechanics.onemass import Curve  # noqa: F401  (loaded early: the first measurement is timed)
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Program
 from vibopt.program.slopes import extremes_of
@@ -32,14 +31,14 @@ class Nlp:
     count
         Number of starts.
     given
-        Further starts x (n_starts, n_vars).
+        Further starts x, each (n_vars,).
     seconds
         Time after which no new start is tried.
     """
 
     count: int = 8
     seconds: float = 20.0
-    given: FloatArray | None = None
+    given: tuple[FloatArray, ...] = ()
     rounds: int = 3
     name: str = "nlp"
     summary: str = "nonlinear programming (IPOPT on sampled speeds, Newton on the exact peaks), best of several starts"
@@ -94,11 +93,12 @@ class _Run:
         goal, y = min(good)
         agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
         claim = f"best of {len(begun)} starts, {agreed} agreed"
-        return Found("feasible", self._x(np.array(y)), claim, self.method.name, details=self._details(len(begun), agreed))
+        x, details = self._x(np.array(y)), self._details(len(begun), agreed)
+        return Found("feasible", x, claim, self.method.name, details=details)
 
     def _starts(self) -> list[FloatArray]:
         spread = list(starts(self.program, self.method.count))
-        given = [] if self.method.given is None else [np.log(np.maximum(x, np.exp(self.low))) for x in self.method.given]
+        given = [np.log(np.maximum(x, np.exp(self.low))) for x in self.method.given]
         return [np.clip(one, self.low, self.high) for one in [*given, *spread]]
 
     def _sampled(self, begun: list[FloatArray], *, elastic: bool = False) -> list[FloatArray]:

@@ -11,11 +11,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.forms import FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
 
+BoolArray = NDArray[np.bool_]
 BEYOND = 40.0
 """Log violation from which on a limit is missed without end (an undamped resonance within its band)."""
 _STEP = 1e-5
@@ -68,7 +70,7 @@ class Exact:
     low: FloatArray
     high: FloatArray
     count: int = 0
-    free: FloatArray = field(init=False)
+    free: BoolArray = field(init=False)
 
     def __post_init__(self) -> None:
         self.free = self.high > self.low
@@ -231,7 +233,13 @@ class Sharpener:
 
 
 def _stationary(
-    here: Point, goals: list[Piece], limits: list[Piece], bend: FloatArray, free: FloatArray, moved: FloatArray, target: float
+    here: Point,
+    goals: list[Piece],
+    limits: list[Piece],
+    bend: FloatArray,
+    free: BoolArray,
+    moved: FloatArray,
+    target: float,
 ) -> FloatArray | None:
     """Newton step of the conditions of an optimum with these pieces holding, shape (n_vars,)."""
     n, count = int(free.sum()), len(goals)

@@ -60,7 +60,8 @@ def natural_size(program: Program, axis: Axis) -> float:
     """Size at which a variable begins to matter: m w^2 for a stiffness, m w for a damping, 1 for a ratio [SI]."""
     word = axis.path.rsplit(".", 1)[-1]
     mass, speed = _typical_mass(program), _typical_speed(program)
-    sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass, "damping_ratio": 0.1, "loss_factor": 0.1}
+    sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass}
+    sizes |= {"damping_ratio": 0.1, "loss_factor": 0.1}
     return sizes.get(word, 1.0)
 
 
@@ -72,8 +73,8 @@ def _typical_mass(program: Program) -> float:
 
 
 def _typical_speed(program: Program) -> float:
-    parts = [*program.limits, *([program.aim] if program.aim else [])]
-    forms = [part.form for part in parts if isinstance(part.form, Modulus)]
+    asked = [limit.form for limit in program.limits] + ([program.aim.form] if program.aim else [])
+    forms = [form for form in asked if isinstance(form, Modulus)]
     ends = [
         line.order * band.high
         for form in forms

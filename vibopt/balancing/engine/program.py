@@ -191,6 +191,8 @@ def _judge(
         if falls < 0.0 and np.abs(certificate).max() * reach < -falls:
             return Least(None, np.nan, np.inf, "infeasible", "no weights keep the limits: certified by a dual ray")
         return Least(None, np.nan, -np.inf, "unproven", "no weights were found, and that there are none is not proven")
+    if not (np.isfinite(run.x).all() and np.isfinite(run.z).all()):
+        return Least(None, np.nan, -np.inf, "unproven", f"the solver stopped ({run.status}) without an answer")
     x = _into_box(run.x[: box.size] * scale, box)
     value = goal.value(x)
     broken = [one for one in limits if one.value(x) > one.limit * (1.0 + 1e-6) + 1e-9 * size]

@@ -15,8 +15,9 @@ from vibopt.balancing.known.statics import (
     unbalances,
 )
 from vibopt.balancing.known.tables import KnownLimitTable
+from vibopt.balancing.options import neighbours
 from vibopt.balancing.outcome import Entry, Held, Outcome, angle
-from vibopt.balancing.planes import MASS, neighbours
+from vibopt.balancing.planes import MASS
 from vibopt.forms import ComplexArray
 
 _TINY = 1e-9

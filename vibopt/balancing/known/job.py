@@ -108,9 +108,11 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     notes = _conventions(document.get("conventions", {}), mistakes)
     mistakes.raise_any()
     assert shaft is not None
-    _check(shaft, masses, planes, limits, measures, mistakes)
+    _check(shaft, masses, planes, limits, measures, goal, mistakes)
     mistakes.raise_any()
-    if goal is None and planes:
+    if not planes:
+        goal = None
+    elif goal is None:
         goal = KnownGoalTable(minimise="unbalance")
     return KnownJob(
         name=mistakes.name,
@@ -183,6 +185,7 @@ def _check(
     planes: Mapping[str, KnownPlaneTable],
     limits: Mapping[str, KnownLimitTable],
     measures: Mapping[str, KnownLimitTable],
+    goal: KnownGoalTable | None,
     mistakes: Mistakes,
 ) -> None:
     """What the tables say of each other."""
@@ -195,6 +198,8 @@ def _check(
             if one.at is None:
                 example = 'at = "300 mm"'
                 mistakes.add(path, f"{'.'.join(path)} has no axial place. Add it, for example {example}.")
+    if goal is not None and goal.minimise == "reaction" and (not shaft.bearings or shaft.speed is None):
+        mistakes.add(("goal",), "goal needs [shaft] with bearings and speed to minimise a reaction. Add them.")
     for family, tables in (("limits", limits), ("measures", measures)):
         for name, table in tables.items():
             _check_limit((family, name), table, shaft, planes, mistakes)

@@ -21,7 +21,7 @@ from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import sampled_speeds
 
 
-class _NotConvex(Exception):
+class _NotConvexError(Exception):
     """Why this scene has no convex form in (k, q)."""
 
 
@@ -36,7 +36,9 @@ class _Rows:
 
     def add(self, square: float, slope: float, tilt: float, right: float) -> None:
         size = max(abs(square), abs(slope), abs(tilt), abs(right), 1e-300)
-        for row, value in zip((self.square, self.slope, self.tilt, self.right), (square, slope, tilt, right), strict=True):
+        for row, value in zip(
+            (self.square, self.slope, self.tilt, self.right), (square, slope, tilt, right), strict=True
+        ):
             row.append(value / size)
 
 
@@ -62,7 +64,7 @@ class Convex:
         """Everything but one mass on one viscous mount, under limits that are convex in (k, q)."""
         try:
             _OneMount(program, self.speeds).branches()
-        except _NotConvex as why:
+        except _NotConvexError as why:
             return f"{self.name} takes one mass on one mount where it is convex: {why}"
         return None
 
@@ -135,9 +137,9 @@ class _OneMount:
         model = program.model
         words = [axis.path.rsplit(".", 1)[-1] for axis in program.axes]
         if model.n_free != 1 or len(model.links) != 1 or any(axis.values for axis in program.axes):
-            raise _NotConvex("this is more than one mass on one mount.")
+            raise _NotConvexError("this is more than one mass on one mount.")
         if sorted(words) != ["damping", "stiffness"] or model.n_coords != 1:
-            raise _NotConvex("the variables must be one stiffness and one damping.")
+            raise _NotConvexError("the variables must be one stiffness and one damping.")
         self.stiffness, self.damping = words.index("stiffness"), words.index("damping")
         self.mass = float(model.scales[model.kinds == INERTIA].sum())
         self.top = max((band.high for limit in program.limits for band in _bands(limit.form)), default=1.0)
@@ -175,7 +177,7 @@ class _OneMount:
                 return (aim.sense, 0.0)
             if powers[self.damping] > 0 and powers[self.stiffness] == 0 and aim.sense > 0:
                 return (0.0, 1.0)
-        raise _NotConvex("the goal must be a stiffness, a sag or a least damping.")
+        raise _NotConvexError("the goal must be a stiffness, a sag or a least damping.")
 
     def _limit(self, limit: Limit, rows: _Rows) -> list[float]:
         """Add the rows of a limit; the strongest P of a passage under constant force, scaled."""
@@ -185,9 +187,9 @@ class _OneMount:
             rows.add(0.0, *((-1.0, 0.0, -bound) if limit.side == "at_most" else (1.0, 0.0, bound)))
             return []
         if not isinstance(form, Modulus) or limit.side != "at_most" or len(form.drives) != 1:
-            raise _NotConvex(f"{limit.name} is no upper bound of a response to one excitation.")
+            raise _NotConvexError(f"{limit.name} is no upper bound of a response to one excitation.")
         if len(form.drives[0].lines) != 1 or form.rigid_link or form.output.power or form.output.shared_by:
-            raise _NotConvex(f"{limit.name} has several harmonics or is not a force or displacement.")
+            raise _NotConvexError(f"{limit.name} has several harmonics or is not a force or displacement.")
         line = form.drives[0].lines[0]
         if form.output.signs.any():
             self._force(limit, form, line, rows)
@@ -200,7 +202,7 @@ class _OneMount:
         forces = np.abs(line.amplitude.at(speeds) * line.vector[0])
         for speed, force in zip(line.order * speeds, forces, strict=True):
             if force <= limit.bound:
-                raise _NotConvex(f"{limit.name} is not convex where its bound is more than the exciting force.")
+                raise _NotConvexError(f"{limit.name} is not convex where its bound is more than the exciting force.")
             w2, ratio = (speed / self.top) ** 2, (limit.bound / force) ** 2
             rows.add(1.0 - ratio, 2.0 * ratio * w2, (1.0 - ratio) * w2, ratio * w2**2)
 
@@ -209,14 +211,14 @@ class _OneMount:
         for band in form.drives[0].bands:
             piece = line.amplitude.pieces[0]
             if len(line.amplitude.pieces) > 1 or piece.slope or piece.power not in (0, 2):
-                raise _NotConvex(f"{limit.name} has a force that is neither constant nor that of an unbalance.")
+                raise _NotConvexError(f"{limit.name} has a force that is neither constant nor that of an unbalance.")
             size = abs(piece.constant * line.vector[0]) / limit.bound
             high = line.order * band.high
             if band.is_point:
                 pull = size * (band.high**2 if piece.power else 1.0) / self.k_size
                 rows.add(0.0, 1.0, 0.0, (high / self.top) ** 2 - pull)
             elif band.low > 0.0:
-                raise _NotConvex(f"{limit.name} does not begin at rest.")
+                raise _NotConvexError(f"{limit.name} does not begin at rest.")
             elif piece.power:
                 ratio = size / (self.mass * line.order**2)
                 if ratio >= 1.0:

@@ -6,6 +6,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.forms import FloatArray, Monomials
 from vibopt.program.program import Axis, Limit, Program
@@ -72,7 +73,7 @@ class Grid:
                 points = points[self._holds(limit, points)]
         return points
 
-    def _holds(self, limit: Limit, points: FloatArray) -> FloatArray:
+    def _holds(self, limit: Limit, points: FloatArray) -> NDArray[np.bool_]:
         if limit.side == "outside":
             return np.array([outside_rows(limit, np.log(x))[0].max() <= 0.0 for x in points])
         least_wanted = limit.side == "at_least"
@@ -80,8 +81,7 @@ class Grid:
             values = monomials(limit.form, points)
         else:
             values = values_on(limit.form, limit.model, points, self.speeds, least_wanted=least_wanted)
-        holds: FloatArray = values >= limit.bound if least_wanted else values <= limit.bound
-        return holds
+        return values >= limit.bound if least_wanted else values <= limit.bound
 
 
 def _values(axis: Axis, low: float, high: float, count: int) -> FloatArray:

@@ -106,7 +106,9 @@ def values_on(form: Form, model: Model, points: FloatArray, count: int, *, least
         for i, x in enumerate(points):
             values = np.nan_to_num(DriveResponse(model, form, drive, x)(speeds), nan=_HUGE, posinf=_HUGE)
             totals[row, i] = values.min() if least_wanted else values.max()
-    return np.sqrt((totals**2).sum(axis=0)) if form.combine == "rss" else totals.sum(axis=0)
+    power = 2 if form.combine == "rss" else 1
+    total: FloatArray = (totals**power).sum(axis=0) ** (1.0 / power)
+    return total
 
 
 def outside_rows(limit: Limit, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,9 @@ class Slsqp:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Run it once, and pass on its flag."""
-        from scipy.optimize import minimize
+        import scipy.optimize
+
+        minimize: Any = scipy.optimize.minimize
 
         rows = SampledRows(program, self.speeds)
         start = rows.start()
@@ -57,4 +60,5 @@ class Slsqp:
             constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
             options={"ftol": 1e-9, "maxiter": 200},
         )
-        return claimed(self.name, program, answer.x[:n], success=bool(answer.success), word=str(answer.message), speeds=self.speeds)
+        word, success = str(answer.message), bool(answer.success)
+        return claimed(self.name, program, answer.x[:n], success=success, word=word, speeds=self.speeds)

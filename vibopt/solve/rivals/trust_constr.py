@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,9 @@ class TrustConstr:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Run it once, and pass on its flag."""
-        from scipy.optimize import BFGS, Bounds, NonlinearConstraint, minimize
+        import scipy.optimize
+
+        optimize: Any = scipy.optimize
 
         deadline = time.perf_counter() + self.seconds
         rows = SampledRows(program, self.speeds)
@@ -55,14 +58,14 @@ class TrustConstr:
         last = np.eye(n + 1)[n]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            answer = minimize(
+            answer = optimize.minimize(
                 lambda z: z[n],
                 np.append(start, top),
                 jac=lambda z: last,
                 hess=lambda z: np.zeros((n + 1, n + 1)),
                 method="trust-constr",
-                bounds=Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),  # type: ignore[arg-type]
-                constraints=[NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=BFGS())],  # type: ignore[arg-type]
+                bounds=optimize.Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),
+                constraints=[optimize.NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=optimize.BFGS())],
                 options={"gtol": 1e-8, "xtol": 1e-8, "maxiter": self.iterations},
                 callback=lambda z, state: time.perf_counter() > deadline,
             )

@@ -6,6 +6,7 @@ No reference comes from a method that is charted; `tests/study/test_chart.py` wo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -107,7 +108,7 @@ def chain(count: int, *, floor: str = "100 N", start_up: str = "5 mm", free: int
     names = ["machine", *[f"block{i}" for i in range(1, count)]]
     bodies = "\n".join(f'[bodies.{name}]\nmass = "{100 if name == "machine" else 60} kg"\n' for name in names)
     links = []
-    for i, (upper, lower) in enumerate(zip(names, names[1:], strict=False)):
+    for i, (upper, lower) in enumerate(pairwise(names)):
         stiffness = '{ from = "100 kN/m", to = "100 MN/m" }' if i == 0 and free > 2 else f'"{10 * count} MN/m"'
         links.append(
             f'[links.pad{i}]\nbetween = ["{upper}", "{lower}"]\nstiffness = {stiffness}\ndamping = "2 kN s/m"\n'

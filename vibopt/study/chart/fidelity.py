@@ -62,7 +62,7 @@ def fidelity(
     from vibopt.scene.read import from_text
 
     deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
-    stock = [from_text(text, name=name) for name, text in texts(quick=quick)] if not scenes else scenes
+    stock = scenes or [from_text(text, name=name) for name, text in texts(quick=quick)]
     rows = []
     for number, scene in enumerate(stock):
         if progress:

@@ -86,7 +86,16 @@ def undamped_passage() -> list[Case]:
     cases = []
     for words, c in _ratios()[1:]:
         text = _shaken(f"{_floor('3000 rpm').replace('over', 'at')}\n\n{_motion('0..3000 rpm', '20 mm')}", c)
-        cases.append(Case(f"passage, ratio {words}", text, INFEASIBLE, math.nan, "peak of at least F / (c w0)", "no damping to pass with"))
+        cases.append(
+            Case(
+                f"passage, ratio {words}",
+                text,
+                INFEASIBLE,
+                math.nan,
+                "peak of at least F / (c w0)",
+                "no damping to pass with",
+            )
+        )
     return cases
 
 
@@ -105,7 +114,8 @@ def disjoint() -> list[Case]:
     """Two islands: no mode between `low` and 60 Hz, and only the stiff island holds the motion at 20 to 25 Hz."""
     cases = []
     for low in (2, 5, 15):
-        limits = f'[limits.modes]\nresponse = "natural_frequency"\noutside = "{low}..60 Hz"\n\n{_motion("20..25 Hz", "1 mm")}'
+        modes = f'[limits.modes]\nresponse = "natural_frequency"\noutside = "{low}..60 Hz"'
+        limits = f"{modes}\n\n{_motion('20..25 Hz', '1 mm')}"
         pull, w = _FORCE / 1e-3, 2.0 * math.pi * 25.0
         best = max(_MASS * w**2 + math.sqrt(pull**2 - (w * 1e3) ** 2), _MASS * (2.0 * math.pi * 60.0) ** 2)
         text = _shaken(limits, 1e3, "minimise")
@@ -119,10 +129,13 @@ def on_the_edge() -> list[Case]:
     cases = []
     for part in (1e-4, 1e-6, 1e-9, -1e-9, -1e-6, -1e-4):
         sag = _MASS * _GRAVITY / stiffest * (1.0 + part)
-        limits = f'{_floor("3000 rpm").replace("over", "at")}\n\n[limits.sag]\nresponse = "static_deflection"\nof = "mount"\nat_most = "{sag!r} m"'
+        most = f'[limits.sag]\nresponse = "static_deflection"\nof = "mount"\nat_most = "{sag!r} m"'
+        limits = f"{_floor('3000 rpm').replace('over', 'at')}\n\n{most}"
         truth = FEASIBLE if part > 0 else INFEASIBLE
         words = f"{'feasible' if part > 0 else 'infeasible'} by {abs(part):g}"
-        cases.append(Case(words, _shaken(limits, 0.0), truth, stiffest if part > 0 else math.nan, "closed form", "on the edge"))
+        cases.append(
+            Case(words, _shaken(limits, 0.0), truth, stiffest if part > 0 else math.nan, "closed form", "on the edge")
+        )
     return cases
 
 
@@ -135,7 +148,8 @@ def slivers() -> list[Case]:
         ("5 bodies", chain(5, floor="300 N", start_up="4 mm"), _FIVE),
     ):
         for part in (-1e-3, -1e-6, -1e-8, 1e-8, 1e-6, 1e-3):
-            floor = f'[limits.firm]\nresponse = "stiffness"\nof = "mount"\nat_least = "{best * (1.0 + part)!r} N/m"\n\n[goal]'
+            least = f"{best * (1.0 + part)!r} N/m"
+            floor = f'[limits.firm]\nresponse = "stiffness"\nof = "mount"\nat_least = "{least}"\n\n[goal]'
             truth = FEASIBLE if part < 0 else INFEASIBLE
             name = f"{words}, {'' if part < 0 else 'in'}feasible by {abs(part):g}"
             goal = best if part < 0 else math.nan
@@ -190,8 +204,14 @@ def decades() -> list[Case]:
     """The press with ranges far wider than anybody would write."""
     damping = 'damping = {{ from = "{} N s/m", to = "{} N s/m" }}'
     cases = []
-    for low, high, c_low, c_high in (("10 kN/m", "1 GN/m", "10", "1e6"), ("1 kN/m", "1e12 N/m", "1e-2", "1e8"), ("1 N/m", "1e12 N/m", "1e-6", "1e8")):
-        text = press(damping=damping.format(c_low, c_high)).replace('from = "10 kN/m", to = "1 GN/m"', f'from = "{low}", to = "{high}"')
+    for low, high, c_low, c_high in (
+        ("10 kN/m", "1 GN/m", "10", "1e6"),
+        ("1 kN/m", "1e12 N/m", "1e-2", "1e8"),
+        ("1 N/m", "1e12 N/m", "1e-6", "1e8"),
+    ):
+        text = press(damping=damping.format(c_low, c_high)).replace(
+            'from = "10 kN/m", to = "1 GN/m"', f'from = "{low}", to = "{high}"'
+        )
         span = f"stiffness {low} to {high}"
         cases.append(Case(span, text, FEASIBLE, _PRESS, "40 digits", "decades of stiffness"))
     return cases
@@ -200,12 +220,15 @@ def decades() -> list[Case]:
 def sizes() -> list[Case]:
     """The press in mm, t and s, as small as a watch and as big as a ship."""
     same = press().replace('"300 kg"', '"0.3 t"').replace('"10 kN/m", to = "1 GN/m"', '"10 N/mm", to = "1e6 N/mm"')
-    same = same.replace('"10 N s/m", to = "1 MN s/m"', '"0.01 N s/mm", to = "1000 N s/mm"').replace('"20 mm"', '"0.02 m"')
+    same = same.replace('"10 N s/m", to = "1 MN s/m"', '"0.01 N s/mm", to = "1000 N s/mm"').replace(
+        '"20 mm"', '"0.02 m"'
+    )
     cases = [Case("press in mm, t, s", same, FEASIBLE, _PRESS, "40 digits", "units and sizes")]
     for name, factor in (("watch of 0.3 g", 1e-6), ("hull of 300 000 t", 1e6)):
         text = press()
         for old, value, unit in (
-            ('"300 kg"', 300.0, "kg"), ('"10 kN/m"', 1e4, "N/m"), ('"1 GN/m"', 1e9, "N/m"), ('"10 N s/m"', 10.0, "N s/m"),
+            ('"300 kg"', 300.0, "kg"), ('"10 kN/m"', 1e4, "N/m"), ('"1 GN/m"', 1e9, "N/m"),
+            ('"10 N s/m"', 10.0, "N s/m"),
             ('"1 MN s/m"', 1e6, "N s/m"), ('"30 kN"', 3e4, "N"), ('"10 kN"', 1e4, "N"),
         ):  # fmt: skip
             text = text.replace(old, f'"{value * factor!r} {unit}"')

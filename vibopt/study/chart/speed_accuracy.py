@@ -57,7 +57,9 @@ def speed_accuracy(
     runs = 2 if quick else 5
     deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
     warm_up(list(methods))
-    pairs = [(referenced(scene), scene) for scene in scenes] or [(case, case.scene()) for case in (QUICK if quick else STOCK)]
+    pairs = [(referenced(scene), scene) for scene in scenes] or [
+        (case, case.scene()) for case in (QUICK if quick else STOCK)
+    ]
     trials: list[Trial] = []
     skipped: list[tuple[str, str]] = []
     total = len(pairs) * len(methods)
@@ -91,5 +93,9 @@ def referenced(scene: Scene) -> Case:
         return Case(name, "", FEASIBLE, math.nan, "not known: branch and bound found nothing in time")
     goal = Judge(program).goal(found.x).value
     left = abs(goal - found.bound) / max(abs(goal), 1e-300)
-    words = f"branch and bound, proven to {left:.0e}" if found.status == "optimal" else f"best known, proven to {left:.0e} only"
+    words = (
+        f"branch and bound, proven to {left:.0e}"
+        if found.status == "optimal"
+        else f"best known, proven to {left:.0e} only"
+    )
     return Case(name, "", FEASIBLE, goal * program.aim.sense, words)

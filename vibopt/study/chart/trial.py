@@ -26,7 +26,13 @@ DEFAULT = "vibopt"
 BROKEN, OFF = 1e-6, 1e-3
 """Part of a bound by which a limit counts as broken, and part of the goal by which it counts as missed."""
 
-RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES = "right", "fails and says so", "wrong but says unproven", "silently wrong", "refuses"
+RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES = (
+    "right",
+    "fails and says so",
+    "wrong but says unproven",
+    "silently wrong",
+    "refuses",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +72,8 @@ def trial(case: Case, scene: Scene, method: str, runs: int, patience: float = ma
 
     A method with a time limit of its own is held to `patience` [s]; the default is not.
     """
-    times, answer = [], ("refused", "", None)
+    times: list[float] = []
+    answer: tuple[str, str, FloatArray | None] = ("error", "", None)
     try:
         for _ in range(max(runs, 1)):
             begin = time.perf_counter()
@@ -158,4 +165,16 @@ def as_row(one: Trial) -> dict[str, Any]:
     return {key: getattr(one, key) for key in Trial.__slots__}
 
 
-__all__ = ["DEFAULT", "INFEASIBLE", "REFUSES", "RIGHT", "SAYS_SO", "SILENT", "UNPROVEN", "Trial", "as_row", "trial", "warm_up"]
+__all__ = [
+    "DEFAULT",
+    "INFEASIBLE",
+    "REFUSES",
+    "RIGHT",
+    "SAYS_SO",
+    "SILENT",
+    "UNPROVEN",
+    "Trial",
+    "as_row",
+    "trial",
+    "warm_up",
+]

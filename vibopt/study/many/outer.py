@@ -18,7 +18,7 @@ OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
 _DONE = 1e-11
 _ROUNDS = 40
 _COARSE = (33, 513)
-_CHUNK = 512
+_CHUNK = 1024
 _WORSE = 1e-3
 
 Speeds = list[tuple[int, FloatArray]]

@@ -1,0 +1,88 @@
+"""No design: the conflict cannot be made smaller, each loosening works, and a little less does not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.design.design import Design
+from vibopt.scene.read import from_dict, with_changes
+from vibopt.scene.scene import Scene
+from vibopt.solve import solve
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=8)
+NAMES = ("floor", "sag", "swing", "start")
+
+
+def crowded(floor: float, sag: float, swing: float, start: float, damped: bool) -> Scene:
+    """100 kg under 1 kN at 100 rad/s, with four limits that hardly go together."""
+    mount: dict[str, Any] = {"between": ["fan", "ground"], "stiffness": {"from": "1 kN/m", "to": "10 MN/m"}}
+    if damped:
+        mount["damping"] = {"from": "10 N s/m", "to": "20 kN s/m"}
+    else:
+        mount["damping_ratio"] = 0.1
+    document = {
+        "title": "crowded",
+        "bodies": {"fan": {"mass": "100 kg"}},
+        "links": {"mount": mount},
+        "excitations": {
+            "fan": {"kind": "force", "on": "fan", "amplitude": "1 kN", "speed": "100 rad/s", "varies": "constant"}
+        },
+        "limits": {
+            "floor": {"response": "transmitted_force", "into": "ground", "at_most": f"{floor!r} N"},
+            "sag": {"response": "static_deflection", "of": "mount", "at_most": f"{sag!r} mm"},
+            "swing": {"response": "displacement", "of": "fan", "at_most": f"{swing!r} mm"},
+            "start": {"response": "displacement", "of": "fan", "over": "start-up", "at_most": f"{start!r} mm"},
+        },
+        "goal": {"maximise": "stiffness", "of": "mount"},
+    }
+    return from_dict(document)
+
+
+def feasible(scene: Scene) -> bool:
+    design = solve(scene, explain=False)
+    assert design.status in ("optimal", "feasible", "infeasible"), design.claim
+    return design.status != "infeasible"
+
+
+def hold(scene: Scene, design: Design) -> None:
+    conflict = design.conflict
+    assert conflict is not None
+    only = {name: dict(scene.document["limits"][name]) for name in conflict.limits}
+    assert not feasible(with_changes(scene, {"limits": only})), "the conflict is none"
+    for name in conflict.limits:
+        fewer = {key: words for key, words in only.items() if key != name}
+        assert feasible(with_changes(scene, {"limits": fewer})), f"{name} could be left out"
+    for name, now, new in conflict.loosenings:
+        unit = "N" if name == "floor" else "m"
+        assert feasible(with_changes(scene, {f"limits.{name}.at_most": f"{new.value!r} {unit}"})), name
+        less = now.value + 0.98 * (new.value - now.value) if new.value < 1.5 * now.value else 0.98 * new.value
+        assert not feasible(with_changes(scene, {f"limits.{name}.at_most": f"{less!r} {unit}"})), name
+
+
+@given(
+    floor=st.floats(20.0, 600.0),
+    sag=st.floats(0.3, 30.0),
+    swing=st.floats(0.2, 3.0),
+    start=st.floats(0.5, 20.0),
+    damped=st.booleans(),
+)
+@few
+def test_a_conflict_is_smallest_and_its_loosenings_work(
+    floor: float, sag: float, swing: float, start: float, damped: bool
+) -> None:
+    scene = crowded(*(float(f"{one:.4g}") for one in (floor, sag, swing, start)), damped)
+    design = solve(scene)
+    if design.status == "infeasible":
+        hold(scene, design)
+
+
+def test_two_limits_that_cannot_hold_together_are_both_named() -> None:
+    design = solve(crowded(50.0, 1.0, 3.0, 20.0, True))
+    assert design.status == "infeasible"
+    assert design.conflict is not None
+    assert set(design.conflict.limits) == {"floor", "sag"}
+    assert pytest.approx(1.0) == len(set(NAMES) & {design.conflict.loosenings[0][0]})

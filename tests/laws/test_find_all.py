@@ -1,0 +1,83 @@
+"""find_all: a hundred thousand sampled speeds agree with the set, and its ends lie on a bound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.design.design import Design
+from vibopt.scene.read import from_dict
+from vibopt.solve import solve
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=25)
+NATURAL = 10.0
+
+
+def power(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high).map(lambda e: float(10.0**e))
+
+
+def asked(zeta: float, ratio: float, stroke: float, side: str, *, top: float = 50.0) -> Design:
+    """1 kg on 100 N/m under 1 N; limits on transmissibility and on displacement."""
+    document = {
+        "title": "speeds",
+        "bodies": {"body": {"mass": "1 kg"}},
+        "links": {"link": {"between": ["body", "ground"], "stiffness": "100 N/m", "damping_ratio": zeta}},
+        "excitations": {
+            "e": {
+                "kind": "force", "on": "body", "amplitude": "1 N", "varies": "constant",
+                "speed": {"from": "0 rad/s", "to": f"{top} rad/s"},
+            }
+        },
+        "limits": {
+            "force": {"response": "transmissibility", "into": "ground", "at_most": ratio},
+            "stroke": {"response": "displacement", "of": "body", side: f"{stroke!r} m"},
+        },
+        "goal": {"find_all": "e.speed"},
+    }  # fmt: skip
+    return solve(from_dict(document))
+
+
+@given(zeta=power(-4, 0), ratio=power(-1, 1.5), stroke=power(-3.5, -0.5), side=st.sampled_from(["at_most", "at_least"]))
+@few
+def test_sampled_speeds_agree_with_the_set(zeta: float, ratio: float, stroke: float, side: str) -> None:
+    design = asked(zeta, ratio, stroke, side)
+    near = NATURAL * (1 + np.concatenate([-np.logspace(-9, -1, 500), np.logspace(-9, -1, 500)]))
+    speeds = np.concatenate([np.linspace(0.0, 50.0, 100_001), near])
+    below = np.hypot(100.0 - speeds**2, 20.0 * zeta * speeds)
+    carried = np.hypot(100.0, 20.0 * zeta * speeds) / below
+    moved = 1.0 / below
+    good = (carried <= ratio) & (moved <= stroke if side == "at_most" else moved >= stroke)
+    inside = np.zeros(len(speeds), dtype=bool)
+    ends = [end.value for pair in design.found or () for end in pair]
+    for low, high in design.found or ():
+        inside |= (speeds >= low.value) & (speeds <= high.value)
+    far = np.array([all(abs(one - end) > 2e-9 * one for end in ends) for one in speeds[good != inside]])
+    assert not far.any()
+    for end in ends:
+        if 0.0 < end < 50.0:
+            there = np.hypot(100.0 - end**2, 20.0 * zeta * end)
+            off = min(abs(np.hypot(100.0, 20.0 * zeta * end) / there / ratio - 1), abs(1.0 / there / stroke - 1))
+            assert off <= 1e-8
+
+
+def test_no_speed_at_all_is_infeasible() -> None:
+    design = asked(0.1, 1e-3, 1e-3, "at_most")
+    assert (design.status, design.found) == ("infeasible", ())
+
+
+def test_every_speed_is_one_interval_with_the_ends_of_the_range() -> None:
+    design = asked(0.5, 100.0, 100.0, "at_most")
+    assert [(low.value, high.value) for low, high in design.found or ()] == [(0.0, 50.0)]
+
+
+def test_a_speed_that_only_touches_its_bound_belongs_to_the_set() -> None:
+    """At least the peak itself: F / (2 k zeta sqrt(1 - zeta^2)) at w0 sqrt(1 - 2 zeta^2)."""
+    zeta = 0.1
+    peak = 0.01 / (2 * zeta * np.sqrt(1 - zeta**2)) * (1 - 1e-13)
+    design = asked(zeta, 100.0, float(peak), "at_least")
+    (pair,) = design.found or ()
+    assert pair[0].value == pytest.approx(NATURAL * np.sqrt(1 - 2 * zeta**2), rel=1e-6)
+    assert pair[1].value == pytest.approx(pair[0].value, rel=1e-6)

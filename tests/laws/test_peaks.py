@@ -1,0 +1,135 @@
+"""Exact peaks against 50 digits: any damping, near modes, modes far apart, band ends on a resonance."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vibopt.forms import Band
+from vibopt.mechanics.peaks import crossings, greatest, least
+from vibopt.program.pose import pose
+from vibopt.program.worst import worst
+from vibopt.scene.read import from_dict
+
+few = settings(
+    derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck)
+)
+NONE = np.zeros(0)
+
+
+def power(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high).map(lambda e: float(10.0**e))
+
+
+class Modes:
+    """Sum of modes r / (w0^2 - w^2 + 2 i zeta w0 w), callable as the mechanics call a response."""
+
+    def __init__(self, modes: list[tuple[float, float, float]]) -> None:
+        self.modes = modes
+
+    def __call__(self, speed: np.ndarray) -> np.ndarray:
+        speed = np.asarray(speed, dtype=float)
+        with np.errstate(all="ignore"):
+            parts = [r / ((w0 - speed) * (w0 + speed) + 2j * zeta * w0 * speed) for w0, zeta, r in self.modes]
+            return np.abs(sum(parts))
+
+    @property
+    def poles(self) -> np.ndarray:
+        roots = [w0 * (side * np.sqrt(1 - zeta**2) + 1j * zeta) for w0, zeta, _ in self.modes for side in (1, -1)]
+        return np.array(roots)
+
+    def exactly(self, speed: mp.mpf) -> mp.mpf:
+        parts = [r / (mp.mpf(w0) ** 2 - speed**2 + 2j * mp.mpf(zeta) * w0 * speed) for w0, zeta, r in self.modes]
+        return abs(mp.fsum(parts))
+
+    def top(self, low: float, high: float) -> mp.mpf:
+        """The greatest value over the band in 50 digits: golden section around each resonance and at the ends."""
+        with mp.workdps(50):
+            best = max(self.exactly(mp.mpf(low)), self.exactly(mp.mpf(high)))
+            for w0, zeta, _ in self.modes:
+                for k in range(-40, 40):
+                    a = max(mp.mpf(low), w0 * (1 + mp.mpf(zeta) * (k - 1) / 8))
+                    b = min(mp.mpf(high), w0 * (1 + mp.mpf(zeta) * (k + 1) / 8))
+                    middle = (a + b) / 2
+                    if a < b and self.exactly(middle) > best * (1 - mp.mpf("0.02")):
+                        best = max(best, self._section(a, b))
+            return best
+
+    def _section(self, a: mp.mpf, b: mp.mpf) -> mp.mpf:
+        share = (mp.sqrt(5) - 1) / 2
+        for _ in range(45):
+            c, d = b - share * (b - a), a + share * (b - a)
+            a, b = (a, d) if self.exactly(c) > self.exactly(d) else (c, b)
+        return self.exactly((a + b) / 2)
+
+
+@given(zeta=power(-9, -0.01), stiffness=power(0, 9), mass=power(-3, 4))
+@few
+def test_the_peak_of_one_mass_is_that_of_the_textbook(zeta: float, stiffness: float, mass: float) -> None:
+    """F / (2 k zeta sqrt(1 - zeta^2)) for zeta below 1 / sqrt 2, else F / k at rest."""
+    natural = float(np.sqrt(stiffness / mass))
+    document = {
+        "title": "one mass",
+        "bodies": {"body": {"mass": f"{mass!r} kg"}},
+        "links": {
+            "link": {"between": ["body", "ground"], "stiffness": f"{stiffness!r} N/m", "damping_ratio": zeta}
+        },
+        "excitations": {
+            "force": {
+                "kind": "force", "on": "body", "amplitude": "1 N", "speed": f"{10 * natural!r} rad/s",
+                "varies": "constant",
+            }
+        },
+        "limits": {"top": {"response": "displacement", "of": "body", "over": "start-up", "at_most": "1 m"}},
+    }  # fmt: skip
+    limit = pose(from_dict(document)).limits[0]
+    with mp.workdps(50):
+        ratio = mp.mpf(zeta)
+        inside = ratio < 1 / mp.sqrt(2)
+        truth = 1 / (stiffness * 2 * ratio * mp.sqrt(1 - ratio**2)) if inside else 1 / mp.mpf(stiffness)
+    assert worst(limit.model, limit.form, NONE).value == pytest.approx(float(truth), rel=2e-12)
+
+
+@given(zeta=power(-8, -1), gap=power(-8, -1), part=st.floats(-1.0, 1.0))
+@settings(few, max_examples=6)
+def test_near_modes_are_told_apart(zeta: float, gap: float, part: float) -> None:
+    modes = Modes([(10.0, zeta, 1.0), (10.0 * (1 + gap), zeta, part)])
+    found = greatest(modes, (Band(1.0, 30.0),), modes.poles, NONE)
+    assert found.value == pytest.approx(float(modes.top(1.0, 30.0)), rel=1e-7)
+
+
+@given(slow=power(-9, -1), fast=power(-9, -1), share=power(-3, 9))
+@settings(few, max_examples=6)
+def test_one_hertz_beside_one_kilohertz(slow: float, fast: float, share: float) -> None:
+    modes = Modes([(2 * np.pi, slow, 1.0), (2000 * np.pi, fast, share)])
+    found = greatest(modes, (Band(1.0, 1e4),), modes.poles, NONE)
+    assert found.value == pytest.approx(float(modes.top(1.0, 1e4)), rel=1e-7)
+
+
+@pytest.mark.parametrize("band", [(0.0, 10.0), (10.0, 20.0), (5.0, 15.0), (10.0, 10.0)])
+def test_an_undamped_resonance_in_the_band_or_at_its_end_is_infinite(band: tuple[float, float]) -> None:
+    modes = Modes([(10.0, 0.0, 1.0)])
+    found = greatest(modes, (Band(*band),), modes.poles, NONE)
+    assert (found.value, found.speed) == (np.inf, pytest.approx(10.0, rel=1e-12))
+
+
+def test_the_least_value_beside_an_undamped_resonance_is_at_an_end() -> None:
+    modes = Modes([(10.0, 0.0, 1.0)])
+    found = least(modes, (Band(5.0, 12.0),), modes.poles, NONE)
+    assert found.value == pytest.approx(1 / 75.0, rel=1e-12)
+
+
+@given(zeta=power(-6, -1), level=power(-2, 2))
+@few
+def test_every_crossing_of_one_mode_is_found_on_its_level(zeta: float, level: float) -> None:
+    """(100 - w)^2 + 400 zeta^2 w = level^-2 in the square w of the speed."""
+    modes = Modes([(10.0, zeta, 1.0)])
+    found = crossings(modes, Band(0.0, 40.0), modes.poles, NONE, level)
+    squares = np.roots([1.0, 400.0 * zeta**2 - 200.0, 1e4 - level**-2])
+    truth = np.sqrt(np.sort(squares[(np.abs(squares.imag) == 0.0) & (squares.real > 0.0)].real))
+    truth = truth[truth < 40.0]
+    assert found == pytest.approx(list(truth), rel=1e-9)
+    assert modes(np.array(found)) == pytest.approx(np.full(len(found), level), rel=1e-8)

@@ -1,0 +1,197 @@
+"""Parts of a balancing plan: planes with their weights, readings with what is left, limits with their price."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from vibopt.balancing.outcome import Entry
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """One weight to bolt on, or one place to take material away.
+
+    mass
+        [kg]; unbalance [kg m] for a plane in unbalance.
+    radius
+        [m]; None where the file has none.
+    angle
+        As the user counts it, 0 to 2 pi [rad].
+    hole
+        Index of the hole, None away from holes.
+    depth
+        Of the hole to drill [m], None without a drill.
+    """
+
+    mass: float
+    radius: float | None
+    angle: float
+    hole: int | None = None
+    depth: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneAnswer:
+    """What happens in one plane.
+
+    action
+        "add", "remove", "nothing" (no weight is best) or "keep" (as asked).
+    u
+        Internal unbalance added [kg m].
+    mass, angle
+        Of one weight that does the same at the greatest radius [kg; kg m for planes in unbalance; rad as counted].
+    weights
+        What is really fitted.
+    words
+        The same in plain words.
+    """
+
+    name: str
+    action: str
+    u: complex
+    mass: Entry
+    angle: Entry
+    radius: Entry | None
+    weights: tuple[Weight, ...]
+    words: str
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "action": self.action,
+            "mass" if self.mass.dimension == "mass" else "unbalance": self.mass.to_json(),
+            "angle": self.angle.to_json(),
+            "radius": None if self.radius is None else self.radius.to_json(),
+            "weights": [_weight_json(one, self.mass) for one in self.weights],
+            "words": self.words,
+        }
+
+
+def _weight_json(weight: Weight, mass: Entry) -> dict[str, Any]:
+    return {
+        "mass" if mass.dimension == "mass" else "unbalance": Entry(weight.mass, mass.dimension, mass.unit).to_json(),
+        "radius": None if weight.radius is None else Entry(weight.radius, "length", "mm").to_json(),
+        "angle": Entry(weight.angle, "angle", "deg").to_json(),
+        "hole": None if weight.hole is None else weight.hole + 1,
+        "depth": None if weight.depth is None else Entry(weight.depth, "length", "mm").to_json(),
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class RowAnswer:
+    """One sensor at one speed.
+
+    found, residual
+        Amplitudes as found and left [SI peak]; `found_phasor`, `residual_phasor` as text with their angle.
+    band
+        Ends of the 95 % band of the amplitude left; None where the scatter is not known.
+    limit
+        Greatest amplitude allowed, None without a limit.
+    price
+        What a wider limit buys, in words; "" where it buys nothing.
+    """
+
+    sensor: str
+    speed: Entry
+    found: Entry
+    residual: Entry
+    found_phasor: str
+    residual_phasor: str
+    y0: complex
+    left: complex
+    band: tuple[Entry, Entry] | None = None
+    limit: Entry | None = None
+    price: str = ""
+
+    @property
+    def margin(self) -> float:
+        """Part of the limit that is left over; inf without a limit."""
+        if self.limit is None or not isinstance(self.limit.value, float) or not isinstance(self.residual.value, float):
+            return float("inf")
+        return 1.0 - self.residual.value / self.limit.value
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "speed": self.speed.to_json(),
+            "found": self.found.to_json(),
+            "found_phasor": self.found_phasor,
+            "residual": self.residual.to_json(),
+            "residual_phasor": self.residual_phasor,
+            "band": None if self.band is None else [one.to_json() for one in self.band],
+            "limit": None if self.limit is None else self.limit.to_json(),
+            "margin": None if self.limit is None else self.margin,
+            "price": self.price,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class LimitAnswer:
+    """A limit of the file: its worst value, bound, and price in words."""
+
+    response: str
+    place: str
+    value: Entry
+    limit: Entry
+    price: str = ""
+
+    @property
+    def margin(self) -> float:
+        value, limit = self.value.value, self.limit.value
+        return 1.0 - value / limit if isinstance(value, float) and isinstance(limit, float) else 0.0
+
+    @property
+    def met(self) -> bool:
+        return self.margin >= -1e-6
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "response": self.response,
+            "place": self.place,
+            **self.value.to_json(),
+            "limit": self.limit.value,
+            "limit_shown": self.limit.shown,
+            "margin": self.margin,
+            "active": self.margin < 1e-6,
+            "met": self.met,
+            "price": self.price,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """One way round planes that act alike, with what it costs."""
+
+    name: str
+    worst: Entry
+    rms: Entry
+    masses: tuple[str, ...]
+    band: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "remedy": self.name,
+            "worst": self.worst.to_json(),
+            "rms": self.rms.to_json(),
+            "masses": list(self.masses),
+            "band": self.band,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Fitting:
+    """One complete answer: planes and rows; there are several where readings without phase leave more than one."""
+
+    planes: tuple[PlaneAnswer, ...]
+    rows: tuple[RowAnswer, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        sensors: dict[str, Any] = {}
+        for row in self.rows:
+            sensors.setdefault(row.sensor, {"speeds": []})["speeds"].append(row.to_json())
+        for one in sensors.values():
+            worst = max(one["speeds"], key=lambda entry: entry["residual"]["value"])
+            one["residual"], one["found"] = (
+                worst["residual"],
+                max((s["found"] for s in one["speeds"]), key=lambda e: e["value"]),
+            )
+        return {"planes": {one.name: one.to_json() for one in self.planes}, "sensors": sensors}

@@ -1,0 +1,71 @@
+"""What every plan of a measured rotor has in common: its frame, its goal, and the plan that has nothing to fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibopt.balancing.fitting import amplitude
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.limit_prices import loosenings
+from vibopt.balancing.outcome import Entry
+from vibopt.balancing.plan import Plan
+from vibopt.balancing.pose import Posed
+from vibopt.balancing.question import Question, Solved
+from vibopt.balancing.report_rotor import coefficients, trial_advice
+from vibopt.forms import ComplexArray
+
+OFF = "Take every trial weight off first: the plan is added to the rotor as found."
+
+
+def begun(job: RotorJob, **more: Any) -> Plan:
+    """A plan with what every plan of the job says."""
+    values = {**trial_advice(job), **more.pop("values", {})}
+    notes = (*job.notes, *more.pop("notes", ()))
+    return Plan(job=job, conventions=job.conventions.sentences(), values=values, notes=notes, **more)
+
+
+def goal_of(job: RotorJob, question: Question, u: ComplexArray) -> tuple[str, Entry]:
+    """Name and value of the goal, as the sensors read."""
+    value = question.value(u)
+    if question.goal == "correction":
+        return "correction", Entry(value, job.planes[job.free[0]].dimension, job.planes[job.free[0]].unit)
+    names = {
+        "rms": "root mean square of the residuals",
+        "worst": "worst residual",
+        "sum": "sum of the residuals",
+        "huber": "residual (Huber)",
+    }
+    if question.goal == "huber":
+        return names["huber"], Entry(value, "ratio")
+    return names[question.goal], amplitude(job, 0, value)
+
+
+def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
+    """How the plan came about, in words."""
+    spare = sum(max(one.spare, 0) for one in identified.learnt)
+    fit = "influence coefficients" + (
+        f", least squares over {spare} spare run{'s' if spare > 1 else ''}" if spare else ""
+    )
+    kind = "holes and weights jointly" if question.is_discrete else "free weights"
+    robust = {
+        "worst": f", worst of {question.n_readings // max(len(job.readings), 1)} rotors within the scatter",
+        "mean": ", mean over the scatter",
+        "": "",
+    }[job.goal.robust]
+    return f"{fit}; {kind}{robust}"
+
+
+def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved) -> Plan:
+    """No correction: which limits stand in the way."""
+    steps = loosenings(job, posed) if solved.status == "infeasible" and not posed.question.is_discrete else []
+    reason = ""
+    if steps:
+        reason = (
+            "Smallest loosening of one: " + ", or ".join(f"{name} {now} -> {then}" for name, now, then in steps) + "."
+        )
+    return begun(
+        job, status=solved.status, claim=solved.claim, reason=reason, notes=identified.notes,
+        details=dict(solved.details),
+        method=method_of(job, posed.question, identified), values=coefficients(job, identified),
+    )  # fmt: skip

@@ -1,0 +1,113 @@
+"""Holes and the weights of the shelf: every way to fill a plane, and the two holes around an angle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import tau
+
+import numpy as np
+
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.words import Conventions
+from vibopt.forms import ComplexArray, FloatArray
+
+MOST_OPTIONS = 200_000
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a plane of holes and shelf weights offers.
+
+    u
+        Internal unbalances (n,) [kg m], the empty plane first.
+    masses
+        Of all weights of an option together (n,) [kg].
+    items
+        Per option the indices into `offers`, -1 for none, (n, most_weights).
+    offers
+        (hole index, mass [kg], radius [m]) of single weights.
+    """
+
+    u: ComplexArray
+    masses: FloatArray
+    items: np.ndarray[tuple[int, int], np.dtype[np.int64]]
+    offers: tuple[tuple[int, float, float], ...]
+
+    def weights(self, index: int) -> tuple[tuple[int, float, float], ...]:
+        """Hole, mass and radius of each weight of an option."""
+        return tuple(self.offers[item] for item in self.items[index] if item >= 0)
+
+
+def options_of(plane: Plane, conventions: Conventions) -> Options:
+    """Every allowed filling of the holes of a plane with weights of the shelf, lightest first among equals."""
+    offers = tuple(
+        (hole, mass, radius)
+        for hole, angle in enumerate(plane.holes)
+        if plane.may_sit_at(angle)
+        for mass in plane.shelf
+        for radius in (plane.radii or (1.0,))
+    )
+    sign = -1.0 if plane.remove else 1.0
+    single = np.array([sign * conventions.weight(m * r, plane.holes[h]) for h, m, r in offers], dtype=complex)
+    mass = np.array([m for _, m, _ in offers])
+    items = _fillings(np.array([h for h, _, _ in offers], dtype=np.int64), plane.most_weights)
+    padded_u, padded_mass = np.append(single, 0.0), np.append(mass, 0.0)
+    u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
+    kept = masses <= plane.cap * (1.0 + 1e-12)
+    return _without_doubles(u[kept], masses[kept], items[kept], offers)
+
+
+def count_options(plane: Plane) -> int:
+    """How many fillings there are before caps, at most MOST_OPTIONS + 1."""
+    per_hole = len(plane.shelf) * max(len(plane.radii), 1)
+    total, ways = 1, 1
+    for k in range(1, plane.most_weights + 1):
+        ways = ways * (len(plane.holes) - k + 1) // k
+        total += ways * per_hole**k
+    return min(total, MOST_OPTIONS + 1)
+
+
+def _fillings(
+    holes: np.ndarray[tuple[int], np.dtype[np.int64]], most: int
+) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    """Indices of offers that may sit together, (n, most), -1 where fewer; one weight a hole."""
+    rows = [np.full((1, most), -1, dtype=np.int64)]
+    last = np.full((1, most), -1, dtype=np.int64)
+    for k in range(most):
+        ahead = np.where(last[:, k - 1] >= 0, holes[last[:, k - 1]], -1) if k else np.array([-1])
+        pairs = np.argwhere(holes[None, :] > ahead[:, None])
+        if not len(pairs):
+            break
+        grown = last[pairs[:, 0]].copy()
+        grown[:, k] = pairs[:, 1]
+        rows.append(grown)
+        last = grown
+    return np.concatenate(rows)
+
+
+def _without_doubles(
+    u: ComplexArray, masses: FloatArray, items: np.ndarray[tuple[int, int], np.dtype[np.int64]],
+    offers: tuple[tuple[int, float, float], ...],
+) -> Options:  # fmt: skip
+    """Options with different unbalances only, the lightest of each."""
+    size = max(float(np.abs(u).max(initial=0.0)), 1e-300)
+    key = np.round(u / size, 12) + 0.0
+    order = np.lexsort((masses, key.imag, key.real))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = key[order][1:] != key[order][:-1]
+    best = np.sort(order[first])
+    return Options(u[best], masses[best], items[best], offers)
+
+
+def neighbours(plane: Plane, angle: float) -> tuple[int, int]:
+    """Indices of the two holes that lie around the written `angle` [rad]; twice the same one where it hits a hole."""
+    allowed = sorted((hole % tau, index) for index, hole in enumerate(plane.holes) if plane.may_sit_at(hole))
+    turned = angle % tau
+    for at, index in allowed:
+        if min(abs(at - turned), tau - abs(at - turned)) < 1e-9:
+            return index, index
+    for (low, first), (high, second) in pairwise(allowed):
+        if low < turned < high:
+            return first, second
+    return allowed[-1][1], allowed[0][1]

@@ -1,0 +1,85 @@
+"""Ready influence coefficients of a measured rotor, from an earlier job or a rotor model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vibopt.balancing.job import Sensor
+from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
+from vibopt.balancing.planes import Plane, read_weight
+from vibopt.balancing.tables import InfluenceTable, listed_tables, read_table, read_value
+from vibopt.balancing.words import Conventions, read_amplitude, split_angle
+from vibopt.errors import QuantityError, way_out
+from vibopt.scene.mistakes import Mistakes, Path
+
+
+def read_influence(
+    document: Mapping[str, Any],
+    conventions: Conventions,
+    planes: Sequence[Plane],
+    measured: Measured,
+    mistakes: Mistakes,
+) -> dict[tuple[int, int, int], complex]:
+    """Ready coefficients, internal [SI peak per kg m], by (speed, sensor, plane)."""
+    found = {}
+    for index, given in enumerate(listed_tables(document, "influence", mistakes)):
+        path: Path = ("influence", index)
+        table = read_table(InfluenceTable, given, path, mistakes)
+        if table is None:
+            continue
+        plane = _find((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
+        sensor = _find((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
+        speed = _speed_of(path, table, document, measured, mistakes)
+        if plane is None or sensor is None or speed is None:
+            continue
+        value = read_value(
+            (*path, "value"), table.value, mistakes, _coefficient, conventions, planes[plane], measured.sensors[sensor]
+        )
+        if value is not None:
+            found[speed, sensor, plane] = value
+    return found
+
+
+def _find(path: Path, name: str, what: str, known: list[str], mistakes: Mistakes) -> int | None:
+    if name in known:
+        return known.index(name)
+    mistakes.value(path, name, f"names no {what} of this job.{way_out(name, known)}")
+    return None
+
+
+def _speed_of(
+    path: Path, table: InfluenceTable, document: Mapping[str, Any], measured: Measured, mistakes: Mistakes
+) -> int | None:
+    if table.speed is None and len(measured.speeds) == 1:
+        return 0
+    if table.speed is None:
+        mistakes.add(
+            path, f'influence[{int(path[1]) + 1}] has no speed, but the runs have several. Write speed = "1200 rpm".'
+        )
+        return None
+    for index, speed in enumerate(measured.speeds):
+        if same_speed(table.speed.value, speed):
+            return index
+    mistakes.add(
+        (*path, "speed"),
+        f"influence[{int(path[1]) + 1}] is for a speed at which no run as found was made. Add that run, or remove "
+        f"the coefficient.",
+    )
+    return None
+
+
+def _coefficient(text: object, conventions: Conventions, plane: Plane, sensor: Sensor) -> complex:
+    """What a unit weight at angle zero would read, per kg m."""
+    example = "0.43 mil pp/g @ 120 deg"
+    front, angle = split_angle(text, example) if isinstance(text, str) else ("", None)
+    amount, sign, per = front.rpartition("/")
+    if angle is None or not sign:
+        raise QuantityError(f'is no influence coefficient. Write what a unit weight at 0 deg would read, "{example}".')
+    amplitude = read_amplitude(amount.strip(), conventions.detector, sensor.unit)
+    if sensor.dimension and amplitude.dimension != sensor.dimension:
+        raise QuantityError(
+            f"is {kind_of(amplitude.dimension)}, but sensor {sensor.name} reads {kind_of(sensor.dimension)}."
+        )
+    size = abs(read_weight(f"1 {per.strip(' ()')} @ 0 deg", plane, conventions))
+    return conventions.reading(amplitude.value, angle) / size
