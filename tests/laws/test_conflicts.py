@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,8 +12,7 @@ from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 
-few = settings(derandomize=True, database=None, deadline=None, max_examples=8)
-NAMES = ("floor", "sag", "swing", "start")
+few = settings(derandomize=True, database=None, deadline=None, max_examples=30)
 
 
 def crowded(floor: float, sag: float, swing: float, start: float, damped: bool) -> Scene:
@@ -81,8 +79,7 @@ def test_a_conflict_is_smallest_and_its_loosenings_work(
 
 
 def test_two_limits_that_cannot_hold_together_are_both_named() -> None:
-    design = solve(crowded(50.0, 1.0, 3.0, 20.0, True))
+    design = solve(crowded(50.0, 1.0, 3.0, 1e4, True))
     assert design.status == "infeasible"
     assert design.conflict is not None
     assert set(design.conflict.limits) == {"floor", "sag"}
-    assert pytest.approx(1.0) == len(set(NAMES) & {design.conflict.loosenings[0][0]})

@@ -159,6 +159,15 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "limits.t.at_most",
         "0.1..3",
     ),
+    "bands that move": (
+        BASE.format(
+            mount=TIED,
+            **SHAKEN,
+            more=limit("t", "acceleration", 'of = "unit"\nat_most = "5 m/s^2"') + STIFF,
+        ).replace('kind = "base_motion"', 'kind = "road"').replace('displacement = "0.5 mm"\nvaries = "constant"', 'amplitude = "50 mm"\nwavelength = "5 m"').replace('"5..60 Hz"', '"60..120 km/h"'),
+        "excitations.floor.wavelength",
+        "2 m..20 m",
+    ),
     "amplifier": (
         FORCE.format(mount=TIED, **CONSTANT, more=limit("a", "transmissibility", 'into = "ground"\nat_least = 2') + goal("minimise", "stiffness")),
         "limits.a.at_least",

@@ -13,6 +13,7 @@ from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
 
 Rows = NDArray[np.intp]
+SMALL = 200  # up to so many rows the plain factorisation is the faster one
 INSIDE = 20.0  # limits are drawn in by so many tolerances (2e-9 at most), the solver's own slack stays inside them
 
 
@@ -197,6 +198,8 @@ def _clarabel(blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False
+    if blocks.n_rows < SMALL:
+        settings.direct_solve_method = "qdldl"
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     n_extra, n = len(cost), 2 * blocks.n_planes
     diagonal = np.concatenate([np.zeros(n), square, np.zeros(n_extra - len(square))])

@@ -15,6 +15,7 @@ from vibopt.forms import ComplexArray, FloatArray
 Places = NDArray[np.intp]
 
 KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
+MANY_PLANES = 20
 FEW = 40  # up to so many rows all of them are shown at once
 ROUNDS = 40
 TOLERANCES = (1e-10, 1e-11, 1e-8)
@@ -142,14 +143,15 @@ def _first_rows(scene: Scaled) -> tuple[Places, Places]:
     return goal_rows, limit_rows
 
 
-def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 8) -> Places:
+def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray) -> Places:
     """Rows that are likely to be worst at the answer: weighted least squares, weights times residual, a few times.
 
-    (Lawson 1961; Ellacott and Williams 1976 for complex data.)
+    Two rows per free plane and one per plane at its cap are what an answer rests on; a few more are shown.
+    (Lawson, 1961; Ellacott and Williams, 1976, for complex data.)
     """
-    weights = np.full(len(c), 1.0 / len(c))
-    left = np.abs(c)
-    for _ in range(rounds):
+    weights, left = np.full(len(c), 1.0 / len(c)), np.abs(c)
+    x = np.zeros(scene.n_planes, dtype=complex)
+    for _ in range(8 if scene.n_planes <= MANY_PLANES else 20):
         heavy = M.conj().T * weights
         square = heavy @ M
         square.flat[:: len(square) + 1] += 1e-12 * np.trace(square).real + 1e-300
@@ -157,10 +159,10 @@ def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray, rounds: int = 
         left = np.abs(M @ x + c)
         weights = weights * left
         weights /= weights.sum() or 1.0
-    count = min(4 * scene.n_planes + 8, len(c))
-    worst = np.argpartition(-left, count - 1)[:count]
-    heavy = np.argpartition(-weights, count - 1)[:count]
-    return np.union1d(worst, heavy)
+    at_cap = int(np.count_nonzero(np.abs(x) >= 0.999 * scene.caps))
+    count = min(int(2.2 * (scene.n_planes - at_cap)) + at_cap + 12, len(c))
+    score = left / (left.max() or 1.0) + weights / (weights.max() or 1.0)
+    return np.sort(np.argpartition(-score, count - 1)[:count])
 
 
 def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:

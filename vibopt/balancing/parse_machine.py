@@ -10,7 +10,7 @@ from vibopt.balancing.job import Sensor
 from vibopt.balancing.options import MOST_OPTIONS, count_options
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
 from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
-from vibopt.balancing.words import CHOICES, MARK, Conventions, read_angle, read_reading
+from vibopt.balancing.words import CHOICES, MARK, Conventions, read_amplitude, read_angle, read_reading
 from vibopt.errors import QuantityError
 from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import Detector, read_quantity
@@ -80,9 +80,10 @@ def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
     holes = _holes((*path, "holes"), table.holes, mistakes)
     shelf, shelf_unit = _shelf((*path, "shelf"), table.shelf, mistakes)
     forbidden = _forbidden((*path, "forbidden"), table.forbidden, mistakes)
+    most = _most_weights((*path, "most_weights"), table.most_weights, mistakes)
     plane = Plane(
         name=name, kind=kind, radii=radii, unit=unit or shelf_unit,
-        length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, most_weights=table.most_weights, split=table.split,
+        length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, most_weights=most, split=table.split,
         forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
     )  # fmt: skip
     if len(mistakes.found) == before:
@@ -145,6 +146,13 @@ def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
     if high.value < 0.0:
         raise QuantityError("is a reversed range: from is greater than to. Exchange the two.")
     return high.value, high.unit
+
+
+def _most_weights(path: Path, given: object, mistakes: Mistakes) -> int:
+    if isinstance(given, int) and not isinstance(given, bool) and given >= 1:
+        return given
+    mistakes.value(path, given, "is no number of weights. Write 1 or more.")
+    return 1
 
 
 def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
@@ -220,9 +228,6 @@ def _density(given: object) -> float:
 def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes) -> None:
     """What the keys of one plane must be among themselves."""
     where = f"planes.{plane.name}"
-    if plane.most_weights < 1:
-        mistakes.value((*path, "most_weights"), plane.most_weights, "is no number of weights. Write 1 or more.")
-        return
     if plane.holes and not plane.shelf and not plane.split:
         mistakes.add(
             (*path, "holes"),
@@ -267,12 +272,22 @@ def read_sensors(document: Mapping[str, Any], conventions: Conventions, mistakes
         if table is None:
             continue
         unit = table.unit or ""
+        if unit and read_value((*path, "unit"), unit, mistakes, _unit, conventions) is None:
+            unit = ""
         importance = table.importance.value if table.importance is not None else 1.0
         sensor = Sensor(name, "", unit, split_detector(unit)[1] or conventions.detector, 0.0, importance)
         if table.runout is not None:
             sensor = _with_runout(sensor, (*path, "runout"), table.runout, conventions, mistakes)
         sensors[name] = sensor
     return sensors
+
+
+def _unit(given: str, conventions: Conventions) -> str:
+    """A unit of amplitudes, with or without its detector."""
+    try:
+        return read_amplitude(f"1 {given}", conventions.detector).unit
+    except QuantityError:
+        raise QuantityError('is no unit of vibration. Write for example "mil pp", "µm" or "mm/s rms".') from None
 
 
 def _with_runout(sensor: Sensor, path: Path, given: object, conventions: Conventions, mistakes: Mistakes) -> Sensor:

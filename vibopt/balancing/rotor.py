@@ -127,7 +127,8 @@ def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:
 
 def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
     kinds = {sensor.dimension for sensor in measured.sensors}
-    sensors = document.get("sensors", {})
+    given = document.get("sensors")
+    sensors = given if isinstance(given, Mapping) else {}
     weighed = all(
         isinstance(sensors.get(one.name), Mapping) and "importance" in sensors[one.name] for one in measured.sensors
     )

@@ -24,6 +24,7 @@ VERBS = {
     "plot": ("picture", "Draw the responses of the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
     "verify": ("verify", "Solve every file of a folder and compare with what it recorded."),
+    "chart": ("chart", "Chart methods: speed against accuracy, stability, fidelity of the model."),
     "schema": ("schema", "Print the JSON schema of the problem file."),
 }
 """Verb: (file in `vibopt/cli`, its line of help)."""

@@ -43,7 +43,7 @@ def checked_measures(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Che
 def _checked(scene: Scene, machine: Machine, name: str, response: Response, side: str) -> Checked:
     found = measure_on(scene, machine, response, side or _natural_side(response))
     given = getattr(response, side, None) if side else None
-    unit = response.unit or getattr(given, "unit", "") or ""
+    unit = response.unit or getattr(given, "unit", "") or usual_unit(scene, response)
     margin = 0.0
     limit = None
     if side == "outside":
@@ -89,7 +89,7 @@ def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Shown] | No
     response = scene.goal.response
     side = "at_most" if scene.goal.sense == "minimise" else "at_least"
     value = measure(scene, chosen, response, side).value
-    return scene.goal.name, shown_value(response, value, response.unit or "")
+    return scene.goal.name, shown_value(response, value, response.unit or usual_unit(scene, response))
 
 
 def chosen_of(variable: Variable, value: float) -> Chosen:
@@ -101,3 +101,13 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
         elif value >= variable.high * (1 - 1e-9):
             at = "to"
     return Chosen(Shown.of(value, variable.dimension, si_unit(variable.dimension), variable.unit), at)
+
+
+def usual_unit(scene: Scene, response: Response) -> str:
+    """The unit in which a limit speaks of the same response, Hz for frequencies, else "" (chosen by size)."""
+    for limit in scene.limits.values():
+        if limit.response == response.response:
+            for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):
+                if given is not None:
+                    return str(given.unit)
+    return "Hz" if response.response == "natural_frequency" else ""

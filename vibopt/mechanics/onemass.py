@@ -160,7 +160,7 @@ def _on_the_body(
             row[_DEGREE[kind]] += weight * (1j if kind == HYSTERETIC else 1.0)
     while len(row) > 1 and row[-1] == 0.0:
         row.pop()
-    return np.array(row) * line.vector[0]
+    return np.asarray(np.array(row) * line.vector[0])
 
 
 def _shift(p: FloatArray, by: float) -> FloatArray:

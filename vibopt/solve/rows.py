@@ -209,7 +209,7 @@ class PlaneRows:
         line, many = limit.form.drives[0].lines[0], self.many
         top, top_slope, bottom = self._transfer(limit)
         omega = line.order * speeds
-        s = 1j * omega
+        s: ComplexArray = np.asarray(1j * omega)
         size = np.abs(line.amplitude.at(speeds)) * omega**limit.form.output.power
         a_n, b_n = _power_series(top, s) * size, _power_series(top_slope, s) * (size * many)
         a_d = _power_series(bottom, s)

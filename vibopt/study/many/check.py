@@ -41,7 +41,8 @@ def margins(scene: Scene, built: Machines, shaken: Numbers, count: int) -> dict[
         for side in sides:
             value = measured(scene, built, shaken, name, response, side, count)
             given = shaken[f"{name}.{side}"]
-            size = np.where(given == 0.0, 1.0, np.abs(given))
+            scale = np.abs(1.0 - given if response.complement else given)
+            size = np.where(scale == 0.0, 1.0, scale)
             left = (given - value) / size if side == "at_most" else (value - given) / size
             found[name if side == sides[0] else f"{name} ({side})"] = np.broadcast_to(left, (count,))
     return found

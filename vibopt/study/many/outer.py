@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.forms import FloatArray
 from vibopt.study.many.extreme import extreme
-from vibopt.study.many.lower import Question
+from vibopt.study.many.lower import Question, RowKind
 from vibopt.study.many.numbers import Numbers
 from vibopt.study.many.peaks import worst
 from vibopt.study.many.rows import IndexArray, harmonic_row, plain_row, take
@@ -62,8 +62,19 @@ def _speeds(asked: Question, numbers: Numbers, few: IndexArray, found: Answers, 
         if kind.kind != "harmonic" or all(kind.points) or not good.any():
             continue
         _, w = worst(asked, take(numbers, few[good]), index, found.x[:, good])
-        speeds.append((index, np.interp(np.arange(count), few[good], w)))
+        between = np.interp(np.arange(count), few[good], np.sqrt(w))
+        speeds.append((index, _within(kind, numbers, index, between) ** 2))
     return speeds
+
+
+def _within(kind: RowKind, numbers: Numbers, index: int, omega: FloatArray) -> FloatArray:
+    """Frequencies moved into the nearest band of a limit, (count,): elsewhere the limit asks for nothing."""
+    found = np.full(omega.shape, np.inf)
+    for b, point in enumerate(kind.points):
+        if not point:
+            here = np.clip(omega, numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"])
+            found = np.where(np.abs(here - omega) < np.abs(found - omega), here, found)
+    return found
 
 
 def _expected(asked: Question, few: IndexArray, found: Answers, count: int) -> FloatArray:

@@ -1,0 +1,271 @@
+"""Wrong problem files: every message word for word, with its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vibopt.errors import InputError
+from vibopt.scene.read import from_text, read
+
+GOOD = """\
+title = "Fan on its mount"
+
+[bodies.fan]
+mass = "100 kg"
+
+[links.mount]
+between = ["fan", "ground"]
+stiffness = { from = "10 kN/m", to = "1 MN/m" }
+damping = "100 N s/m"
+
+[excitations.fan]
+kind = "force"
+on = "fan"
+amplitude = "100 N"
+speed = "3000 rpm"
+
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "20 N"
+
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+
+RANGE = '{ from = "10 kN/m", to = "1 MN/m" }'
+FAR = "is beyond what any machine has"
+
+WRONG = {
+    "zero mass": (
+        {'"100 kg"': '"0 kg"'},
+        'line 4: bodies.fan.mass = "0 kg" is not greater than zero. Write a positive value, for example "300 kg".',
+    ),
+    "negative mass": (
+        {'"100 kg"': '"-5 kg"'},
+        'line 4: bodies.fan.mass = "-5 kg" is not greater than zero. Write a positive value, for example "300 kg".',
+    ),
+    "not a number": ({'"100 kg"': '"nan kg"'}, 'line 4: bodies.fan.mass = "nan kg" is not a finite number.'),
+    "a bare nan": ({'"100 kg"': "nan"}, "line 4: bodies.fan.mass = nan is not a finite number."),
+    "infinite": ({'"100 kg"': '"inf kg"'}, 'line 4: bodies.fan.mass = "inf kg" is not a finite number.'),
+    "huge": ({'"100 kg"': '"1e300 kg"'}, f'line 4: bodies.fan.mass = "1e300 kg" {FAR} (|value| > 1e30 in SI).'),
+    "tiny": ({'"100 kg"': '"1e-300 kg"'}, f'line 4: bodies.fan.mass = "1e-300 kg" {FAR} (|value| < 1e-30 in SI).'),
+    "no unit": ({'"100 kg"': "100"}, 'line 4: bodies.fan.mass = 100 has no unit. Write "100 kg".'),
+    "unknown unit": (
+        {'"100 kg"': '"100 kilo"'},
+        'line 4: bodies.fan.mass = "100 kilo" has the unknown unit "kilo". Units of a mass: kg, g, mg, t, lb, oz.',
+    ),
+    "empty range": (
+        {'to = "1 MN/m"': 'to = "10 kN/m"'},
+        'line 8: links.mount.stiffness = { from = "10 kN/m", to = "10 kN/m" } is an empty range: from equals to. '
+        "Write the value alone, as a fact.",
+    ),
+    "reversed range": (
+        {'to = "1 MN/m"': 'to = "1 N/m"'},
+        'line 8: links.mount.stiffness = { from = "10 kN/m", to = "1 N/m" } is a reversed range: from is greater '
+        "than to. Exchange the two.",
+    ),
+    "whole numbers of newtons": (
+        {RANGE: '{ from = "1 N/m", to = "9 N/m", whole = true }'},
+        'line 8: links.mount.stiffness = { from = "1 N/m", to = "9 N/m", whole = true } asks for whole numbers, but '
+        'only a count is one. Write one_of = ["...", "..."] for a list of values.',
+    ),
+    "too many mounts": (
+        {'"100 N s/m"': '"100 N s/m"\ncount = { from = 1, to = 1e12 }'},
+        "line 10: links.mount.count = { from = 1, to = 1000000000000.0 } holds more than 5000 whole numbers. "
+        "Write a narrower range, or leave whole out.",
+    ),
+    "no whole number": (
+        {'"100 N s/m"': '"100 N s/m"\ncount = { to = 1, whole = false }'},
+        "line 10: links.mount.count = { to = 1, whole = false } has whole = false, but a count is a whole number. "
+        "Leave whole out.",
+    ),
+    "half a mount": (
+        {'"100 N s/m"': '"100 N s/m"\ncount = 2.5'},
+        'line 10: links.mount.count = 2.5 is not a whole number. Write a whole number, for example "4".',
+    ),
+    "no mount": (
+        {'"100 N s/m"': '"100 N s/m"\ncount = 0'},
+        'line 10: links.mount.count = 0 is not greater than zero. Write a positive value, for example "4".',
+    ),
+    "empty list of values": (
+        {RANGE: "{ one_of = [] }"},
+        'line 8: links.mount.stiffness = { one_of = [] } needs one_of = ["...", "..."] alone, with at least one '
+        "value in it.",
+    ),
+    "unknown key": ({"damping =": "dampng ="}, 'line 9: unknown key "dampng" in links.mount. Did you mean "damping"?'),
+    "unknown table": ({"[goal]": "[gaol]"}, 'line 22: unknown key "gaol" at the top level. Did you mean "goal"?'),
+    "a table of later": ({"[goal]": "[absorbers.x]\n[goal]"}, "line 22: [absorbers] is not supported yet. Remove it."),
+    "name taken twice": (
+        {"[links.mount]": "[links.fan]", 'of = "mount"': 'of = "fan"'},
+        "line 6: links.fan takes a name that bodies.fan has already. Choose another.",
+    ),
+    "missing body": (
+        {'["fan", "ground"]': '["fam", "ground"]'},
+        'line 7: links.mount.between = ["fam", "ground"] names "fam", which is no body, base or ground. '
+        'Did you mean "fan"?',
+    ),
+    "a link from a point to itself": (
+        {'["fan", "ground"]': '["fan", "fan"]'},
+        'line 7: links.mount.between = ["fan", "fan"] joins a point with itself. Name two different ends.',
+    ),
+    "held by nothing": (
+        {
+            f"stiffness = {RANGE}\n": "", '"100 N s/m"': '{ from = "1 N s/m", to = "9 N s/m" }',
+            'maximise = "stiffness"\nof = "mount"': 'minimise = "static_deflection"\nof = "fan"',
+        },
+        "line 21: goal asks for the static deflection of fan, but no spring holds it. Add a link with a stiffness "
+        "from fan towards the ground.",
+    ),
+    "moved by nothing": (
+        {
+            "[excitations.fan]": '[bodies.desk]\nmass = "9 kg"\n[links.leg]\nbetween = ["desk", "ground"]\n'
+            'stiffness = "1 kN/m"\n\n[excitations.fan]',
+            'response = "transmitted_force"\ninto = "ground"\nat_most = "20 N"': 'response = "displacement"\n'
+            'of = "desk"\nat_most = "1 mm"',
+        },
+        "line 23: limits.floor looks at desk, which fan cannot move: no link leads there. Add a link, or name "
+        "another place.",
+    ),
+    "wrong dimension": (
+        {'"20 N"': '"20 mm"'},
+        'line 20: limits.floor.at_most = "20 mm" is a length, but transmitted_force is a force. Write a force, for '
+        'example "6 kN".',
+    ),
+    "negative bound": (
+        {'"20 N"': '"-20 N"'},
+        'line 20: limits.floor.at_most = "-20 N" is negative. Write its size, a positive value.',
+    ),
+    "no bound": (
+        {'at_most = "20 N"\n': ""},
+        "line 17: limits.floor has no bound. Add at_most or at_least, or move it to [measures.floor].",
+    ),
+    "bounds exchanged": (
+        {'"20 N"': '"20 N"\nat_least = "30 N"'},
+        "line 17: limits.floor has an at_least above its at_most. Exchange the two.",
+    ),
+    "unit of another dimension": (
+        {'"20 N"': '"20 N"\nunit = "mm"'},
+        'line 21: limits.floor.unit = "mm" is a length, but a force is needed here. Write a force, for example '
+        '"6 kN".',
+    ),
+    "at and over": (
+        {'"20 N"': '"20 N"\nat = "3000 rpm"\nover = "0..3000 rpm"'},
+        "line 17: limits.floor has both at and over. Keep one: at for single speeds, over for ranges.",
+    ),
+    "missing varies": (
+        {'"20 N"': '"20 N"\nover = "0..3000 rpm"'},
+        "line 17: limits.floor looks at speeds other than those of excitations.fan: how does its amplitude vary? "
+        'Add varies = "constant" or varies = "speed^2" to excitations.fan.',
+    ),
+    "growing from standstill": (
+        {'"3000 rpm"': '"0 rpm"\nvaries = "speed^2"'},
+        "line 11: excitations.fan has an amplitude that grows with the speed, but gives it at standstill, where it "
+        'is zero. Write amplitude_at = "2000 rpm".',
+    ),
+    "negative speed": (
+        {'"3000 rpm"': '"-3000 rpm"'},
+        'line 15: excitations.fan.speed = "-3000 rpm" is a negative speed. Write its size; the sense of rotation '
+        "does not matter here.",
+    ),
+    "speeds downwards": (
+        {'"3000 rpm"': '"3000..100 rpm"'},
+        'line 15: excitations.fan.speed = "3000..100 rpm" runs downwards: its lower end is above its upper end. '
+        'Write "100 rpm..3000 rpm".',
+    ),
+    "unknown response": (
+        {'"transmitted_force"': '"transmited_force"'},
+        'line 18: limits.floor.response = "transmited_force" is no response that vibopt knows. Did you mean '
+        '"transmitted_force"?',
+    ),
+    "unknown kind": (
+        {'kind = "force"': 'kind = "forse"'},
+        'line 12: excitations.fan.kind = "forse" is no kind that vibopt knows. Did you mean "force"?',
+    ),
+    "too high a mode": (
+        {'response = "transmitted_force"\ninto = "ground"\nat_most = "20 N"': 'response = "natural_frequency"\n'
+         'mode = 2\nat_most = "9 Hz"'},
+        "line 19: limits.floor.mode = 2 is more than the number of modes, 1.",
+    ),
+    "two dampers in one": (
+        {'"100 N s/m"': '"100 N s/m"\nloss_factor = 0.1'},
+        "line 6: links.mount gives damping and loss_factor. Keep one: they are three ways to say the damping of one "
+        "link.",
+    ),
+    "two goals": (
+        {'maximise = "stiffness"': 'maximise = "stiffness"\nminimise = "damping"'},
+        "line 22: goal has maximise and minimise. Keep one of them.",
+    ),
+    "a goal of many": (
+        {'maximise = "stiffness"': 'maximise = ["stiffness"]'},
+        'line 23: goal.maximise = ["stiffness"] is no response that vibopt knows. Did you mean "stiffness"?',
+    ),
+    "a bound on the goal": (
+        {'of = "mount"\n': 'of = "mount"\nat_most = "1 N/m"\n'},
+        "line 25: goal has a bound (at_most). Say bounds in [limits.NAME].",
+    ),
+    "title of a number": ({'"Fan on its mount"': "3"}, "line 1: title = 3 is not a text. Write it in quotation marks."),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG.values(), ids=WRONG)
+def test_one_mistake_gives_one_message(changes: dict[str, str], message: str) -> None:
+    text = GOOD
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    with pytest.raises(InputError) as caught:
+        from_text(text, name="fan.toml")
+    assert caught.value.messages == (f"fan.toml {message}",)
+
+
+def test_the_good_file_is_good() -> None:
+    assert from_text(GOOD, name="fan.toml").title == "Fan on its mount"
+
+
+FILES = {
+    "empty": (b"", 'file.toml is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".'),
+    "comments only": (
+        b"# later\n\n", 'file.toml is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".'
+    ),
+    "binary": (bytes(range(256)) * 40, "file.toml is not a text in UTF-8. A problem file is a TOML text file."),
+    "utf-16": (GOOD.encode("utf-16"), "file.toml is not a text in UTF-8. A problem file is a TOML text file."),
+    "10 MB": (b"#" * 10_000_000, "file.toml has 10.0 MB; a problem file has at most 2 MB."),
+    "nested": (b"a = " + b"[" * 5000 + b"]" * 5000, "file.toml: is nested too deeply for a problem file."),
+    "key twice": (
+        GOOD.replace('mass = "100 kg"', 'mass = "100 kg"\nmass = "1 kg"').encode(),
+        "file.toml: is no valid TOML: Cannot overwrite a value (at line 5, column 14).",
+    ),
+    "open quote": (
+        GOOD.replace('"100 kg"', '"100 kg').encode(),
+        "file.toml: is no valid TOML: Illegal character '\\n' (at line 4, column 15).",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("content", "message"), FILES.values(), ids=FILES)
+def test_a_file_that_is_no_problem_file(content: bytes, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "file.toml"
+    file.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read(file)
+    assert caught.value.messages == (message,)
+
+
+@pytest.mark.parametrize("content", [GOOD.replace("\n", "\r\n").encode(), b"\xef\xbb\xbf" + GOOD.encode()])
+def test_files_of_other_systems_are_read(content: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "fan.toml"
+    file.write_bytes(content)
+    assert read(file).title == "Fan on its mount"
+
+
+def test_a_file_that_is_not_there_or_a_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read(tmp_path / "no.toml")
+    assert str(caught.value) == f"{tmp_path / 'no.toml'} is not there. Name an existing problem file (.toml)."
+    with pytest.raises(InputError) as caught:
+        read(tmp_path)
+    assert str(caught.value) == f"{tmp_path} is a folder. Name a problem file (.toml)."

@@ -1,0 +1,256 @@
+"""The charts: references by mpmath, fair verdicts, and a default that is never silently wrong."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from vibopt.design.chart_figures import Bars, Dot, Scatter, accuracy_figure, fidelity_figure, stability_figure
+from vibopt.design.figures import saved
+from vibopt.program.pose import pose
+from vibopt.solve.registry import METHODS, OWN
+from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, STOCK, Case, fan, press
+from vibopt.study.chart.fidelity import fidelity, hall, star
+from vibopt.study.chart.hard import families, hidden_peak, on_the_edge, quick_families, slivers
+from vibopt.study.chart.speed_accuracy import METHODS as CHARTED
+from vibopt.study.chart.speed_accuracy import referenced
+from vibopt.study.chart.stability import CLASSES
+from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, trial
+
+DIGITS = 40
+
+
+def stack(count: int, k: Any, c: Any, w: Any) -> tuple[Any, Any]:
+    """Motion of the machine and force on the floor per newton, of `chain(count)`, in many digits."""
+    masses = [mp.mpf(100)] + [mp.mpf(60)] * (count - 1)
+    links = [(mp.mpf(10 * count) * 10**6, mp.mpf(2000))] * (count - 1) + [(k, c)]
+    return _solved(masses, links, w)
+
+
+def _solved(masses: list[Any], links: list[tuple[Any, Any]], w: Any) -> tuple[Any, Any]:
+    n = len(masses)
+    dynamic = mp.zeros(n, n)
+    for i, mass in enumerate(masses):
+        dynamic[i, i] -= mass * w * w
+        z = links[i][0] + 1j * w * links[i][1]
+        dynamic[i, i] += z
+        if i + 1 < n:
+            dynamic[i + 1, i + 1] += z
+            dynamic[i, i + 1] -= z
+            dynamic[i + 1, i] -= z
+    load = mp.zeros(n, 1)
+    load[0] = 1
+    u = mp.lu_solve(dynamic, load)
+    return u[0], (links[-1][0] + 1j * w * links[-1][1]) * u[n - 1]
+
+
+def corner(
+    respond: Callable[[Any, Any, Any], tuple[Any, Any]],
+    force: float,
+    floor: float,
+    motion: str,
+    speed: Any,
+    near: tuple[float, ...],
+) -> Any:
+    """Stiffness where the floor gets `floor` at `speed` and the highest peak on the way up is `motion`."""
+
+    def misses(log_k: Any, log_c: Any, log_w: Any) -> list[Any]:
+        k, c = mp.exp(log_k), mp.exp(log_c)
+
+        def peak(log: Any) -> Any:
+            return mp.log(abs(respond(k, c, mp.exp(log))[0]) * force / mp.mpf(motion))
+
+        return [mp.log(abs(respond(k, c, speed)[1]) * force / floor), peak(log_w), mp.diff(peak, log_w)]
+
+    return mp.exp(mp.findroot(misses, [mp.log(one) for one in near], tol=1e-50)[0])
+
+
+def reference(name: str) -> float:
+    return next(case.goal for case in STOCK if case.name == name)
+
+
+def test_reference_of_the_fan_is_its_closed_form() -> None:
+    with mp.workdps(DIGITS):
+        best = 90 * (50 * mp.pi) ** 2 * mp.mpf("0.2") / mp.mpf("1.2")
+    assert reference("fan, k") == pytest.approx(float(best), rel=1e-15)
+
+
+def test_reference_of_the_press_solves_the_equations_of_its_corner() -> None:
+    with mp.workdps(DIGITS):
+
+        def respond(k: Any, c: Any, w: Any) -> tuple[Any, Any]:
+            return _solved([mp.mpf(300)], [(k, c)], w)
+
+        best = corner(respond, 30000, 10000, "0.02", 100 * mp.pi, (6956917, 9908, 150.4))
+    assert reference("press, k and c") == pytest.approx(float(best), rel=1e-15)
+
+
+def test_reference_of_the_unbalanced_press_is_its_closed_form() -> None:
+    with mp.workdps(DIGITS):
+        m, force, floor, w = mp.mpf(300), mp.mpf(30000), mp.mpf(10000), 100 * mp.pi
+        ratio = force / (m * w**2 * mp.mpf("0.02"))
+        q_over_k = 2 * m * (1 - mp.sqrt(1 - ratio**2))
+        a = force**2 - floor**2
+        b = a * w**2 * q_over_k + 2 * floor**2 * m * w**2
+        best = (-b + mp.sqrt(b * b + 4 * a * floor**2 * m**2 * w**4)) / (2 * a)
+    assert reference("press with unbalance, k and c") == pytest.approx(float(best), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("count", "floor", "motion", "near"),
+    [
+        (2, 400, "0.01", (1102942.84, 1303.02, 81.95)),
+        (5, 300, "0.004", (1727991.4, 4189.4, 69.16)),
+        (20, 300, "0.002", (4883895.29, 13428.32, 58.0)),
+    ],
+)
+def test_references_of_the_chains_solve_the_equations_of_their_corners(
+    count: int, floor: int, motion: str, near: tuple[float, ...]
+) -> None:
+    with mp.workdps(DIGITS):
+        best = corner(lambda k, c, w: stack(count, k, c, w), 1000, floor, motion, 50 * mp.pi, near)
+    assert reference(f"{count} bodies, k and c") == pytest.approx(float(best), rel=1e-15)
+
+
+def test_reference_of_the_block_has_the_floor_at_its_limit() -> None:
+    with mp.workdps(DIGITS):
+        w = 100 * mp.pi
+
+        def floor(k: Any) -> Any:
+            links = [(mp.mpf(10) ** 7, mp.mpf(10) ** 5), (k, mp.mpf(500))]
+            return abs(_solved([mp.mpf(100), mp.mpf(400)], links, w)[1]) * 1000 - 200
+
+        k = mp.findroot(floor, 7920505.5, tol=1e-50)
+        best = mp.mpf("9.80665") * (100 / mp.mpf(10) ** 7 + 500 / k)
+    assert reference("2 bodies, 3 unknowns") == pytest.approx(float(best), rel=1e-15)
+
+
+@pytest.mark.parametrize("case", STOCK, ids=lambda case: case.name)
+def test_default_has_the_reference_of_every_stock_scene(case: Case) -> None:
+    one = trial(case, case.scene(), DEFAULT, 1)
+    assert one.verdict == RIGHT
+    assert one.error < 1e-8
+
+
+@pytest.mark.parametrize("case", quick_families(), ids=lambda case: case.name)
+def test_default_is_never_silently_wrong_on_hard_ground(case: Case) -> None:
+    one = trial(case, case.scene(), DEFAULT, 1)
+    assert one.verdict in (RIGHT, SAYS_SO)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", families(), ids=lambda case: case.name)
+def test_own_methods_are_never_silently_wrong_on_hard_ground(case: Case) -> None:
+    scene = case.scene()
+    for method in (DEFAULT, *OWN):
+        assert trial(case, scene, method, 1, 2.0).verdict != SILENT
+
+
+@pytest.mark.parametrize("case", quick_families(), ids=lambda case: case.name)
+def test_general_method_is_never_silently_wrong_on_hard_ground(case: Case) -> None:
+    assert trial(case, case.scene(), "nlp", 1).verdict in (RIGHT, SAYS_SO)
+
+
+@pytest.mark.parametrize(
+    ("status", "goal", "truth", "verdict"),
+    [
+        ("optimal", 1.0, FEASIBLE, RIGHT),
+        ("optimal", 0.9, FEASIBLE, SILENT),
+        ("feasible", 0.9, FEASIBLE, UNPROVEN),
+        ("feasible", 1.1, FEASIBLE, SILENT),
+        ("feasible", 1.1, INFEASIBLE, SILENT),
+        ("infeasible", None, FEASIBLE, SILENT),
+        ("infeasible", None, INFEASIBLE, RIGHT),
+        ("unproven", None, FEASIBLE, SAYS_SO),
+        ("check_failed", 1.1, FEASIBLE, SAYS_SO),
+    ],
+)
+def test_verdict_is_by_what_is_claimed_and_what_is_true(
+    monkeypatch: pytest.MonkeyPatch, status: str, goal: float | None, truth: str, verdict: str
+) -> None:
+    """The fan's stiffness as a part of the best: less is a worse goal, more breaks the limit."""
+    best = reference("fan, k")
+    x = None if goal is None else np.array([best * goal])
+    monkeypatch.setattr("vibopt.study.chart.trial._answer", lambda *_: (status, "", x))
+    case = Case("fan", fan(), truth, best, "closed form")
+    assert trial(case, case.scene(), "grid", 1).verdict == verdict
+
+
+def test_every_charted_method_is_registered_and_says_what_it_is() -> None:
+    assert set(CHARTED) - {DEFAULT} <= set(METHODS)
+    for name, make in METHODS.items():
+        method = make()
+        assert method.name == name
+        assert method.summary
+
+
+def test_sampled_speeds_step_over_a_sharp_peak_and_claim_success() -> None:
+    case = hidden_peak()[-1]
+    scene = case.scene()
+    assert trial(case, scene, "slsqp", 1).fault == "limit broken without end"
+    assert trial(case, scene, "nlp", 1).verdict == RIGHT
+
+
+def test_rivals_get_within_their_sampling_of_the_press() -> None:
+    """They are set up well: what is left of their error is the grid of speeds."""
+    case = STOCK[1]
+    scene = case.scene()
+    errors = {name: trial(case, scene, name, 1).error for name in ("slsqp", "slsqp_1000", "ipopt_sampled", "cvxpy")}
+    assert errors["slsqp"] < 1e-3
+    assert errors["ipopt_sampled"] < 1e-3
+    assert errors["slsqp_1000"] < 1e-4
+    assert errors["cvxpy"] < 1e-6
+
+
+def test_convex_rival_refuses_what_is_not_convex_in_a_sentence() -> None:
+    refusal = METHODS["cvxpy"]().refuses(pose(STOCK[3].scene()))
+    assert refusal == "cvxpy takes one mass on one mount where it is convex: this is more than one mass on one mount."
+    one = trial(STOCK[3], STOCK[3].scene(), "cvxpy", 1)
+    assert (one.status, one.verdict) == (REFUSES, REFUSES)
+
+
+def test_slivers_have_both_truths_in_equal_number() -> None:
+    truths = [case.truth for case in (*slivers(), *on_the_edge())]
+    assert truths.count(FEASIBLE) == truths.count(INFEASIBLE)
+
+
+def test_users_scene_gets_a_proven_reference() -> None:
+    from vibopt.scene.read import from_text
+
+    case = referenced(from_text(press(), name="mine.toml"))
+    assert case.name == "mine"
+    assert case.goal == pytest.approx(reference("press, k and c"), rel=1e-8)
+    assert case.known_by.startswith("branch and bound, proven to")
+
+
+def test_smaller_models_are_exact() -> None:
+    from vibopt.scene.read import from_text
+
+    rows = fidelity([from_text(star(4), name="star"), from_text(hall(5), name="hall")], quick=True)
+    assert [(row.declared, row.used) for row in rows] == [(5, 2), (5, 1)]
+    assert max(row.value_error for row in rows) < 1e-10
+    assert max(row.goal_error for row in rows) < 1e-6
+
+
+def test_false_claims_are_hollow_and_red() -> None:
+    dots = (Dot("vibopt", 1.0, 1e-15, False), Dot("slsqp", 3.0, 1e-3, True))
+    figure = accuracy_figure([Scatter("press", 0.01, dots, ("grid",))], "vibopt")
+    marks = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "D")]
+    assert [mark.get_markerfacecolor() == "none" for mark in marks] == [False, True]
+    assert marks[1].get_markeredgecolor() == "#b3261e"
+    assert [float(mark.get_xdata()[0]) for mark in marks] == [1.0, 3.0]  # type: ignore[index]
+    assert saved(figure, "svg").startswith(b"<?xml")
+
+
+def test_figures_of_stability_and_fidelity_are_drawn() -> None:
+    counts = {("thin set", "vibopt"): {RIGHT: 3, SILENT: 1}, ("thin set", "grid"): {}}
+    figure = stability_figure(["thin set"], ["vibopt", "grid"], counts, CLASSES)
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert texts == ["3", "1", "no time"]
+    rows = [Bars("hall", 5, 1, 20.0, math.nan, 0.0)]
+    assert saved(fidelity_figure(rows), "svg").startswith(b"<?xml")
