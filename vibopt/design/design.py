@@ -176,6 +176,12 @@ class Design:
         """Whether nothing about the status is left open."""
         return self.status not in ("feasible", "unproven", "check_failed")
 
+    def report(self) -> str:
+        """The answer as text, as the command line prints it."""
+        from vibopt.design.table import text_of
+
+        return text_of(self)
+
     def require_proof(self) -> Design:
         """This design, if its status is proven.
 

@@ -131,6 +131,8 @@ class Search:
                 return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
             low, high, bounds, count = self._step(low, high, bounds)
             looked += count
+            if self.progress is not None:
+                self.progress("branch and bound", min((time.perf_counter() - self.began) / self.seconds, 0.99))
             if self.judge.program.aim is None and self.best_x is not None:
                 return Proof("optimal", self.best_x, 0.0, 0.0, looked)
         if self.best_x is None:
