@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
-from lone_mass import GRAVITY, MOTIONS, UNITS, Array, Pick
 from numpy.typing import NDArray
+
+from lone_mass import GRAVITY, MOTIONS, UNITS, Array, Pick
 
 Complex = NDArray[np.complex128]
 Path = tuple[str, str, str]

@@ -52,7 +52,11 @@ class Pick:
 
 @dataclass
 class LoneMass:
-    """A scene: `facts` by name, `ranges` (low, high, values or None) by name, limits as (response, bands, side, bound)."""
+    """A scene: `facts` by name, `ranges` (low, high, values or None) by name.
+
+    limits
+        (response, bands, side, bound).
+    """
 
     damper: str
     on_base: bool
@@ -136,7 +140,7 @@ class LoneMass:
     def worst(self, x: Designs, response: str, bands: Bands, side: str) -> Array:
         """The worst value over the bands, as the user counts it."""
         parts = self.mechanics(x)
-        mass, stiffness, damping, lossy, _ = parts
+        mass, stiffness, damping, _, _ = parts
         if response == "static_deflection":
             return mass * GRAVITY / stiffness
         if response == "natural_frequency":

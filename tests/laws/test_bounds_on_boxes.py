@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from chain_machine import Chain, chains
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+from chain_machine import Chain, chains
 from lone_mass import LoneMass, lone_masses
 from test_chains import asked, read
-
 from vibopt.program.bounds import FormBounds
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -22,7 +22,7 @@ from vibopt.solve.branch import first_speeds
 few = settings(
     derandomize=True, database=None, deadline=None, max_examples=25, suppress_health_check=list(HealthCheck)
 )
-many = settings(few, max_examples=500)
+many = settings(few, max_examples=150)
 
 
 def hold(program: Program, seed: int) -> None:

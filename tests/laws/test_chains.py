@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from chain_machine import Chain, chains
 from hypothesis import HealthCheck, given, settings
 
+from chain_machine import Chain, chains
 from vibopt.design.certify import measure
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -20,7 +20,7 @@ from vibopt.solve import solve
 few = settings(
     derandomize=True, database=None, deadline=None, max_examples=20, suppress_health_check=list(HealthCheck)
 )
-many = settings(few, max_examples=400)
+many = settings(few, max_examples=100)
 
 
 def asked(chain: Chain) -> dict[str, tuple[dict[str, Any], str, str]]:
@@ -111,7 +111,10 @@ def best_of(chain: Chain, limits: list[tuple[str, str, float]], path: tuple[str,
             if at is None:
                 return best
             pool = [
-                {key: float(np.clip(at[key] * np.exp(reach * rng.standard_normal()), *ends)) for key, ends in chain.ranges.items()}
+                {
+                    key: float(np.clip(at[key] * np.exp(reach * rng.standard_normal()), *ends))
+                    for key, ends in chain.ranges.items()
+                }
                 for _ in range(40)
             ]
         for x in pool:
@@ -145,20 +148,20 @@ def hold_to_claim(chain: Chain) -> None:
 
 
 @given(chain=chains())
-@settings(few, max_examples=2)
+@settings(few, max_examples=1)
 def test_no_sampled_chain_beats_a_claim(chain: Chain) -> None:
     hold_to_claim(chain)
 
 
 @pytest.mark.slow
 @given(chain=chains())
-@settings(few, max_examples=60)
+@settings(few, max_examples=20)
 def test_no_sampled_chain_beats_a_claim_in_many_scenes(chain: Chain) -> None:
     hold_to_claim(chain)
 
 
 @given(chain=chains())
-@settings(few, max_examples=8)
+@settings(few, max_examples=4)
 def test_the_order_of_tables_changes_nothing(chain: Chain) -> None:
     questions = asked(chain)
     limits = {name: words for name, (words, _, _) in questions.items()}

@@ -12,7 +12,7 @@ from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 
-few = settings(derandomize=True, database=None, deadline=None, max_examples=30)
+few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
 
 
 def crowded(floor: float, sag: float, swing: float, start: float, damped: bool) -> Scene:

@@ -47,7 +47,9 @@ def press(units: dict[str, tuple[str, float]], *, size: float = 1.0, pace: float
             }
         },
         "limits": {
-            "floor": {"response": "transmitted_force", "into": "ground", "at_most": text("force", 1e4 * size * pace**2)},
+            "floor": {
+                "response": "transmitted_force", "into": "ground", "at_most": text("force", 1e4 * size * pace**2),
+            },
             "start": {"response": "displacement", "of": "press", "over": "start-up", "at_most": text("length", 0.02)},
         },
         "goal": {"maximise": "stiffness", "of": "mount"},
@@ -59,8 +61,10 @@ def values(design: Design) -> list[float]:
     return [one.value.value for one in design.variables.values()]
 
 
-SI = {"mass": ("kg", 1.0), "stiffness": ("N/m", 1.0), "damping": ("N s/m", 1.0), "force": ("N", 1.0), "speed": ("rad/s", 1.0), "length": ("m", 1.0)}
-TABLES = {"mass": KILOGRAM, "stiffness": STIFFNESS, "damping": DAMPING, "force": FORCE, "speed": SPEED, "length": LENGTH}
+TABLES = {
+    "mass": KILOGRAM, "stiffness": STIFFNESS, "damping": DAMPING, "force": FORCE, "speed": SPEED, "length": LENGTH,
+}  # fmt: skip
+SI = {kind: next(iter(table.items())) for kind, table in TABLES.items()}
 
 
 @given(chosen=st.fixed_dictionaries({kind: st.sampled_from(sorted(table.items())) for kind, table in TABLES.items()}))

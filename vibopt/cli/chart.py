@@ -22,6 +22,18 @@ if TYPE_CHECKING:
     from vibopt.study.chart.stability import Stability
     from vibopt.study.chart.trial import Trial
 
+_SHORT = {
+    "branch_and_bound": "b&b",
+    "slsqp_50": "slsqp 50",
+    "slsqp": "slsqp 200",
+    "slsqp_1000": "slsqp 1000",
+    "trust_constr_50": "trust 50",
+    "trust_constr": "trust 200",
+    "ipopt_sampled": "ipopt 200",
+    "ipopt_sampled_1000": "ipopt 1000",
+    "cvxpy_dpp": "cvxpy, kept",
+}
+"""Names in the figure; the number is that of the sampled speeds."""
 FORMATS = (".svg", ".png", ".pdf")
 SILENTLY_WRONG = 6
 
@@ -242,9 +254,11 @@ def _accuracy_figure(result: SpeedAccuracy) -> Figure:
     for case in result.cases:
         ran = result.of(case.name)
         dots = tuple(
-            Dot(one.method, result.ratio(one), one.error, bool(one.fault)) for one in ran if math.isfinite(one.error)
+            Dot(_SHORT.get(one.method, one.method), result.ratio(one), one.error, bool(one.fault))
+            for one in ran
+            if math.isfinite(one.error)
         )
-        silent = tuple(one.method for one in ran if not math.isfinite(one.error))
+        silent = tuple(_SHORT.get(one.method, one.method) for one in ran if not math.isfinite(one.error))
         seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
         cases.append(Scatter(case.name, seconds, dots, silent))
     return accuracy_figure(cases, DEFAULT)

@@ -101,7 +101,7 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
         bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.85},
     )
     labels = []
-    for dot in case.dots:
+    for dot in sorted(case.dots, key=lambda one: (one.ratio, -one.error)):
         y = min(max(dot.error, FLOOR), top / 3.0)
         own = dot.name == default
         colour = INK if own else BLUE
@@ -131,7 +131,7 @@ def _marks(default: str) -> list[Any]:
         return Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, mew=1.6, ms=6.5, label=words)
 
     return [
-        mark("D", INK, INK, f"{default}, checks included"),
+        mark("D", INK, INK, f"{default}, its check included; numbers: sampled speeds"),
         mark("o", BLUE, BLUE, "claim holds"),
         mark("o", "none", RED, "claims success and is wrong"),
         Line2D([], [], color=FAINT, ls=(0, (4, 3)), lw=0.8, label="a limit counts as broken above"),

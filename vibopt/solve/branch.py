@@ -126,13 +126,15 @@ class Search:
         self.began = self.began or time.perf_counter()
         while len(low):
             self._open = (low, high, bounds)
-            waiting = self.best_x is None and looked > self.patience
+            waiting = not np.isfinite(self.best) and looked > self.patience
             if waiting or looked > self.budget or time.perf_counter() - self.began > self.seconds:
                 return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
             low, high, bounds, count = self._step(low, high, bounds)
             looked += count
             if self.progress is not None:
                 self.progress("branch and bound", min((time.perf_counter() - self.began) / self.seconds, 0.99))
+            if self.best == -np.inf:
+                return Proof("optimal", self.best_x, self.best, self.best, looked)
             if self.judge.program.aim is None and self.best_x is not None:
                 return Proof("optimal", self.best_x, 0.0, 0.0, looked)
         if self.best_x is None:
@@ -240,7 +242,7 @@ class Search:
         goal = self.judge.goal(x)
         if self.aim_bounds is not None:
             self.aim_bounds.add(goal.speeds)
-        if good and goal.value < self.best:
+        if good and (goal.value < self.best or self.best_x is None):
             self.best, self.best_x = goal.value, x
 
     def _split(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -46,16 +46,21 @@ class BranchAndBound:
         proof = search.run()
         if proof.status == "open" and proof.x is None:
             x = rescued(program, search.open_middles(6), judge)
-            search.patience = search.budget
+            search.patience = search.budget if x is None else PATIENCE
             proof = search.run(x)
         boxes = proof.boxes
         if proof.status == "infeasible":
             return self._none(boxes)
         if proof.x is None:
             return Found("unproven", None, f"nothing found and nothing proven in {boxes} boxes", self.name)
+        if proof.value == -np.inf:
+            claim = "the goal is infinite: an undamped resonance lies within reach"
+            return self._found(program, "unbounded", proof.x, boxes, claim)
         x = improved(program, proof.x, judge)
         if program.aim is None:
             return self._found(program, "optimal", x, boxes, "a design that meets every limit")
+        if judge.goal(x).value == np.inf:
+            return self._found(program, "feasible", x, boxes, "the goal is infinite at every design that was looked at")
         for gap in (MIDDLE, self.gap):
             search.gap = gap
             proof = search.run(x)

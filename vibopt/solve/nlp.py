@@ -22,6 +22,8 @@ from vibopt.solve.starts import log_box, starts
 
 TOLERANCE = 1e-9
 _SAME = 1e-6
+_ALIKE = 0.02
+"""Designs this near to each other (in logs) lead to the same local optimum."""
 
 
 @dataclass
@@ -143,7 +145,7 @@ class _Run:
         done: list[tuple[FloatArray, FloatArray]] = []
         found = []
         for y in sorted(reached, key=lambda one: max(self.exact.at(one).missed, 0.0)):
-            known = next((end for begin, end in done if np.abs(begin - y).max() < 1e-4), None)
+            known = next((end for begin, end in done if np.abs(begin - y).max() < _ALIKE), None)
             if known is None:
                 if time.perf_counter() > self.deadline:
                     break

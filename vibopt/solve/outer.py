@@ -93,16 +93,18 @@ class OneVariable:
         table: list[FloatArray] = []
         for round_number in range(1, _ROUNDS + 1):
             table += [row for limit, new in speeds.take() for row in rows.at(limit, new)]
-            y = self._relaxed(program, rows, table, upward or 1.0)
-            if y is None:
+            best = self._relaxed(program, rows, table, upward or 1.0)
+            if best is None:
                 return _none(self.name, round_number)
-            x = np.array([y])
+            x = np.array(best[:1])
             if speeds.learn(x) <= _DONE:
-                return _found(program, self.name, x, round_number)
+                return _found(program, self.name, x, round_number, best[1:])
         return Found("unproven", None, "the worst speeds did not settle", self.name)
 
-    def _relaxed(self, program: Program, rows: LineRows, table: list[FloatArray], upward: float) -> float | None:
-        """Best x at the sampled speeds; None where there is none."""
+    def _relaxed(
+        self, program: Program, rows: LineRows, table: list[FloatArray], upward: float
+    ) -> tuple[float, float] | None:
+        """Best x at the sampled speeds, and the upper end of the range that was searched; None without any."""
         axis = program.axes[0]
         scale = rows.reference ** (1.0 / rows.root)
         low, high = axis.low ** (1.0 / rows.root) / scale, axis.high ** (1.0 / rows.root) / scale
@@ -114,8 +116,9 @@ class OneVariable:
         best = _extreme_cut(cuts, table, upward)
         if best is None:
             return None
-        ends = {float(low): axis.low, float(high): (high * scale) ** rows.root if axis.open_high else axis.high}
-        return ends.get(best, (best * scale) ** rows.root)
+        top = (high * scale) ** rows.root if axis.open_high else axis.high
+        ends = {float(low): axis.low, float(high): top}
+        return ends.get(best, (best * scale) ** rows.root), top
 
 
 def _extreme_cut(cuts: FloatArray, polynomials: list[FloatArray], upward: float) -> float | None:
@@ -212,13 +215,14 @@ class StiffnessAndDamping:
         table = np.zeros((0, 4))
         for round_number in range(1, _ROUNDS + 1):
             table = np.concatenate([table, *[rows.at(limit, new) for limit, new in speeds.take()]])
-            best = Plane(table, *self._box(program, rows, table)).best(*goal)
+            box = self._box(program, rows, table)
+            best = Plane(table, *box).best(*goal)
             if best is None:
                 return _none(self.name, round_number)
-            x = np.zeros(2)
-            x[list(rows.order)] = best
+            x, reach = np.zeros(2), np.zeros(2)
+            x[list(rows.order)], reach[list(rows.order)] = best, box[1]
             if speeds.learn(x) <= _DONE:
-                return _found(program, self.name, x, round_number)
+                return _found(program, self.name, x, round_number, tuple(reach))
         return Found("unproven", None, "the worst speeds did not settle", self.name)
 
     def _box(self, program: Program, rows: PlaneRows, table: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -334,9 +338,9 @@ def _none(name: str, rounds: int) -> Found:
     return Found("infeasible", None, claim, name, details={"rounds": rounds})
 
 
-def _found(program: Program, name: str, x: FloatArray, rounds: int) -> Found:
+def _found(program: Program, name: str, x: FloatArray, rounds: int, reach: tuple[float, ...]) -> Found:
     aim = program.aim
     value = Judge(program).goal(x).value
     goal = value * (aim.sense if aim is not None else 1.0)
     claim = "proven in closed form: the best design at its worst speeds meets every limit at all speeds"
-    return Found("optimal", x, claim, name, value, {"rounds": rounds, "goal": goal})
+    return Found("optimal", x, claim, name, value, {"rounds": rounds, "goal": goal, "reach": reach})

@@ -85,8 +85,9 @@ def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
             return found
         ends = ", ".join(f"{axis.path} = {axis.high:.3g} (SI)" for axis in opened if axis.open_high)
         return replace(found, status="unproven", claim=f"no design up to {ends}; nothing is proven about larger values")
+    reach = found.details.get("reach") or tuple(program.high)
     for i, axis in enumerate(program.axes):
-        up, down = axis.open_high and found.x[i] >= 0.999 * axis.high, axis.open_low and found.x[i] <= 1.001 * axis.low
+        up, down = axis.open_high and found.x[i] >= 0.999 * reach[i], axis.open_low and found.x[i] <= 1.001 * axis.low
         if not up and not down:
             continue
         way = "grows without end" if up else "goes to zero"

@@ -216,7 +216,10 @@ def _is_whole(rule: Rule, given: Mapping[str, object], low: float, high: float) 
     if not whole:
         return False
     if rule.dimension != "count":
-        raise QuantityError('asks for whole numbers, but only a count is one. Write one_of = ["...", "..."] for a list of values.')
+        raise QuantityError(
+            "asks for whole numbers, but only a count is one. "
+            'Write one_of = ["...", "..."] for a list of values.'
+        )
     if high == float("inf"):
         raise QuantityError("has no upper end. Whole numbers need both from and to.")
     least = max(math.ceil(low), 1 if rule.sign == "positive" else 0)

@@ -20,6 +20,8 @@ METHODS = (
 QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
 QUICK_SECONDS, FULL_SECONDS = 45.0, 270.0
 _PROOF_SECONDS = 60.0
+PATIENCE = 10.0
+"""Seconds that a method with a time limit gets per run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +56,7 @@ def speed_accuracy(
         Fewer cases, methods and runs.
     """
     methods = QUICK_METHODS if quick else METHODS
-    runs = 2 if quick else 5
+    runs = 2 if quick else 3
     deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
     warm_up(list(methods))
     pairs = [(referenced(scene), scene) for scene in scenes] or [
@@ -70,7 +72,7 @@ def speed_accuracy(
             if time.perf_counter() > deadline:
                 skipped.append((case.name, method))
                 continue
-            trials.append(trial(case, scene, method, runs))
+            trials.append(trial(case, scene, method, runs, PATIENCE))
     return SpeedAccuracy(tuple(case for case, _ in pairs), methods, tuple(trials), tuple(skipped))
 
 

@@ -11,8 +11,8 @@ from vibopt.study.chart.hard import families, quick_families
 from vibopt.study.chart.speed_accuracy import Progress
 from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Trial, trial, warm_up
 
-METHODS = (DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "trust_constr_50", "ipopt_sampled", "cvxpy")
-QUICK_METHODS = tuple(name for name in METHODS if name != "trust_constr_50")
+METHODS = (DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "trust_constr", "ipopt_sampled", "cvxpy")
+QUICK_METHODS = tuple(name for name in METHODS if name != "trust_constr")
 CLASSES = (RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES)
 PATIENCE = 2.0
 """Seconds that a method with a time limit gets per case."""
