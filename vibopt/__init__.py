@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from vibopt.scene.language import maximise as maximise
     from vibopt.scene.language import minimise as minimise
     from vibopt.scene.language import one_of as one_of
+    from vibopt.jobs import read as read
+    from vibopt.jobs import solve as solve
     from vibopt.scene.read import from_dict as from_dict
     from vibopt.scene.read import from_text as from_text
-    from vibopt.scene.read import read as read
     from vibopt.scene.read import with_changes as with_changes
     from vibopt.scene.scene import Scene as Scene
     from vibopt.scene.write import to_toml as to_toml
     from vibopt.scene.write import write as write
-    from vibopt.solve import solve as solve
     from vibopt.study.sweep import sweep as sweep
     from vibopt.study.whatif import whatif as whatif
 
@@ -38,12 +38,19 @@ _HOMES = {
     "vibopt.design.design": ("Design",),
     "vibopt.errors": ("InputError", "NotProven", "VibOptError"),
     "vibopt.scene.language": (
-        "Limit", "Machine", "Measure", "choose", "find_all", "maximise", "minimise", "one_of",
+        "Limit",
+        "Machine",
+        "Measure",
+        "choose",
+        "find_all",
+        "maximise",
+        "minimise",
+        "one_of",
     ),
-    "vibopt.scene.read": ("from_dict", "from_text", "read", "with_changes"),
+    "vibopt.jobs": ("read", "solve"),
+    "vibopt.scene.read": ("from_dict", "from_text", "with_changes"),
     "vibopt.scene.scene": ("Scene",),
     "vibopt.scene.write": ("to_toml", "write"),
-    "vibopt.solve": ("solve",),
     "vibopt.study.sweep": ("sweep",),
     "vibopt.study.whatif": ("whatif",),
 }

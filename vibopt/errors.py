@@ -49,7 +49,7 @@ class QuantityError(VibOptError, ValueError):
         super().__init__(complaint)
 
 
-class UnknownName(VibOptError):
+class UnknownName(VibOptError):  # noqa: N818 - reads better in "except UnknownName"
     """A name that nothing in the scene carries."""
 
     exit_code = 2
@@ -60,7 +60,7 @@ class UnknownName(VibOptError):
         return cls(f'unknown {what} "{name}".{way_out(name, known)}')
 
 
-class NotProven(VibOptError):
+class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than an error
     """Raised by `Design.require_proof()`: the answer may be good, but nothing proves it."""
 
     exit_code = 5

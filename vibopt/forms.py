@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 Combine = Literal["sum", "rss", "peak"]
 Sense = Literal["greatest", "least"]

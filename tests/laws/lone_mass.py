@@ -168,19 +168,29 @@ class LoneMass:
         kinks = np.broadcast_to(kinks, (len(mass), len(kinks)))
         speeds = np.sort(np.clip(np.concatenate([even, around, peak, kinks], axis=1), low, high), axis=1)
         values = sign * self.size(columns, speeds, response)
-        rows, best = np.arange(len(mass)), values.argmax(axis=1)
-        top = values[rows, best]
-        left = speeds[rows, np.maximum(best - 1, 0)]
-        right = speeds[rows, np.minimum(best + 1, speeds.shape[1] - 1)]
-        for _ in range(4):
-            finer = left[:, None] + (right - left)[:, None] * np.linspace(0.0, 1.0, 17)
-            values = sign * self.size(columns, finer, response)
+        rows, column = np.arange(len(mass)), np.arange(speeds.shape[1])
+        top = values.max(axis=1)
+        for _ in range(3):
             best = values.argmax(axis=1)
-            top = np.maximum(top, values[rows, best])
-            left, right = finer[rows, np.maximum(best - 1, 0)], finer[rows, np.minimum(best + 1, 16)]
+            left = speeds[rows, np.maximum(best - 1, 0)]
+            right = speeds[rows, np.minimum(best + 1, speeds.shape[1] - 1)]
+            top = np.maximum(top, self._refined(columns, response, left, right, sign))
+            values = np.where(np.abs(column - best[:, None]) <= 3, -np.inf, values)
         free = ((damping == 0.0) & (lossy == 0.0) & (natural >= low) & (natural <= high))[:, 0]
         shaken = self.shaking(natural[:, 0], response) > 0.0
         return np.where(free & shaken, np.inf, top) if sign > 0 else top
+
+    def _refined(self, parts: tuple[Array, ...], response: str, left: Array, right: Array, sign: float) -> Array:
+        """The greatest value between two speeds per design, by finer and finer grids."""
+        rows = np.arange(len(left))
+        top = np.full(len(left), -np.inf)
+        for _ in range(4):
+            finer = left[:, None] + (right - left)[:, None] * np.linspace(0.0, 1.0, 17)
+            values = sign * self.size(parts, finer, response)
+            best = values.argmax(axis=1)
+            top = np.maximum(top, values[rows, best])
+            left, right = finer[rows, np.maximum(best - 1, 0)], finer[rows, np.minimum(best + 1, 16)]
+        return top
 
     def missed(self, x: Designs) -> Array:
         """Worst miss of any limit as a part of its bound; not positive where all hold."""

@@ -106,6 +106,8 @@ def _words(job: RotorJob, plane: Plane, action: str, weights: Sequence[Weight]) 
         return f"{plane.name}: no weight."
     verb = "take away" if plane.remove else "fit"
     parts = [_one(job, plane, weight) for weight in weights]
+    counted = f" {job.conventions.angles} from the {_zero(job)}"
+    parts[:-1] = [one.replace(counted, "") for one in parts[:-1]]  # said once is enough
     return f"{plane.name}: {verb} {' and '.join(parts)}."
 
 

@@ -251,14 +251,14 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
 
 
 def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...]:
-    """Planes shown in the unit of their cap or shelf, else of the first weight that was written for them."""
+    """Planes shown in the unit of their shelf, else of the first weight that was written for them, else of their cap."""
     shown = []
     for plane in planes:
         written = [raw.weights[plane.name] for raw in raws if plane.name in raw.weights]
         texts = [one for given in written for one in (given if isinstance(given, list) else [given])]
         units = [unit for text in texts if (unit := unit_of(text, plane))]
         usual = "g" if plane.dimension == "mass" else "g mm"
-        shown.append(replace(plane, unit=plane.unit or (units or [usual])[0]))
+        shown.append(replace(plane, unit=plane.unit if plane.shelf else (*units, plane.unit or usual)[0]))
     return tuple(shown)
 
 

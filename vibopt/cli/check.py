@@ -21,6 +21,14 @@ _COUNTED = {
     "limits": ("limit", "limits"),
     "measures": ("measure", "measures"),
     "variables": ("variable", "variables"),
+    "planes": ("plane", "planes"),
+    "sensors": ("sensor", "sensors"),
+    "runs": ("run", "runs"),
+    "speeds": ("speed", "speeds"),
+    "masses": ("mass", "masses"),
+    "bearings": ("bearing", "bearings"),
+    "cylinders": ("cylinder", "cylinders"),
+    "weights": ("counterweight or balance shaft", "counterweights and balance shafts"),
     "expected": ("record", "records"),
 }
 
@@ -45,12 +53,20 @@ def check(files: tuple[str, ...], as_json: bool) -> int:
 
 def _checked(file: str) -> dict[str, Any]:
     """What one file says, as plain data."""
-    from vibopt.scene.read import read
+    from vibopt.jobs import is_scene, open_job
 
     try:
-        scene = read(file)
+        job = open_job(file)
     except InputError as error:
         return {"file": file, "status": "input_error", "messages": list(error.messages)}
+    if is_scene(job):
+        return _checked_scene(file, job)
+    from vibopt.balancing.asked import said_by
+
+    return {"file": file, "status": "ok", "messages": [], **said_by(job)}
+
+
+def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:
     from vibopt.design.words import notes_of, range_words
 
     return {
@@ -58,7 +74,7 @@ def _checked(file: str) -> dict[str, Any]:
         "status": "ok",
         "messages": [],
         "title": scene.title,
-        **{family: len(getattr(scene, family)) for family in _COUNTED},
+        **{family: len(getattr(scene, family)) for family in _COUNTED if hasattr(scene, family)},
         "asked": asked(scene),
         "choices": {variable.path: range_words(variable) for variable in scene.variables},
         "notes": notes_of(scene),
@@ -81,7 +97,7 @@ def _tell(one: dict[str, Any]) -> None:
     if one["messages"]:
         complain("\n".join(one["messages"]))
         return
-    counts = [f"{one[key]} {words[one[key] != 1]}" for key, words in _COUNTED.items() if one[key]]
+    counts = [f"{one[key]} {words[one[key] != 1]}" for key, words in _COUNTED.items() if one.get(key)]
     say(f"{one['file']}: no mistakes. {', '.join(counts)}; {one['asked']}.")
     for path, choice in one["choices"].items():
         say(f"  {path}: {choice}")

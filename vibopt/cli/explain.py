@@ -28,7 +28,7 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], as_json: bo
     from vibopt.cli.progress import Bar
     from vibopt.study.explain import explain as explained
 
-    scene = read_scene(file, changes)
+    scene = read_scene(file, "explain", changes, "vibopt solve says its method, its proof and what each limit costs.")
     with Bar() as bar:
         result = explained(scene, method=method, progress=bar)
     if as_json:

@@ -21,8 +21,9 @@ VERBS = {
     "explain": ("explain", "Say why this model, why this method, and what each limit costs."),
     "whatif": ("whatif", "Change facts or limits, and see the old answer beside the new."),
     "sweep": ("sweep", "Vary one fact over a range."),
-    "plot": ("picture", "Draw the responses of the answer."),
+    "plot": ("picture", "Draw the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
+    "new": ("new", "Write a problem file to fill in."),
     "verify": ("verify", "Solve every file of a folder and compare with what it recorded."),
     "chart": ("chart", "Chart methods: speed against accuracy, stability, fidelity of the model."),
     "schema": ("schema", "Print the JSON schema of the problem file."),
@@ -74,7 +75,7 @@ def _version(ctx: click.Context, _: click.Parameter, asked: bool) -> None:
 def vibopt() -> None:
     """Vibration control by optimisation with proof.
 
-    A problem is one TOML file: machine, mounts, excitations, limits, goal.
+    A problem is one TOML file: a machine on its mounts, or a rotor or an engine to balance.
     Every verb takes --json; exit codes are those of the answer's status.
     """
 

@@ -11,6 +11,7 @@ import click
 from vibopt.errors import InputError
 
 if TYPE_CHECKING:
+    from vibopt.jobs import Job
     from vibopt.scene.scene import Scene
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
@@ -53,10 +54,16 @@ def value_of(text: str) -> Any:
         return text
 
 
-def read_scene(file: str, given: Sequence[str] = ()) -> Scene:
-    """The scene of a file with its changes."""
-    from vibopt.scene.read import read, with_changes
+def read_job(file: str, given: Sequence[str] = ()) -> Job:
+    """What a file asks, with its changes."""
+    from vibopt.jobs import open_job
 
-    scene = read(file)
     texts = dict(split_change(one) for one in given)
-    return with_changes(scene, {path: value_of(text) for path, text in texts.items()}) if texts else scene
+    return open_job(file, {path: value_of(text) for path, text in texts.items()})
+
+
+def read_scene(file: str, verb: str, given: Sequence[str] = (), instead: str = "") -> Scene:
+    """The scene of a file with its changes; a balancing job is refused in the name of the verb."""
+    from vibopt.jobs import scene_only
+
+    return scene_only(read_job(file, given), verb, instead)

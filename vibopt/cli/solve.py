@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, method, read_scene
+from vibopt.cli.options import as_json, changes, file, method, read_job
 from vibopt.cli.output import colour, complain, say, say_json, width
 
 if TYPE_CHECKING:
-    from vibopt.design.design import Design
-    from vibopt.scene.scene import Scene
+    from vibopt.jobs import Answer, Job
 
 UNPROVEN = 5
 
@@ -30,33 +29,60 @@ def solve(
 
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
-    from vibopt.design.table import text_of
-
-    design = answer(read_scene(file, changes), method)
+    job = read_job(file, changes)
+    found = answer(job, method)
     if not no_prices:
-        design = with_prices(design)
+        found = with_prices(found)
     if as_json:
-        say_json(design)
+        say_json(plain_answer(found))
     else:
-        say(text_of(design, width=width(), colour=colour()))
-    if require_proof and not design.proven and design.exit_code == 0:
+        say(text_of(found, job))
+    if require_proof and not found.proven and found.exit_code == 0:
         if not as_json:
-            complain(f"{design.status} is not proven, and --require-proof was asked for.")
+            complain(f"{found.status} is not proven, and --require-proof was asked for.")
         return UNPROVEN
-    return design.exit_code
+    return found.exit_code
 
 
-def answer(scene: Scene, method: str | None = None) -> Design:
+def answer(job: Job, method: str | None = None) -> Answer:
     """Solve, with a bar on standard error if it takes long."""
     from vibopt.cli.progress import Bar
-    from vibopt.solve import solve as solve_scene
+    from vibopt.jobs import answer as answer_of
 
     with Bar() as bar:
-        return solve_scene(scene, method=method, progress=bar)
+        return answer_of(job, method=method, progress=bar)
 
 
-def with_prices(design: Design) -> Design:
-    """The same answer with what loosening each active limit buys."""
+def text_of(found: Answer, job: Job) -> str:
+    """The answer for this terminal."""
+    from vibopt.jobs import is_design
+
+    if is_design(found):
+        from vibopt.design.table import text_of as design_text
+
+        return design_text(found, width=width(), colour=colour())
+    from vibopt.balancing.table import text_of as balancing_text
+
+    return balancing_text(found, job, width=width(), colour=colour())
+
+
+def plain_answer(found: Answer) -> Any:
+    """The answer as plain data."""
+    from vibopt.jobs import is_design
+
+    if is_design(found):
+        from vibopt.design.jsonable import as_json as design_json
+
+        return design_json(found)
+    return found.to_json()
+
+
+def with_prices(found: Answer) -> Answer:
+    """The same answer with what loosening each active limit buys; a balancing answer has its prices already."""
+    from vibopt.jobs import is_design
+
+    if not is_design(found):
+        return found
     from vibopt.study.prices import priced
 
-    return priced(design)
+    return priced(found)

@@ -46,7 +46,7 @@ def sweep(
     table = checked_target(csv_file) if csv_file else None
     picture = checked_target(figure, FORMATS) if figure else None
     path, low_high = split_range(vary)
-    scene = read_scene(file)
+    scene = read_scene(file, "sweep", instead="Solve the file with several values of --set PATH=VALUE.")
     with Bar() as bar:
         result = run(scene, path, low_high, points, keep_design=keep_design, progress=bar)
     if table is not None:
@@ -111,6 +111,7 @@ def _head(name: str, unit: str) -> str:
 
 def _list(result: Sweep, console: Console) -> None:
     from vibopt.design.table import grid
+
     console.print(result.scene.title, style="bold")
     paths = _columns(result)
     step = max(1, -(-len(result.points) // MOST_ROWS))

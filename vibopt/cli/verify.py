@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from vibopt.design.design import Design
-    from vibopt.scene.scene import Scene
+    from vibopt.jobs import Answer, Job
     from vibopt.study.verify import Row, Verification
 
 DIFFERENT = 6
@@ -32,11 +31,12 @@ def verify(paths: tuple[str, ...], method: str | None, as_json: bool) -> int:
     Exit code 6 unless every file gives what it recorded.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.solve import solve
+    from vibopt.jobs import answer as answer_of
+    from vibopt.jobs import is_scene
     from vibopt.study.verify import verify as verified
 
-    def answer(scene: Scene) -> Design:
-        return solve(scene, method=method)
+    def answer(job: Job) -> Answer:
+        return answer_of(job, method=method if is_scene(job) else None)
 
     with Bar() as bar:
         result = verified(paths, answer, bar)

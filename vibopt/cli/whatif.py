@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @file
-@click.option(
-    "--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated."
-)
+@click.option("--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated.")
 @keep_design
 @as_json
 def whatif(file: str, changes: tuple[str, ...], keep_design: bool, as_json: bool) -> int:
@@ -32,7 +30,7 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, as_json: bool
     from vibopt.cli.progress import Bar
     from vibopt.study.whatif import whatif as compare
 
-    scene = read_scene(file)
+    scene = read_scene(file, "whatif", instead="Solve the file twice, the second time with --set PATH=VALUE.")
     new = {path: value_of(text) for path, text in map(split_change, changes)}
     with Bar() as bar:
         result = compare(scene, new, keep_design=keep_design, progress=bar)

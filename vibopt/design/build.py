@@ -30,7 +30,9 @@ def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     joints = []
     for name, link in scene.links.items():
         given = {
-            key: number(f"links.{name}.{key}", getattr(link, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0)
+            key: number(
+                f"links.{name}.{key}", getattr(link, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0
+            )
             for key in ("stiffness", "damping", "damping_ratio", "loss_factor", "count", "dynamic_to_static")
         }
         joints.append(_joint(name, link, given, masses))

@@ -72,9 +72,7 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
     return Measured(value, {name: one.speed for name, one in found.items()})
 
 
-def _one_drive(
-    scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool
-) -> Extreme:
+def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:
     shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     bands = bands_for(scene, response, name)
     lines = scene.excitations[name].lines(np.ones(1))

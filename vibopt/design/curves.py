@@ -8,9 +8,9 @@ from math import isfinite, log10
 import numpy as np
 
 from vibopt.design.design import Checked, Design
-from vibopt.design.panel import BoolArray, Curve, Mark, Panel, Zone, heights
+from vibopt.design.panel import Curve, Mark, Panel, Zone, heights
 from vibopt.design.words import SIDES, place_of, spoken, value_at
-from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.forms import Band, BoolArray, Drive, FloatArray, Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose

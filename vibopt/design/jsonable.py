@@ -86,14 +86,18 @@ def _chosen(chosen: Chosen) -> dict[str, Any]:
 
 def _checked(checked: Checked) -> dict[str, Any]:
     limit = checked.limit
-    bound = {} if limit is None else {
-        "side": checked.side,
-        "limit": number(limit.value),
-        "limit_shown": limit.shown,
-        "margin": number(checked.margin),
-        "active": bool(checked.active),
-        "met": bool(checked.met),
-    }
+    bound = (
+        {}
+        if limit is None
+        else {
+            "side": checked.side,
+            "limit": number(limit.value),
+            "limit_shown": limit.shown,
+            "margin": number(checked.margin),
+            "active": bool(checked.active),
+            "met": bool(checked.met),
+        }
+    )
     return {
         "response": checked.response,
         "place": checked.place,

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.forms import FloatArray
+from vibopt.forms import BoolArray, FloatArray
 from vibopt.units.spelling import split_detector
-
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,9 +79,7 @@ def plane(design: Design) -> Plane | None:
         title="Where every limit holds",
         x=shown[0],
         y=shown[1],
-        boundaries=tuple(
-            Boundary(one.name, _excess(one, flat).reshape(shape)) for one in program.limits
-        ),
+        boundaries=tuple(Boundary(one.name, _excess(one, flat).reshape(shape)) for one in program.limits),
         goal=goal,
         goal_label=label,
         best=(
@@ -189,9 +187,7 @@ def _share(model: Model, form: Modulus, x: FloatArray) -> FloatArray:
 
 def _speeds(model: Model, drive: Drive, p: FloatArray) -> FloatArray:
     """Speeds to look at, shape (n, n_speeds): evenly in each band, and around every resonance within."""
-    even = [
-        np.array([band.low]) if band.is_point else np.linspace(band.low, band.high, SPEEDS) for band in drive.bands
-    ]
+    even = [np.array([band.low]) if band.is_point else np.linspace(band.low, band.high, SPEEDS) for band in drive.bands]
     everywhere = np.broadcast_to(np.concatenate(even), (len(p), sum(map(len, even))))
     wide = [band for band in drive.bands if not band.is_point]
     if not wide:

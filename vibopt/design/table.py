@@ -26,7 +26,7 @@ from vibopt.design.words import (
 )
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, RenderableType
     from rich.table import Table
 
 WIDTH = 80
@@ -85,21 +85,19 @@ def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), whole: Sequen
     count = len(heads) or max((len(row) for row in listed_rows), default=1)
     table = Table(box=None, show_header=bool(heads), padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
     for column in range(count):
-        table.add_column(
-            heads[column] if heads else "", overflow="fold", no_wrap=column in whole
-        )
+        table.add_column(heads[column] if heads else "", overflow="fold", no_wrap=column in whole)
     for row in listed_rows:
         table.add_row(*row)
     return table
 
 
-def section(console: Console, title: str, body: object) -> None:
+def section(console: Console, title: str, body: RenderableType) -> None:
     """A title and what stands under it, indented by two."""
     from rich.padding import Padding
 
     console.print()
     console.print(title, style="bold")
-    console.print(Padding(body, (0, 0, 0, 2)))  # type: ignore[arg-type]
+    console.print(Padding(body, (0, 0, 0, 2)))
 
 
 def paragraph(console: Console, text: str, indent: int = 2) -> None:

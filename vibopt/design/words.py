@@ -135,7 +135,7 @@ def loosening_words(design: Design) -> list[str]:
 
 
 def listed(words: list[str], last: str = "and") -> str:
-    """"a, b and c"."""
+    """The words in a row: `a, b and c`."""
     return f" {last} ".join(filter(None, (", ".join(words[:-1]), words[-1]))) if words else ""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -81,7 +82,9 @@ def _varies(given: object) -> object:
 def _varies_table(given: object) -> Amplitude:
     rows = given if isinstance(given, list) else []
     if len(rows) < 2 or not all(isinstance(row, list) and len(row) == 2 for row in rows):
-        raise complaint('is not a table of at least two rows [speed, factor]. Write [["0 rpm", 0.0], ["3000 rpm", 1.0]].')
+        raise complaint(
+            'is not a table of at least two rows [speed, factor]. Write [["0 rpm", 0.0], ["3000 rpm", 1.0]].'
+        )
     try:
         speeds = [read_speeds(row[0]) for row in rows]
         factors = [read_quantity(row[1], "ratio").value for row in rows]
@@ -89,11 +92,11 @@ def _varies_table(given: object) -> Amplitude:
         raise complaint(f"has a row that cannot be read: it {error}") from None
     at = [one.bands[0].low for one in speeds]
     if any(one.dimension != ROTATION or not one.is_one_speed for one in speeds):
-        raise complaint("has a row without one speed of rotation. Write each row as [\"1500 rpm\", 0.4].")
-    if any(b <= a for a, b in zip(at, at[1:], strict=False)):
+        raise complaint('has a row without one speed of rotation. Write each row as ["1500 rpm", 0.4].')
+    if any(b <= a for a, b in pairwise(at)):
         raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")
     pieces = []
-    for (a, b), (fa, fb) in zip(zip(at, at[1:], strict=False), zip(factors, factors[1:], strict=False), strict=True):
+    for (a, b), (fa, fb) in zip(pairwise(at), pairwise(factors), strict=True):
         slope = (fb - fa) / (b - a)
         pieces.append(Piece(Band(a, b), fa - slope * a, slope))
     return Amplitude(tuple(pieces))

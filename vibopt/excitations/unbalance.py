@@ -32,7 +32,8 @@ class Unbalance(Excitation):
         """Mass times eccentricity [kg m]."""
         if self.unbalance is not None:
             return self.unbalance.value
-        assert self.rotating_mass is not None and self.radius is not None
+        assert self.rotating_mass is not None
+        assert self.radius is not None
         return self.rotating_mass.value * self.radius.value
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:

@@ -13,13 +13,15 @@ from vibopt.forms import Combine, ComplexArray, FloatArray
 def combined(lines: list[ComplexArray], orders: tuple[float, ...], combine: Combine) -> FloatArray:
     """Combine complex amplitudes, each of one shape, into one non-negative array of that shape."""
     if len(lines) == 1:
-        return np.abs(lines[0])
+        modulus: FloatArray = np.abs(lines[0])
+        return modulus
     moduli = np.abs(np.array(lines))
     if combine == "sum":
         total: FloatArray = moduli.sum(axis=0)
         return total
     if combine == "rss":
-        return np.sqrt((moduli**2).sum(axis=0))
+        root: FloatArray = np.sqrt((moduli**2).sum(axis=0))
+        return root
     return _true_peak(np.array(lines), orders)
 
 
@@ -53,7 +55,8 @@ def _refined(flat: ComplexArray, numbers: FloatArray, angle: FloatArray, size: F
             s = s - np.clip(np.where(safe, first / np.where(safe, second, 1.0), 0.0), -0.1, 0.1)
         value = np.abs((flat * np.exp(1j * numbers[:, None] * s)).sum(axis=0).real)
         best = np.maximum(best, value)
-    return np.maximum(best, size.max(axis=1))
+    highest: FloatArray = np.maximum(best, size.max(axis=1))
+    return highest
 
 
 def _whole_orders(orders: tuple[float, ...]) -> FloatArray | None:

@@ -22,9 +22,7 @@ def dynamic_stiffness(model: Model, z: ComplexArray) -> ComplexArray:
     return result
 
 
-def bordered(
-    model: Model, z: ComplexArray, output: Output, vector: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
+def bordered(model: Model, z: ComplexArray, output: Output, vector: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Square blocks whose determinants are denominator and numerator of the transfer.
 
     Returns D (..., n, n) and the bordered matrix (..., n+1, n+1) with
@@ -78,9 +76,7 @@ def motion(
     return np.concatenate([free, base], axis=-1)
 
 
-def _through_modes(
-    model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal
-) -> ComplexArray:
+def _through_modes(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal) -> ComplexArray:
     n = model.n_free
     load = np.broadcast_to(vector[:n], (*omega.shape, n))
     if vector[n:].any():
@@ -94,7 +90,7 @@ def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
     scale = np.abs(stiff).max(axis=-1, keepdims=True)
     scale[scale == 0.0] = 1.0
     try:
-        return np.linalg.solve(stiff / scale, (load / scale[..., 0])[..., None])[..., 0]
+        return np.asarray(np.linalg.solve(stiff / scale, (load / scale[..., 0])[..., None])[..., 0], dtype=complex)
     except np.linalg.LinAlgError:
         flat = (stiff / scale).reshape(-1, *stiff.shape[-2:])
         right = (load / scale[..., 0]).reshape(-1, stiff.shape[-1])
@@ -104,7 +100,7 @@ def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
 
 def _solve_one(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
     try:
-        return np.linalg.solve(stiff, load)
+        return np.asarray(np.linalg.solve(stiff, load), dtype=complex)
     except np.linalg.LinAlgError:
         return np.full(load.shape, np.inf, dtype=complex)
 

@@ -58,9 +58,7 @@ class Machine:
     joints: tuple[Joint, ...]
     bases: tuple[str, ...] = ()
 
-    def shake(
-        self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
-    ) -> Motion:
+    def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """Motion under forces [N] on bodies and motions [m] of bases, each of the shape of `omega`.
 
         Solved in real arithmetic for the cosine and the sine part of every displacement.
@@ -227,8 +225,10 @@ class Machine:
             return np.zeros(2 * n, dtype=complex)
         if not damping.any():
             root = np.sqrt(np.diag(inverse))
-            squares = np.linalg.eigvals(root[:, None] * complex_stiffness * root) if hysteretic.any() else (
-                np.linalg.eigvalsh(root[:, None] * stiffness * root).astype(complex)
+            squares = (
+                np.linalg.eigvals(root[:, None] * complex_stiffness * root)
+                if hysteretic.any()
+                else (np.linalg.eigvalsh(root[:, None] * stiffness * root).astype(complex))
             )
             half = np.sqrt(squares)
             return np.concatenate([half, -half])
@@ -278,7 +278,7 @@ def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:
     scale[scale == 0.0] = 1.0
     matrix, right = matrix / scale, right / scale[..., 0]
     try:
-        return np.linalg.solve(matrix, right[..., None])[..., 0]
+        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=float)
     except np.linalg.LinAlgError:
         rows = []
         for one, load in zip(matrix, right, strict=True):

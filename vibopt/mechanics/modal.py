@@ -44,10 +44,9 @@ class Modal:
 def decompose(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> Modal | None:
     """Complex modes of M, C, K (n, n), K complex with structural damping; None where they cannot be trusted."""
     n = len(mass)
-    k, c = np.linalg.solve(mass, stiffness), np.linalg.solve(mass, damping)
-    scale = float(np.sqrt(np.abs(k).max()) + np.abs(c).max()) or 1.0
-    if not np.iscomplexobj(k) or not k.imag.any():
-        k = k.real
+    full, c = np.linalg.solve(mass, stiffness), np.linalg.solve(mass, damping)
+    scale = float(np.sqrt(np.abs(full).max()) + np.abs(c).max()) or 1.0
+    k = full if full.imag.any() else full.real
     state = np.zeros((2 * n, 2 * n), dtype=k.dtype)
     state[:n, n:] = np.eye(n)
     state[n:, :n] = -k / scale**2
@@ -58,7 +57,7 @@ def decompose(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) ->
     except np.linalg.LinAlgError:
         return None
     weights = np.linalg.solve(mass.T, inverse[:, n:].T).T / scale
-    found = Modal(rates * scale, vectors[:n], weights)
+    found = Modal((rates * scale).astype(complex), vectors[:n].astype(complex), weights.astype(complex))
     return found if _trusted(found, mass, damping, stiffness) else None
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, Drive, FloatArray
+from vibopt.forms import ComplexArray, Drive, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
 
 INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3
@@ -67,7 +67,7 @@ class Model:
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @cached_property
-    def kinds(self) -> FloatArray:
+    def kinds(self) -> IntArray:
         """Kind of each term, shape (n_terms,)."""
         return np.array([term.kind for term in self.terms], dtype=int)
 
@@ -152,11 +152,11 @@ class Model:
         return replace(drive, lines=lines)
 
 
-def factors(kinds: FloatArray, omega: FloatArray) -> ComplexArray:
+def factors(kinds: IntArray, omega: FloatArray) -> ComplexArray:
     """Frequency factor of each term, shape (..., n_terms): -w^2, 1, i w, i."""
     omega = np.asarray(omega, dtype=complex)[..., None]
     table = [-(omega**2), np.ones_like(omega), 1j * omega, np.full_like(omega, 1j)]
-    result = np.empty(omega.shape[:-1] + (len(kinds),), dtype=complex)
+    result = np.empty((*omega.shape[:-1], len(kinds)), dtype=complex)
     for kind, column in enumerate(table):
         result[..., kinds == kind] = column
     return result

@@ -52,10 +52,12 @@ def natural_frequencies(model: Model, p: FloatArray) -> FloatArray:
     """Undamped natural frequencies in ascending order [rad/s], shape (n_free,)."""
     mass, _, stiffness, _ = free_matrices(model, p)
     if model.n_free == 1:
-        return np.sqrt(stiffness[0] / mass[0, 0])
+        only: FloatArray = np.sqrt(stiffness[0] / mass[0, 0])
+        return only
     root = np.linalg.inv(np.linalg.cholesky(mass))
     squares = np.linalg.eigvalsh(root @ stiffness @ root.T)
-    return np.sqrt(np.maximum(squares, 0.0))
+    found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
+    return found
 
 
 def mode_shapes(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibopt.forms import Band, FloatArray, Line, Output
+from vibopt.forms import Band, ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
 
@@ -122,7 +122,7 @@ def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | No
     return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, k / mass, decay, line.order)
 
 
-def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> ComplexArray:
     """Numerator of the transfer as a polynomial in s = i w, ascending.
 
     Terms with s^0, s^1, s^2 for springs, dampers and masses; structural damping is a complex spring.
@@ -149,9 +149,7 @@ def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> np.nda
     return np.trim_zeros(top, "b") if top.any() else np.zeros(1, dtype=complex)
 
 
-def _on_the_body(
-    model: Model, p: FloatArray, output: Output, line: Line
-) -> np.ndarray[tuple[int], np.dtype[np.complex128]]:
+def _on_the_body(model: Model, p: FloatArray, output: Output, line: Line) -> ComplexArray:
     """The same where nothing but the body moves: what is read times the force."""
     row = [complex(output.row[0]), 0j, 0j]
     if output.signs.any():
@@ -192,4 +190,5 @@ def _real_roots(p: FloatArray, scale: float) -> FloatArray:
         steep = np.polyval(slope[::-1], real)
         value = np.polyval(q[::-1], real)
         real = real - np.where(steep != 0.0, value / np.where(steep != 0.0, steep, 1.0), 0.0)
-    return real * scale
+    found: FloatArray = real * scale
+    return found

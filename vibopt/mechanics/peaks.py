@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibopt.forms import Band, ComplexArray, FloatArray
+from vibopt.forms import Band, BoolArray, ComplexArray, FloatArray
 
 _DEGREE = 10
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1)) / _DEGREE)[::-1]
@@ -145,11 +145,11 @@ def _resolved(
     return low, high
 
 
-def _unresolved(squares: FloatArray, scale: float) -> FloatArray:
+def _unresolved(squares: FloatArray, scale: float) -> BoolArray:
     """Intervals whose last Chebyshev coefficients have not died away."""
     coefficients = np.abs(squares @ _TO_COEFFICIENTS.T)
     tail = coefficients[:, -2:].max(axis=1)
-    rough: FloatArray = (tail > 1e-7 * coefficients.max(axis=1)) & (tail > 1e-9 * scale)
+    rough: BoolArray = (tail > 1e-7 * coefficients.max(axis=1)) & (tail > 1e-9 * scale)
     return rough
 
 
@@ -201,7 +201,9 @@ def _polish(
             first = squares @ _SLOPE
             second = squares @ _BEND
             vertex = speeds - step * np.where(second < 0.0, first / np.where(second < 0.0, second, 1.0), 0.0)
-        regular = (np.abs(vertex - speeds) <= 2.0 * step) & (points[:, 0] < points[:, 1]) & (points[:, 3] < points[:, 4])
+        regular = (
+            (np.abs(vertex - speeds) <= 2.0 * step) & (points[:, 0] < points[:, 1]) & (points[:, 3] < points[:, 4])
+        )
         good = regular & (second < 0.0)
         speeds = np.where(good, vertex, points[rows, best])
         step = np.where(good, step / 25.0, step / 2.0)
@@ -220,10 +222,7 @@ def _intervals(band: Band, poles: ComplexArray, breaks: FloatArray) -> tuple[Flo
     smallest = 1e-14 * band.high
     for _ in range(200):
         centre, half = 0.5 * (low + high), 0.5 * (high - low)
-        if len(poles):
-            distance = np.abs(centre[:, None] - poles[None, :]).min(axis=1)
-        else:
-            distance = np.full(len(centre), np.inf)
+        distance = np.abs(centre[:, None] - poles[None, :]).min(axis=1, initial=np.inf)
         good = (half <= _REACH * distance) | (half <= smallest)
         done_low.append(low[good])
         done_high.append(high[good])
@@ -249,9 +248,7 @@ def crossings(response: Response, band: Band, poles: ComplexArray, breaks: Float
     return sorted({_secant(response, speed, band, level) for speed in found})
 
 
-def _near_level(
-    response: Response, low: FloatArray, high: FloatArray, level: float
-) -> tuple[FloatArray, FloatArray]:
+def _near_level(response: Response, low: FloatArray, high: FloatArray, level: float) -> tuple[FloatArray, FloatArray]:
     """Intervals on which the response comes near the level; between poles it cannot leap over a factor of four."""
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     squares = response(centre[:, None] + half[:, None] * _NODES) ** 2

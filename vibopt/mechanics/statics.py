@@ -24,4 +24,3 @@ def sag(model: Model, x: FloatArray) -> FloatArray | None:
     down = np.zeros(model.n_coords)
     down[:n] = np.linalg.solve(scaled, load / root) / root
     return down
-

@@ -136,7 +136,8 @@ class FormBounds:
         stiff = np.einsum("bt,ti,tj->bij", springs * (model.kinds == STIFFNESS), vectors, vectors)
         mass = np.einsum("bt,ti,tj->bij", masses * (model.kinds == INERTIA), vectors, vectors)
         if n == 1:
-            return np.sqrt(stiff[:, 0, 0] / mass[:, 0, 0])
+            only: FloatArray = np.sqrt(stiff[:, 0, 0] / mass[:, 0, 0])
+            return only
         root = np.linalg.inv(np.linalg.cholesky(mass))
         squares = np.linalg.eigvalsh(root @ stiff @ np.swapaxes(root, 1, 2))
         return np.sqrt(np.maximum(squares[:, mode - 1], 0.0))
@@ -149,7 +150,8 @@ class FormBounds:
         square = model.vectors[:, 0] ** 2
 
         def total(values: FloatArray, kind: int) -> FloatArray:
-            return (values * (model.kinds == kind)) @ square
+            one: FloatArray = (values * (model.kinds == kind)) @ square
+            return one
 
         with np.errstate(divide="ignore", invalid="ignore"):
             least = total(small, DAMPING) / (2.0 * np.sqrt(total(large, STIFFNESS) * total(large, INERTIA)))
@@ -167,4 +169,3 @@ def monomial_bounds(form: Monomials, low: FloatArray, high: FloatArray) -> tuple
         lower += monomials(one, np.where(up, low, high))
         upper += monomials(one, np.where(up, high, low))
     return lower, upper
-

@@ -77,10 +77,14 @@ class Program:
     aim: Aim | None
 
     @property
+    def parts(self) -> list[Limit | Aim]:
+        """The limits, and the goal behind them where there is one."""
+        return [*self.limits, *([self.aim] if self.aim is not None else [])]
+
+    @property
     def used_dof(self) -> int:
         """Greatest number of free coordinates that any question needs."""
-        parts: list[Limit | Aim] = [*self.limits, *([self.aim] if self.aim else [])]
-        return max((part.model.n_free for part in parts if not isinstance(part.form, Monomials)), default=0)
+        return max((part.model.n_free for part in self.parts if not isinstance(part.form, Monomials)), default=0)
 
     @property
     def low(self) -> FloatArray:

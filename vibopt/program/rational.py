@@ -70,7 +70,7 @@ class Groups:
         total = np.zeros(self.model.n_vars)
         for members in self.members:
             total += (self.model.exponents[list(members)] * self.roots).max(axis=0)
-        return tuple(int(round(d)) for d in total)
+        return tuple(round(d) for d in total.tolist())
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,13 @@ class Sampled:
 
     def joined(self, other: Sampled) -> Sampled:
         """The speeds of both; `scale` of each is kept."""
-        both = {key: np.concatenate([getattr(self, key), getattr(other, key)]) for key in ("factors", "top", "bottom", "scale")}
-        return replace(self, **both)
+        return replace(
+            self,
+            factors=np.concatenate([self.factors, other.factors]),
+            top=np.concatenate([self.top, other.top]),
+            bottom=np.concatenate([self.bottom, other.bottom]),
+            scale=np.concatenate([self.scale, other.scale]),
+        )
 
     def at(self, x: FloatArray, chosen: slice | FloatArray = slice(None)) -> tuple[ComplexArray, ComplexArray]:
         """N and D at designs x (..., n_vars), each (..., n_samples)."""
@@ -234,10 +239,11 @@ def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatA
     """
     grids = np.meshgrid(*[np.linspace(0, 1, d + 1) if d else np.zeros(1) for d in degrees], indexing="ij")
     nodes = np.stack([grid.ravel() for grid in grids], axis=-1) if degrees else np.zeros((1, 0))
-    change, product = np.ones((1, 1)), np.ones((1, 1, 1))
+    change: FloatArray = np.ones((1, 1))
+    product: FloatArray = np.ones((1, 1, 1))
     for degree in degrees:
-        change = np.kron(change, _to_bernstein(degree))
-        product = np.kron(product, _product(degree))
+        change = np.asarray(np.kron(change, _to_bernstein(degree)), dtype=float)
+        product = np.asarray(np.kron(product, _product(degree)), dtype=float)
     return nodes, change, product.reshape(len(product), -1).T
 
 

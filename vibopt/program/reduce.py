@@ -25,7 +25,7 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
-    if n == 1 or not isinstance(form, Modulus | StaticRow) or getattr(form, "rigid_link", ""):
+    if n == 1 or not isinstance(form, Modulus | StaticRow) or (isinstance(form, Modulus) and form.rigid_link):
         return model
     static = isinstance(form, StaticRow)
     root, operators, singles = _operators(model, static=static)

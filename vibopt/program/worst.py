@@ -77,8 +77,8 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
     """Extreme of the response to one excitation over its bands."""
     closed = closed_form(model, form, drive, x)
     if closed is not None:
-        found = [one for band in drive.bands for one in closed.candidates(band)]
-        return (min if least_wanted else max)(found, key=lambda one: one.value)
+        ends = [one for band in drive.bands for one in closed.candidates(band)]
+        return (min if least_wanted else max)(ends, key=lambda one: one.value)
     search = least if least_wanted else greatest
     modal = modal_of(model, model.values(x))
     singular, breaks = singularities(model, form, drive, x, modal)

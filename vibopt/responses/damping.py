@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.forms import Combine, Drive, Form, ModeDamping, Monomials
+from vibopt.forms import Combine, ComplexArray, Drive, Form, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.responses.kind import Response
@@ -50,7 +50,7 @@ class DampingOfModes(Response):
 ModeDampingRatio = DampingOfModes
 
 
-def ratios_of(poles: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> list[float]:
+def ratios_of(poles: ComplexArray) -> list[float]:
     """Damping ratio per pair of poles: half the sum of their decay rates over the root of the product."""
     top = float(np.abs(poles).max(initial=0.0))
     turning = [p for p in poles if p.real > 1e-9 * abs(p) and abs(p) > 1e-9 * top]

@@ -17,9 +17,7 @@ from vibopt.values.fields import complaint
 
 START_UP = "start-up"
 
-Bound = Annotated[
-    Any, WithJsonSchema({"type": ["string", "number"], "description": "a value with its unit"})
-]
+Bound = Annotated[Any, WithJsonSchema({"type": ["string", "number"], "description": "a value with its unit"})]
 
 
 def _one(given: object) -> SpeedRange | str:
@@ -84,7 +82,9 @@ class Response(Table):
             return
         detector = split_detector(unit)[2]
         if detector and not cls.amplitude:
-            raise BoundError("unit", unit, f'says "{detector}", but only an amplitude can be peak, peak-to-peak or rms.')
+            raise BoundError(
+                "unit", unit, f'says "{detector}", but only an amplitude can be peak, peak-to-peak or rms.'
+            )
         try:
             to_unit(1.0, unit, cls.dimension)
         except QuantityError as error:
@@ -158,4 +158,3 @@ class HarmonicResponse(Response):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         """Complex amplitude of the built machine in a given motion; another road than `output`."""
         raise NotImplementedError
-

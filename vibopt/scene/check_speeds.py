@@ -18,7 +18,9 @@ def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes:
     name = ".".join(str(one) for one in path)
     if not scene.excitations:
         if not any(one.startswith("excitations.") for one in broken):
-            mistakes.add(path, f"{name} is a response to vibration, but nothing shakes the machine. Add [excitations.NAME].")
+            mistakes.add(
+                path, f"{name} is a response to vibration, but nothing shakes the machine. Add [excitations.NAME]."
+            )
         return
     for one in response.due_to or ():
         if one not in scene.excitations:
@@ -47,13 +49,22 @@ def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[s
             if one not in names:
                 mistakes.unknown_name((*path, key), one, "excitation of this response", list(names))
     elif given is not None and len(names) > 1:
-        mistakes.add((*path, key), f'{where}.{key} speaks of one speed, but {len(names)} excitations act here: whose? Write {key} = {{ {names[0]} = "..." }}, or name one in due_to.')
+        mistakes.add(
+            (*path, key),
+            f"{where}.{key} speaks of one speed, but {len(names)} excitations act here: whose? Write {key} = {{ "
+            f'{names[0]} = "..." }}, or name one in due_to.',
+        )
         return
     for one in names:
         excitation = scene.excitations[one]
         speeds = speeds_for(scene, response, one)
         if isinstance(speeds, SpeedRange) and (speeds.dimension == "velocity") != excitation.of_vehicle:
-            mistakes.add((*path, key), f"{where}.{key} is {'a vehicle speed' if speeds.dimension == 'velocity' else 'a speed of rotation'}, but excitations.{one} counts {'vehicle speeds' if excitation.of_vehicle else 'speeds of rotation'}. Write it the same way.")
+            mistakes.add(
+                (*path, key),
+                f"{where}.{key} is {'a vehicle speed' if speeds.dimension == 'velocity' else 'a speed of rotation'}, "
+                f"but excitations.{one} counts "
+                f"{'vehicle speeds' if excitation.of_vehicle else 'speeds of rotation'}. Write it the same way.",
+            )
         elif speeds is not None and not response.normalised:
             _known(scene, path, response, one, mistakes)
 
@@ -67,10 +78,21 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
             continue
         where = ".".join(str(one) for one in path)
         if excitation.variation is None:
-            mistakes.add(path, f'{where} looks at speeds other than those of excitations.{name}: how does its amplitude vary? Add varies = "constant" or varies = "speed^2" to excitations.{name}.')
+            mistakes.add(
+                path,
+                f"{where} looks at speeds other than those of excitations.{name}: how does its amplitude vary? Add "
+                f'varies = "constant" or varies = "speed^2" to excitations.{name}.',
+            )
         else:
-            ends = [show(excitation.from_rotation(x), excitation.speed.unit, excitation.speed.dimension) for x in (known[0].low, known[0].high)]
-            mistakes.add(path, f"{where} looks at speeds outside the table of excitations.{name}.varies, which goes from {ends[0]} to {ends[1]}. Extend the table, or look at fewer speeds.")
+            ends = [
+                show(excitation.from_rotation(x), excitation.speed.unit, excitation.speed.dimension)
+                for x in (known[0].low, known[0].high)
+            ]
+            mistakes.add(
+                path,
+                f"{where} looks at speeds outside the table of excitations.{name}.varies, which goes from {ends[0]} "
+                f"to {ends[1]}. Extend the table, or look at fewer speeds.",
+            )
         return
 
 
@@ -79,15 +101,33 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
     lines = line_count(scene, response)
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
-        mistakes.add(path, f'{where} counts {what}: how do they add up? Add combine = "sum" (never too small), "rss"' + (' or "peak" (true peak over time).' if len(names) == 1 else "."))
+        mistakes.add(
+            path,
+            f'{where} counts {what}: how do they add up? Add combine = "sum" (never too small), "rss"'
+            + (' or "peak" (true peak over time).' if len(names) == 1 else "."),
+        )
     if response.combine == "peak" and len(names) > 1:
-        mistakes.value((*path, "combine"), "peak", 'needs phases, but machines that run independently have no fixed phase. Write "sum" or "rss".')
+        mistakes.value(
+            (*path, "combine"),
+            "peak",
+            'needs phases, but machines that run independently have no fixed phase. Write "sum" or "rss".',
+        )
     for bound in (response.at_most, response.at_least):
         detector = getattr(bound, "detector", None)
         if lines > 1 and detector == "rms" and response.combine not in (None, "rss"):
-            mistakes.value((*path, "combine"), response.combine, 'does not fit a bound in rms: the rms of several harmonics is their root of sum of squares. Write combine = "rss".')
+            mistakes.value(
+                (*path, "combine"),
+                response.combine,
+                "does not fit a bound in rms: the rms of several harmonics is their root of sum of squares. Write "
+                'combine = "rss".',
+            )
         if lines > 1 and detector == "pp" and response.combine not in (None, "sum"):
-            mistakes.value((*path, "combine"), response.combine, "does not fit a bound in pp: with several harmonics the swing is not twice the peak. Write the bound in pk.")
+            mistakes.value(
+                (*path, "combine"),
+                response.combine,
+                "does not fit a bound in pp: with several harmonics the swing is not twice the peak. Write the "
+                "bound in pk.",
+            )
 
 
 def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
@@ -95,13 +135,23 @@ def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[st
         return
     where = ".".join(str(one) for one in path)
     if len(names) > 1 or line_count(scene, response) > 1:
-        mistakes.add(path, f'{where} is a ratio to one excitation of one frequency, but several act. Name one in due_to, or limit the force or the motion itself.')
+        mistakes.add(
+            path,
+            f"{where} is a ratio to one excitation of one frequency, but several act. Name one in due_to, or limit "
+            "the force or the motion itself.",
+        )
         return
     family = scene.excitations[names[0]].family
     wants = "bases" if isinstance(response, Transmissibility) and response.into is None else "bodies"
     if family != wants and isinstance(response, Transmissibility):
-        word = ("of a body is the motion ratio to a moving base", 'into = "ground"') if wants == "bases" else ("into a place is the force ratio to a force", 'of = "BODY"')
-        mistakes.add(path, f"{where}: transmissibility {word[0]}, which excitations.{names[0]} is not. Write {word[1]}.")
+        word = (
+            ("of a body is the motion ratio to a moving base", 'into = "ground"')
+            if wants == "bases"
+            else ("into a place is the force ratio to a force", 'of = "BODY"')
+        )
+        mistakes.add(
+            path, f"{where}: transmissibility {word[0]}, which excitations.{names[0]} is not. Write {word[1]}."
+        )
     if family == "bases" and isinstance(response, InsertionLoss):
         mistakes.add(path, f"{where}: insertion loss needs a force on a body, which excitations.{names[0]} is not.")
 
@@ -136,4 +186,8 @@ def _reached(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
             still = not any(end in moved for ends in touching for end in ends if end != place)
         if still and (place in scene.links or place in scene.bodies or place == "ground" or place in scene.bases):
             where = ".".join(str(one) for one in path)
-            mistakes.add(path, f"{where} looks at {place}, which {' and '.join(names)} cannot move: no link leads there. Add a link, or name another place.")
+            mistakes.add(
+                path,
+                f"{where} looks at {place}, which {' and '.join(names)} cannot move: no link leads there. Add a "
+                "link, or name another place.",
+            )

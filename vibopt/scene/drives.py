@@ -26,9 +26,8 @@ def names_for(scene: Scene, response: HarmonicResponse) -> tuple[str, ...]:
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:
     """What the response says about the speeds of one excitation; None for its own speeds."""
     given = response.at if response.at is not None else response.over
-    if isinstance(given, dict):
-        return given.get(name)
-    return given
+    own: SpeedRange | str | None = given.get(name) if isinstance(given, dict) else given
+    return own
 
 
 def bands_for(scene: Scene, response: HarmonicResponse, name: str) -> tuple[Band, ...]:

@@ -52,7 +52,9 @@ def fact_at(scene: Scene, path: str) -> FactAt:
     if path not in known:
         chosen = [variable.path for variable in scene.variables]
         if path in chosen:
-            raise InputError(f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or write a value there first.")
+            raise InputError(
+                f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or write a value there first."
+            )
         raise InputError(f"there is no fact called {path}.{way_out(path, list(known))}")
     return known[path]
 

@@ -102,7 +102,7 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
         wrong = context["error"]
         mistakes.value((*path, wrong.key), wrong.given, wrong.text)
     elif kind == "string_type":
-        mistakes.value(path, given, 'is not a text. Write it in quotation marks.')
+        mistakes.value(path, given, "is not a text. Write it in quotation marks.")
     elif kind in ("int_type", "int_parsing", "int_from_float"):
         mistakes.value(path, given, "is not a whole number.")
     elif kind in ("tuple_type", "list_type"):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
@@ -11,20 +9,32 @@ from typing import Any
 from pydantic import ValidationError
 
 from vibopt.devices import FAMILIES, BaseTable, BodyTable, LinkTable
-from vibopt.errors import InputError, way_out
+from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import Response
 from vibopt.scene.check import check
+from vibopt.scene.document import changed, parsed, text_of
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact
 
-LARGEST = 2_000_000
-_TOP = ["title", "statement", "source", "bodies", "bases", "links", "excitations", "limits", "measures", "goal", "expected"]
+_TOP = [
+    "title",
+    "statement",
+    "source",
+    "bodies",
+    "bases",
+    "links",
+    "excitations",
+    "limits",
+    "measures",
+    "goal",
+    "expected",
+]
 _LATER = ["absorbers", "planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
 
 
@@ -42,36 +52,12 @@ def read(path: str | FilePath) -> Scene:
         The file cannot be read, or what it says is wrong; the text lists all mistakes with lines.
     """
     file = FilePath(path)
-    return from_text(_text_of(file), name=file.name)
-
-
-def _text_of(file: FilePath) -> str:
-    try:
-        if file.is_dir():
-            raise InputError(f"{file} is a folder. Name a problem file (.toml).")
-        size = file.stat().st_size
-        if size > LARGEST:
-            raise InputError(f"{file.name} has {size / 1e6:.1f} MB; a problem file has at most {LARGEST / 1e6:.0f} MB.")
-        return file.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{file} is not there. Name an existing problem file (.toml).") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file.name} is not a text in UTF-8. A problem file is a TOML text file.") from None
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
+    return from_text(text_of(file), name=file.name)
 
 
 def from_text(text: str, *, name: str = "scene") -> Scene:
     """The scene of a TOML text; `name` stands in front of each message."""
-    try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{name}: is no valid TOML: {error}.") from None
-    except RecursionError:
-        raise InputError(f"{name}: is nested too deeply for a problem file.") from None
-    if not document:
-        raise InputError(f'{name} is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".')
-    return from_dict(document, name=name, locator=Locator(text))
+    return from_dict(parsed(text, name), name=name, locator=Locator(text))
 
 
 def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None) -> Scene:
@@ -92,23 +78,7 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     InputError
         A path that the scene does not have, or a value that does not fit there.
     """
-    document = copy.deepcopy(dict(scene.document))
-    for path, value in changes.items():
-        _replace(document, path, value)
-    return from_dict(document, name=scene.name)
-
-
-def _replace(document: dict[str, Any], path: str, value: Any) -> None:
-    steps = path.split(".")
-    here: Any = document
-    for step in steps[:-1]:
-        if not isinstance(here, dict) or step not in here:
-            known = list(here) if isinstance(here, dict) else []
-            raise InputError(f'--set {path}: there is no "{step}" in this scene.{way_out(step, known)}')
-        here = here[step]
-    if not isinstance(here, dict):
-        raise InputError(f"--set {path}: this is not a table of the scene.")
-    here[steps[-1]] = value
+    return from_dict(changed(scene.document, changes), name=scene.name)
 
 
 class _Parts:
@@ -176,7 +146,9 @@ class _Parts:
             if isinstance(table, Mapping):
                 good[name] = dict(table)
             else:
-                self.mistakes.value((family, name), table, f"is not a table. Write [{family}.NAME] and its keys below it.")
+                self.mistakes.value(
+                    (family, name), table, f"is not a table. Write [{family}.NAME] and its keys below it."
+                )
         return good
 
     def _family(self, family: str, kind: type[Any]) -> dict[str, Any]:
@@ -208,7 +180,9 @@ class _Parts:
             self.mistakes.add(path, f"{'.'.join(path)} has no {key}. Write one of: {', '.join(kinds)}.")
             return None
         if not isinstance(given, str) or given not in kinds:
-            self.mistakes.value((*path, key), given, f"is no {key} that vibopt knows.{way_out(str(given), list(kinds))}")
+            self.mistakes.value(
+                (*path, key), given, f"is no {key} that vibopt knows.{way_out(str(given), list(kinds))}"
+            )
             return None
         return kinds[given]
 
@@ -276,7 +250,9 @@ class _Parts:
         words["response"] = table[sense]
         if not isinstance(words["response"], str) or words["response"] not in RESPONSES:
             known = list(RESPONSES)
-            self.mistakes.value(("goal", sense), table[sense], f"is no response that vibopt knows.{way_out(str(table[sense]), known)}")
+            self.mistakes.value(
+                ("goal", sense), table[sense], f"is no response that vibopt knows.{way_out(str(table[sense]), known)}"
+            )
             self.broken.add("goal")
             return None
         for key in ("at_most", "at_least", "outside"):

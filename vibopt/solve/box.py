@@ -30,16 +30,19 @@ def far_end(program: Program, axis: Axis) -> float:
     fixed = ~program.model.exponents.any(axis=1)
     masses = program.model.scales[fixed & (program.model.kinds == INERTIA)]
     mass = float(masses.sum()) or 1.0
-    fastest = max(
-        (
-            band.high * max(line.order for line in drive.lines)
-            for limit in (*program.limits, *([program.aim] if program.aim else []))
-            if isinstance(limit.form, Modulus)
-            for drive in limit.form.drives
-            for band in drive.bands
-        ),
-        default=0.0,
-    ) or 1e3
+    fastest = (
+        max(
+            (
+                band.high * max(line.order for line in drive.lines)
+                for part in program.parts
+                if isinstance(part.form, Modulus)
+                for drive in part.form.drives
+                for band in drive.bands
+            ),
+            default=0.0,
+        )
+        or 1e3
+    )
     key = axis.path.rsplit(".", 1)[-1]
     scale = {"stiffness": mass * fastest**2, "damping": mass * fastest, "mass": mass}.get(key, 1e-5)
     return FAR * scale

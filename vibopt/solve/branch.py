@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus, Monomials
+from vibopt.forms import BoolArray, FloatArray, Form, Modulus, Monomials
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.bounds import FormBounds, monomial_bounds
@@ -284,7 +284,7 @@ def _cut_sum(
     return low, high
 
 
-def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> FloatArray:
+def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> BoolArray:
     """Boxes on which the limit is not proven to be broken, shape (n_boxes,)."""
     if limit.side == "outside":
         return _may_avoid(limit, bounds, low, high)
@@ -292,12 +292,12 @@ def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray
         return np.ones(len(low), dtype=bool)
     lower, upper = bounds.on(low, high)
     if limit.side == "at_most":
-        fine: FloatArray = lower <= limit.bound * (1.0 + SAFETY) + (0.0 if limit.bound else 1e-300)
+        fine: BoolArray = lower <= limit.bound * (1.0 + SAFETY) + (0.0 if limit.bound else 1e-300)
         return fine
     return upper >= limit.bound * (1.0 - SAFETY)
 
 
-def _may_avoid(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> FloatArray:
+def _may_avoid(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> BoolArray:
     """Boxes on which no mode is proven to lie inside the forbidden band."""
     free = np.ones(len(low), dtype=bool)
     for mode in range(1, limit.model.n_free + 1):

@@ -20,7 +20,7 @@ def choose(program: Program, name: str | None) -> Method:
         from vibopt.solve.registry import METHODS
 
         if name not in METHODS:
-            raise InputError(f'--method {name}: there is no such method.{way_out(name, list(METHODS))}')
+            raise InputError(f"--method {name}: there is no such method.{way_out(name, list(METHODS))}")
         method: Method = METHODS[name]()
         refusal = method.refuses(program)
         if refusal is not None:
@@ -42,4 +42,3 @@ def choose(program: Program, name: str | None) -> Method:
     if refusal is not None:
         raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
     return general
-

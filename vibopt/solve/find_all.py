@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def _pieces(limit: Limit, form: Modulus, drive: Drive, level: Level, band: Band)
     edges = [band.low, *cuts, band.high]
     sign = 1.0 if limit.side == "at_most" else -1.0
     kept: list[Interval] = []
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         middle = level(np.array([0.5 * (low + high)]))[0]
         if sign * (middle - limit.bound) <= 0.0:
             kept.append((low, high))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from vibopt.forms import FloatArray
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge, Search
@@ -69,14 +70,21 @@ class BranchAndBound:
         if proof.status == "optimal":
             claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
             return self._found(program, "optimal", x, boxes, claim, proof.bound)
-        return self._found(program, "feasible", x, boxes, _open_words(boxes, proof.bound, judge.goal(x).value), proof.bound)
+        return self._found(
+            program, "feasible", x, boxes, _open_words(boxes, proof.bound, judge.goal(x).value), proof.bound
+        )
 
     def _none(self, boxes: int) -> Found:
         claim = f"proven by branch and bound: every one of {boxes} boxes breaks a limit"
         return Found("infeasible", None, claim, self.name, details={"boxes": boxes})
 
     def _found(
-        self, program: Program, status: str, x: np.ndarray[tuple[int], np.dtype[np.float64]], boxes: int, claim: str,
+        self,
+        program: Program,
+        status: str,
+        x: FloatArray,
+        boxes: int,
+        claim: str,
         bound: float = float("nan"),
     ) -> Found:
         aim = program.aim
@@ -88,11 +96,12 @@ def _open_words(boxes: int, bound: float, value: float) -> str:
     """What a search that was stopped can still say."""
     if not np.isfinite(bound):
         return f"branch and bound stopped after {boxes} boxes without a bound"
-    return f"branch and bound stopped after {boxes} boxes with a gap of {abs(bound - value) / max(abs(value), 1e-300):.1%}"
+    return (
+        f"branch and bound stopped after {boxes} boxes with a gap of {abs(bound - value) / max(abs(value), 1e-300):.1%}"
+    )
 
 
 def provable(program: Program) -> bool:
     """Whether every form has bounds on boxes."""
     middle = program.high
-    parts = [*program.limits, *([program.aim] if program.aim else [])]
-    return all(FormBounds(part.model, part.form, middle).bounded for part in parts)
+    return all(FormBounds(part.model, part.form, middle).bounded for part in program.parts)

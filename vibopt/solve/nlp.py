@@ -13,7 +13,7 @@ import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
 from vibopt.program.nlp import SampledProgram, Samples
-from vibopt.program.program import Program
+from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found, Progress
@@ -131,7 +131,7 @@ class _Run:
         for index, part in self.samples.parts():
             if not isinstance(part.form, Modulus):
                 continue
-            least_wanted = part.sense < 0 if index == -1 else part.side == "at_least"  # type: ignore[union-attr]
+            least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
             for drive in part.form.drives:
                 found = extremes_of(part.model, part.form, drive, x, least_wanted=least_wanted, within=0.7)
                 fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:3]])

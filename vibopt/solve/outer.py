@@ -10,9 +10,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.forms import FloatArray, Modulus, StaticRow
+from vibopt.forms import FloatArray, IntArray, Modulus, StaticRow
 from vibopt.program.program import Limit, Program
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.method import Found, Progress
@@ -153,7 +152,8 @@ def _roots(row: FloatArray) -> FloatArray:
     for _ in range(3):
         steep = np.polyval(slope[::-1], real)
         real = real - np.where(steep != 0.0, np.polyval(row[::-1], real) / np.where(steep != 0.0, steep, 1.0), 0.0)
-    return real
+    polished: FloatArray = real
+    return polished
 
 
 def _quadratic(a: float, b: float, c: float) -> FloatArray:
@@ -244,7 +244,7 @@ class Plane:
     def __init__(self, table: FloatArray, low: FloatArray, high: FloatArray) -> None:
         self.low, self.high = low, high
         self.scale = np.array([high[0], high[1] ** 2])
-        box = np.array([[0.0, 0.0, -high[1] ** 2, 1.0], [0.0, 0.0, low[1] ** 2, -1.0]])
+        box = np.array([[0.0, 0.0, -(high[1] ** 2), 1.0], [0.0, 0.0, low[1] ** 2, -1.0]])
         rows = np.concatenate([table, box]) * np.array([self.scale[0] ** 2, self.scale[0], 1.0, self.scale[1]])
         size = np.abs(rows).max(axis=1, keepdims=True)
         self.rows = rows / np.where(size == 0.0, 1.0, size)
@@ -316,7 +316,7 @@ class Plane:
 
 
 @lru_cache(maxsize=64)
-def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(count: int) -> tuple[IntArray, IntArray]:
     first, second = np.triu_indices(count, 1)
     return first, second
 
@@ -330,7 +330,8 @@ def _many_roots(rows: FloatArray) -> FloatArray:
     large = -0.5 * (b + np.copysign(root, b))
     with np.errstate(divide="ignore", invalid="ignore"):
         found = np.concatenate([(large / a)[near], (c / large)[near]])
-    return found[np.isfinite(found)]
+    finite: FloatArray = found[np.isfinite(found)]
+    return finite
 
 
 def _none(name: str, rounds: int) -> Found:

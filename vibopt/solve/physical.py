@@ -63,8 +63,11 @@ def _is_total_force(limit: Limit) -> bool:
     assert isinstance(limit.form, Modulus)
     links = limit.model.kinds != INERTIA
     signs = limit.form.output.signs * limit.model.vectors[:, 0]
-    return bool(links.any()) and bool(np.all(np.abs(signs[links]) == 1.0)) and len(set(signs[links])) == 1 and (
-        not limit.form.output.shared_by
+    return (
+        bool(links.any())
+        and bool(np.all(np.abs(signs[links]) == 1.0))
+        and len(set(signs[links])) == 1
+        and (not limit.form.output.shared_by)
     )
 
 
@@ -74,7 +77,8 @@ def _is_motion(limit: Limit) -> bool:
 
 
 def _clash(program: Program, force: Limit, motion: Limit) -> Impossible | None:
-    assert isinstance(force.form, Modulus) and isinstance(motion.form, Modulus)
+    assert isinstance(force.form, Modulus)
+    assert isinstance(motion.form, Modulus)
     first, second = force.form.drives[0], motion.form.drives[0]
     if first.name != second.name:
         return None

@@ -24,7 +24,12 @@ def single_lines(limit: Limit) -> bool:
     """Whether a limit is one harmonic of one excitation, or knows no speeds."""
     form = limit.form
     if isinstance(form, Modulus):
-        return len(form.drives) == 1 and len(form.drives[0].lines) == 1 and not form.rigid_link and not form.output.shared_by
+        return (
+            len(form.drives) == 1
+            and len(form.drives[0].lines) == 1
+            and not form.rigid_link
+            and not form.output.shared_by
+        )
     return limit.side != "outside"
 
 
@@ -199,7 +204,9 @@ class PlaneRows:
             made = sample(limit, speeds, self.program.high)
             size = made.scale[0, 0] if made.scale.size else 1.0
             top, bottom = abs(made.top[0, 0]), made.bottom[0].real
-            return sign * np.array([[0.0, -limit.bound * bottom[1] / size * _static(model), top - limit.bound * bottom[0], 0.0]])
+            return sign * np.array(
+                [[0.0, -limit.bound * bottom[1] / size * _static(model), top - limit.bound * bottom[0], 0.0]]
+            )
         rows = self._modulus(limit, speeds)
         assert rows is not None
         return rows

@@ -11,13 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.forms import FloatArray
+from vibopt.forms import BoolArray, FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
 
-BoolArray = NDArray[np.bool_]
 BEYOND = 40.0
 """Log violation from which on a limit is missed without end (an undamped resonance within its band)."""
 _STEP = 1e-5

@@ -214,9 +214,7 @@ def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> D
     )
 
 
-def _nothing(
-    scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, explain: bool
-) -> Design:
+def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, explain: bool) -> Design:
     from vibopt.solve.impasse import conflict_of
 
     conflict = conflict_of(scene, program, found) if found.status == "infeasible" and explain else None

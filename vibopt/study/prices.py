@@ -38,7 +38,8 @@ def priced(design: Design, *, until: bool = False) -> Design:
 
 def _price(design: Design, row: Checked, until: bool) -> Price | None:
     scene = design.scene
-    assert row.limit is not None and design.goal is not None
+    assert row.limit is not None
+    assert design.goal is not None
     fact = fact_at(scene, f"limits.{row.name}.{row.side}")
     response = scene.limits[row.name]
     sign = 1.0 if row.side == "at_most" else -1.0
@@ -95,7 +96,8 @@ def without_bound(scene: Scene, name: str, side: str) -> Scene:
 
 
 def _words(design: Design, row: Checked, loosened: Shown, goal: Shown, until: Shown | None) -> str:
-    assert row.limit is not None and design.goal is not None
+    assert row.limit is not None
+    assert design.goal is not None
     name, now = design.goal
     text = f"{row.limit.shown} -> {loosened.shown}: {name} {now.shown} -> {goal.shown}"
     if now.shown == goal.shown:

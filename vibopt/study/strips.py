@@ -72,9 +72,7 @@ def _strip(name: str, values: list[Shown | None], dimension: str, unit: str) -> 
 
 def _margins(points: list[Point]) -> Strip:
     names = list(dict.fromkeys(name for point in points for name in point.margins))
-    lines = tuple(
-        Line(name, np.array([_percent(point.margins.get(name, nan)) for point in points])) for name in names
-    )
+    lines = tuple(Line(name, np.array([_percent(point.margins.get(name, nan)) for point in points])) for name in names)
     return Strip("margin of each limit [%]", lines, bad_below=0.0)
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from math import inf, isinf
+from math import inf, isinf, tau
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibopt.design.design import Checked, Design, Shown
-from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.errors import InputError, QuantityError, UnknownName, way_out
+from vibopt.jobs import is_design, open_job
 from vibopt.responses import Response
-from vibopt.scene.read import read
-from vibopt.scene.scene import Scene
-from vibopt.units import read_quantity, show
+from vibopt.units import read_quantity, show, to_unit
+from vibopt.units.spelling import split_detector
 from vibopt.values.speeds import ROTATION
 
 KEYS = ("what", "path", "value", "rel_tol", "printed", "verdict", "why")
@@ -21,7 +21,10 @@ VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
 REL_TOL = 1e-4
 DIGITS = 8
 
-Solve = Callable[[Scene], Design]
+if TYPE_CHECKING:
+    from vibopt.jobs import Answer, Job, Solution
+
+Solve = Callable[["Job"], "Answer"]
 Progress = Callable[[str, float], None]
 
 
@@ -113,22 +116,22 @@ def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:
 def verify_file(file: Path, name: str, solve: Solve) -> list[Row]:
     """The records of one file; one row that is not ok where there is no answer to compare with."""
     try:
-        scene = read(file)
+        job = open_job(file)
     except InputError as error:
         return [Row(name, "the file", "", "no mistakes", "input_error", "", False, why=str(error))]
     try:
-        design = solve(scene)
+        found = solve(job)
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())
         return [Row(name, "the answer", "", "an answer", "internal_error", "", False, why=text)]
-    rows = [compare(design, record, name) for record in scene.expected]
-    recorded = any(record.get("path") == "status" for record in scene.expected)
-    if design.status in ("check_failed", "unproven") and not recorded:
-        rows.append(Row(name, "status", "", "a checked answer", design.status, "", False, why=design.claim))
+    rows = [compare(found, record, name) for record in job.expected]
+    recorded = any(record.get("path") == "status" for record in job.expected)
+    if found.status in ("check_failed", "unproven") and not recorded:
+        rows.append(Row(name, "status", "", "a checked answer", found.status, "", False, why=found.claim))
     return rows
 
 
-def compare(design: Design, record: Mapping[str, Any], file: str = "") -> Row:
+def compare(found: Answer, record: Mapping[str, Any], file: str = "") -> Row:
     """One record against the answer it speaks of."""
     path, given = str(record.get("path", "")), record.get("value")
     tolerance = record.get("rel_tol", REL_TOL)
@@ -138,7 +141,10 @@ def compare(design: Design, record: Mapping[str, Any], file: str = "") -> Row:
     ours, difference = "nothing", None
     if not complaint:
         try:
-            ours, difference = _compared(design, path, given)
+            if is_design(found):
+                ours, difference = _compared(found, path, given)
+            else:
+                ours, difference = _compared_balancing(found, path, given)
         except (QuantityError, _NoSuchPathError) as error:
             complaint = f"{path} = {_text(given)} {error}" if isinstance(error, QuantityError) else str(error)
     ok = not complaint and (ours == given if difference is None else difference <= tolerance)
@@ -181,6 +187,25 @@ def _compared(design: Design, path: str, given: object) -> tuple[str, float | No
     shown, dimension, amplitude = _find(design, path)
     right, unit = _read(given, dimension, amplitude)
     return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)
+
+
+def _compared_balancing(found: Solution, path: str, given: object) -> tuple[str, float | None]:
+    """As above for a balancing job: angles agree modulo a turn, and beside zero the unit of the record counts."""
+    try:
+        entry = found.find(path)
+    except UnknownName as error:
+        raise _NoSuchPathError(f"the answer has no such path: {error}") from None
+    if isinstance(entry.value, str):
+        return entry.value, None
+    word = split_detector(entry.unit)[2]
+    right, unit = _read(given, entry.dimension, entry.amplitude or bool(word))
+    if word and given != "infinite" and not split_detector(unit)[2]:
+        raise QuantityError(f'says neither pk, pp nor rms. Write "{given} {word}".')
+    ours = entry.value
+    if entry.dimension == "angle":
+        ours = right + (ours - right + 0.5 * tau) % tau - 0.5 * tau
+    gap = _difference(ours, right) if right else abs(to_unit(ours, unit, entry.dimension))
+    return _in_unit(entry.value, unit or entry.unit, entry.dimension), gap
 
 
 def _compared_set(design: Design, given: object) -> tuple[str, float]:

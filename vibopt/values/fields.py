@@ -144,7 +144,10 @@ class RuleSchema:
 
 
 def _schema(rule: Rule) -> dict[str, Any]:
-    plain: dict[str, Any] = {"type": ["string", "number"], "description": f"{rule.dimension}, for example {DIMENSIONS[rule.dimension].example}"}
+    plain: dict[str, Any] = {
+        "type": ["string", "number"],
+        "description": f"{rule.dimension}, for example {DIMENSIONS[rule.dimension].example}",
+    }
     if not rule.choice:
         return plain
     side = {"type": ["string", "number"]}
@@ -217,8 +220,7 @@ def _is_whole(rule: Rule, given: Mapping[str, object], low: float, high: float) 
         return False
     if rule.dimension != "count":
         raise QuantityError(
-            "asks for whole numbers, but only a count is one. "
-            'Write one_of = ["...", "..."] for a list of values.'
+            'asks for whole numbers, but only a count is one. Write one_of = ["...", "..."] for a list of values.'
         )
     if high == float("inf"):
         raise QuantityError("has no upper end. Whole numbers need both from and to.")
@@ -257,4 +259,3 @@ def _read_options(rule: Rule, given: Mapping[str, object]) -> Choice:
 
 def _given(given: object) -> str:
     return f'"{given}"' if isinstance(given, str) else str(given)
-

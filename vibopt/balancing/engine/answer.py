@@ -140,7 +140,7 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
     exact = arms(job, found.cranks, truncated=False).at(found.x)
     short = arms(job, found.cranks, truncated=True).at(found.x)
     for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
-        full, cut = peak(exact, couple), peak(short, couple)
+        full, cut = (_clean(peak(one, couple), _size(job, couple)) for one in (exact, short))
         if max(full, cut) > _TINY * _size(job, couple):
             off = f"{100.0 * (full / cut - 1.0):+.2g} %" if cut > _TINY * _size(job, couple) else "all of it"
             said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"

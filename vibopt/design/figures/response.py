@@ -189,5 +189,3 @@ def _spread(labels: list[Annotation], panel: Panel) -> None:
         axes: Any = labels[0].axes
         curves = [np.column_stack([one.x, one.y])[np.isfinite(one.y)] for one in panel.curves]
         place(labels, axes.transData.transform(np.concatenate(curves)))
-
-

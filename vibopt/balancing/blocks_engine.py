@@ -1,0 +1,100 @@
+"""An engine in blocks: cranks and weights, and what still shakes order by order."""
+
+from __future__ import annotations
+
+from vibopt.balancing.blocks import FOOT, TEXT, Block, brief, table
+from vibopt.balancing.blocks_known import limits_of, measures_of
+from vibopt.balancing.engine.job import EngineJob
+from vibopt.balancing.outcome import Entry, Outcome
+from vibopt.units import show
+
+SMALL = 1e-6
+
+
+def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
+    if outcome.status == "infeasible":
+        return [Block("Notes", FOOT, outcome.notes)]
+    return [
+        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome), limits_of(outcome), measures_of(outcome),
+        Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
+    ]  # fmt: skip
+
+
+def _method(outcome: Outcome) -> tuple[str, ...]:
+    return (outcome.method,) if outcome.method not in ("", "none") else ()
+
+
+def _weights(outcome: Outcome, job: EngineJob) -> Block:
+    """What was chosen, and the weights that were given."""
+    rows = []
+    if job.share is not None:
+        part = outcome.values["counterweight_share"]
+        rows.append(
+            ("opposite each crank", f"{brief(part)} of the reciprocating mass, and all of the rotating", "", "", "")
+        )
+    for one in job.weights:
+        path = f"{one.family}.{one.name}"
+        chosen = [outcome.values.get(f"{path}.{key}") for key in ("unbalance", "angle")]
+        size, angle = (("", "") if entry is None else (brief(entry), "") for entry in chosen)
+        if one.fixed is not None:
+            size = (show(abs(one.fixed), one.unit, "unbalance"), "")
+            angle = (brief(_angle_of(one.fixed)), "")
+        speed = "crank" if one.order == 1 and one.sense > 0 else f"{one.order} x, {'with' if one.sense > 0 else 'against'}"
+        rows.append((one.name, size[0], angle[0], speed, show(one.at, "mm", "length")))
+    heads = ("Weight", "Unbalance", "Angle", "Turns", "At")
+    return table("Weights", heads, rows, whole=(2, 4))
+
+
+def _angle_of(u: complex) -> Entry:
+    from vibopt.balancing.outcome import angle
+
+    return angle(u)
+
+
+def _cranks(outcome: Outcome, job: EngineJob) -> Block:
+    rows = [
+        (
+            str(k),
+            brief(outcome.values[f"cylinders.{k}.crank"]),
+            brief(Entry(one.bank, "angle", "deg")) if any(other.bank for other in job.cylinders) else "",
+            show(one.at, "mm", "length"),
+        )
+        for k, one in enumerate(job.cylinders, start=1)
+    ]
+    return table("Cylinders", ("Cylinder", "Crank", "Bank", "From the reference"), rows)
+
+
+def _orders(outcome: Outcome) -> list[Block]:
+    """Orders down to a millionth of all together, and the firing order."""
+    values = outcome.values
+    orders = sorted({int(path.split(".")[1]) for path in values if path.startswith("orders.")})
+    least = {word: SMALL * _size(values[f"all_orders.{word}"]) for word in ("force", "couple")}
+    rows, hidden = [], []
+    for order in orders:
+        found = {word: values[f"orders.{order}.{word}"] for word in least}
+        if order > 2 and all(_size(one) <= least[word] for word, one in found.items()):
+            hidden.append(str(order))
+        else:
+            rows.append((str(order), *(_cell(one, least[word]) for word, one in found.items())))
+    rows.append(("all together", *(_cell(values[f"all_orders.{word}"], least[word]) for word in least)))
+    lines = []
+    if hidden:
+        lines.append(f"Order{'s' * (len(hidden) > 1)} {', '.join(hidden)}: less than a millionth of all together.")
+    if "firing.order" in values:
+        even = "even" if values["firing.even"].value == "yes" else "not even"
+        lines.append(f"Firing order {values['firing.order'].shown} ({even}).")
+    heads = ("Order", "Force", "Couple")
+    return [table("What still shakes, greatest over a turn", heads, rows), Block("Besides", TEXT, tuple(lines))]
+
+
+def _size(entry: Entry) -> float:
+    return entry.value if isinstance(entry.value, float) else 0.0
+
+
+def _cell(entry: Entry, least: float) -> str:
+    """A value; zero where it is less than a millionth of all together."""
+    small = _size(entry) < least
+    return brief(Entry(0.0, entry.dimension, entry.unit, entry.amplitude) if small else entry)
+
+
+__all__ = ["SMALL", "engine_blocks"]

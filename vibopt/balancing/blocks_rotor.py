@@ -1,0 +1,137 @@
+"""The plan of a measured rotor in blocks: what to fit, what will be left, and how far that is known."""
+
+from __future__ import annotations
+
+from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.balancing.blocks import FOOT, TEXT, TODO, WORK, Block, brief, share, state, table
+from vibopt.balancing.outcome import Entry
+from vibopt.balancing.plan import Plan
+from vibopt.units import show
+
+MOST_COEFFICIENTS = 12
+_ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
+
+
+def rotor_blocks(plan: Plan) -> list[Block]:
+    several = len(plan.fittings) > 1
+    found = [Block("What to do", TODO, plan.words)]
+    for number, fitting in enumerate(plan.fittings, start=1):
+        which = f", answer {number}" if several else ""
+        found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
+    return [
+        *found, _limits(plan), _prices(plan), _remedies(plan), *_quality(plan), _trials(plan),
+        Block("Conventions", FOOT, plan.conventions), Block("Notes", FOOT, plan.notes),
+        Block("Method", FOOT, (plan.method,) if plan.method else ()), _coefficients(plan),
+    ]  # fmt: skip
+
+
+def _weights(fitting: Fitting, title: str) -> Block:
+    rows = [row for plane in fitting.planes for row in _plane(plane)]
+    return table(title, ("Plane", "Weight", "Angle", "Hole", "Radius", "Depth", ""), rows)
+
+
+def _plane(plane: PlaneAnswer) -> list[tuple[str, ...]]:
+    what = _ACTIONS.get(plane.action, "")
+    if not plane.weights:
+        return [(plane.name, "-", "", "", "", "", what)]
+    return [(plane.name, *_weight(one, plane.mass), what) for one in plane.weights]
+
+
+def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
+    return (
+        brief(Entry(one.mass, mass.dimension, mass.unit)),
+        brief(Entry(one.angle, "angle", "deg")),
+        "" if one.hole is None else str(one.hole + 1),
+        "" if one.radius is None else show(one.radius, "mm", "length"),
+        "" if one.depth is None else show(one.depth, "mm", "length", digits=3),
+    )
+
+
+def _rows(fitting: Fitting, title: str) -> Block:
+    heads = ("Sensor", "Speed", "As found", "After", "At most", "Margin")
+    return table(title, heads, [_row(one) for one in fitting.rows], whole=(2, 3, 4, 5))
+
+
+def _row(one: RowAnswer) -> tuple[str, ...]:
+    after = brief(one.residual)
+    if one.band is not None:
+        low, high = (brief(end, 3) for end in one.band)
+        after += f"\n95 %: {low.split(' ')[0]} to {high}"
+    limit = "" if one.limit is None else brief(one.limit)
+    broken = one.limit is not None and one.margin < -1e-6
+    margin = "" if one.limit is None else share(one.margin) + ("\nBROKEN" if broken else "")
+    return one.sensor, one.speed.shown, one.found_phasor, after, limit, margin
+
+
+def _limits(plan: Plan) -> Block:
+    rows = [
+        (
+            name,
+            f"{one.response} {one.place}".strip(),
+            brief(one.value),
+            brief(one.limit),
+            share(one.margin),
+            state(one.margin, one.met),
+        )
+        for name, one in plan.limits.items()
+    ]
+    return table("Limits", ("Limit", "Of", "Worst", "At most", "Margin", ""), rows, whole=(2, 3, 4, 5))
+
+
+def _prices(plan: Plan) -> Block:
+    rows = [(name, one.price) for name, one in plan.limits.items() if one.price]
+    return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
+
+
+def _remedies(plan: Plan) -> Block:
+    rows = [(one.name, brief(one.worst), brief(one.rms), ", ".join(one.masses), one.band) for one in plan.remedies]
+    heads = ("Instead", "Worst left", "Rms left", "Weights", "95 % band")
+    return table("Planes almost alike: the ways round, side by side", heads, rows, whole=(1, 2))
+
+
+def _quality(plan: Plan) -> list[Block]:
+    """Permissible unbalances by place, and the grade earned."""
+    values = {path.removeprefix("quality."): one for path, one in plan.values.items() if path.startswith("quality.")}
+    if not values:
+        return []
+    rows = []
+    for family, word in (("bearings", "bearing"), ("planes", "plane")):
+        names = dict.fromkeys(path.split(".")[1] for path in values if path.startswith(f"{family}."))
+        for name in names:
+            keys = ("permissible", "may_show", "left")
+            cells = [values.get(f"{family}.{name}.{key}") for key in keys]
+            rows.append((f"{word} {name}", *("" if one is None else brief(one) for one in cells)))
+    lines = [
+        f"Permissible unbalance of the whole rotor: {brief(values['permissible'])} "
+        f"(eccentricity {brief(values['eccentricity'])}; {values['kind'].shown} rotor)."
+    ]
+    if "earned" in values:
+        met = "is" if values["met"].value == "yes" else "is NOT"
+        lines.append(
+            f"What is left earns the grade {brief(values['earned'])} (worst at {values['worst_at'].shown}): "
+            f"the grade asked for {met} met."
+        )
+    return [
+        Block("Quality grade", TEXT, tuple(lines)),
+        table("Permissible residual unbalance", ("At", "Permissible", "May be measured", "Left"), rows),
+    ]
+
+
+def _trials(plan: Plan) -> Block:
+    found = [(path.split(".")[1], one) for path, one in plan.values.items() if path.startswith("planes_first.")]
+    if any(one.endswith(".") and "first trial" in one for one in plan.words):
+        found = []
+    lines = tuple(f"{name}: at most {brief(one, 3)}." for name, one in found)
+    return Block("First trial weights", TEXT, lines)
+
+
+def _coefficients(plan: Plan) -> Block:
+    found = {path: one for path, one in plan.values.items() if path.startswith("influence.") and path.endswith("value")}
+    title = "Influence coefficients, for the next job ([[influence]])"
+    if len(found) > MOST_COEFFICIENTS:
+        return Block(title, WORK, (f"{len(found)} values; vibopt solve --json prints them under values.influence.",))
+    rows = []
+    for path, one in found.items():
+        _, sensor, plane, *speed, _ = path.split(".")
+        rows.append((sensor, ".".join(speed), plane, str(one.value)))
+    return table(title, ("Sensor", "Speed", "Plane", "Value"), rows, WORK)

@@ -1,0 +1,79 @@
+"""A problem file as text and as a document, before anybody knows what it speaks of."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from vibopt.errors import InputError, way_out
+
+LARGEST = 2_000_000
+
+
+def text_of(file: FilePath) -> str:
+    """The text of a problem file; InputError where it cannot be read."""
+    try:
+        if file.is_dir():
+            raise InputError(f"{file} is a folder. Name a problem file (.toml).")
+        size = file.stat().st_size
+        if size > LARGEST:
+            raise InputError(f"{file.name} has {size / 1e6:.1f} MB; a problem file has at most {LARGEST / 1e6:.0f} MB.")
+        return file.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(f"{file} is not there. Name an existing problem file (.toml).") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file.name} is not a text in UTF-8. A problem file is a TOML text file.") from None
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
+
+
+def parsed(text: str, name: str) -> dict[str, Any]:
+    """The document of a TOML text; `name` stands in front of each message."""
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{name}: is no valid TOML: {error}.") from None
+    except RecursionError:
+        raise InputError(f"{name}: is nested too deeply for a problem file.") from None
+    if not document:
+        raise InputError(f'{name} is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".')
+    return document
+
+
+def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy of the document with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}.
+
+    In a list the step is the number of the entry, from 1: "runs.2.speed".
+    """
+    new = copy.deepcopy(dict(document))
+    for path, value in changes.items():
+        _replace(new, path, value)
+    return new
+
+
+def _replace(document: dict[str, Any], path: str, value: Any) -> None:
+    steps = path.split(".")
+    here: Any = document
+    for step in steps[:-1]:
+        here = here[_key(here, step, path)]
+    if isinstance(here, list):
+        here[_key(here, steps[-1], path)] = value
+    elif isinstance(here, dict):
+        here[steps[-1]] = value
+    else:
+        raise InputError(f"--set {path}: this is not a table of the scene.")
+
+
+def _key(here: Any, step: str, path: str) -> Any:
+    """Key or index of a step; InputError where there is none."""
+    if isinstance(here, list):
+        if step.isdigit() and 1 <= int(step) <= len(here):
+            return int(step) - 1
+        raise InputError(f"--set {path}: {step} is no entry of this list. Write a number from 1 to {len(here)}.")
+    if isinstance(here, dict) and step in here:
+        return step
+    known = list(here) if isinstance(here, dict) else []
+    raise InputError(f'--set {path}: there is no "{step}" in this scene.{way_out(step, known)}')
