@@ -220,7 +220,7 @@ def test_a_full_disk_is_told() -> None:
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
 def test_every_terminal_gets_text_that_it_can_show(encoding: str) -> None:
     file = "problems/isolation/rao_9_40.toml"
-    done = shell("solve", file, "--no-prices", PYTHONIOENCODING=encoding)
+    done = shell("solve", file, "--no-prices", "--set", "measures.other_end.unit=m/s²", PYTHONIOENCODING=encoding)
     assert done.returncode == 0
     assert "m/s" in done.stdout.decode(encoding)
     import json

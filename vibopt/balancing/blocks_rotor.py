@@ -48,15 +48,16 @@ def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
 
 
 def _rows(fitting: Fitting, title: str) -> Block:
-    heads = ("Sensor", "Speed", "As found", "After", "At most", "Margin")
-    return table(title, heads, [_row(one) for one in fitting.rows], whole=(2, 3, 4, 5))
+    band = " (95 % band)" if any(one.band for one in fitting.rows) else ""
+    heads = ("Sensor", "Speed", "As found", f"After{band}", "At most", "Margin")
+    return table(title, heads, [_row(one) for one in fitting.rows], whole=(1, 2, 3, 4, 5))
 
 
 def _row(one: RowAnswer) -> tuple[str, ...]:
     after = brief(one.residual)
     if one.band is not None:
-        low, high = (brief(end, 3) for end in one.band)
-        after += f"\n95 %: {low.split(' ')[0]} to {high}"
+        low, high = (brief(end, 3).partition(" ")[0] for end in one.band)
+        after += f"\n({low} to {high})"
     limit = "" if one.limit is None else brief(one.limit)
     broken = one.limit is not None and one.margin < -1e-6
     margin = "" if one.limit is None else share(one.margin) + ("\nBROKEN" if broken else "")

@@ -1,0 +1,152 @@
+"""The rules of the house: who may import whom, docstrings, and clean runs of ruff and mypy."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+MODULES = {
+    ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
+    for file in sorted((ROOT / "vibopt").rglob("*.py"))
+}
+
+FLOORS = (
+    ("errors", "forms"),
+    ("units",),
+    ("values",),
+    ("mechanics",),
+    ("devices", "excitations", "responses"),
+    ("scene",),
+    ("program",),
+    ("design",),
+    ("solve",),
+    ("jobs",),
+    ("study",),
+    ("cli",),
+)
+"""From the ground up: an area imports itself and what lies on lower floors."""
+FLOOR = {area: floor for floor, areas in enumerate(FLOORS) for area in areas}
+
+UNDER_BALANCING = (
+    "vibopt.balancing",
+    "vibopt.errors",
+    "vibopt.forms",
+    "vibopt.units",
+    "vibopt.values",
+    "vibopt.mechanics.constants",
+    "vibopt.scene.mistakes",
+    "vibopt.scene.locate",
+    "vibopt.solve.method",
+    "vibopt.design.design",
+    "vibopt.design.jsonable",
+)
+"""Balancing stands beside the scenes and shares only these with them."""
+UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
+"""What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
+BALANCING_SHEETS = ("asked", "blocks", "table", "sheet", "figures")
+OVER_BALANCING = ("vibopt.balancing", "vibopt.jobs", "vibopt.cli")
+
+HOMES = {
+    "casadi": ("vibopt.program.nlp", "vibopt.solve.rivals"),
+    "cvxpy": ("vibopt.solve.rivals",),
+    "matplotlib": ("vibopt.design.figures", "vibopt.design.chart_figures", "vibopt.balancing.figures"),
+}
+"""Large libraries, and where alone they may be loaded."""
+
+
+def _imports(tree: ast.AST, *, types: bool = True) -> Iterator[tuple[int, str]]:
+    """Line and full name of every import, also inside functions; without `types` not those for annotations only."""
+    for node in ast.iter_child_nodes(tree):
+        if not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"line {node.lineno}: write the full name instead of a relative import"
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield node.lineno, inner if inner in MODULES else str(node.module)
+        else:
+            yield from _imports(node, types=types)
+
+
+def _under(module: str, homes: tuple[str, ...]) -> bool:
+    return any(module == home or module.startswith(f"{home}.") for home in homes)
+
+
+def _area(module: str) -> str:
+    return module.split(".")[1] if "." in module else ""
+
+
+def _wrong(module: str, imported: str) -> bool:
+    """Whether an import within the package runs upward or sideways."""
+    area, other = _area(module), _area(imported)
+    if area == "balancing":
+        shows = any(part.split("_")[0] in BALANCING_SHEETS for part in module.split(".")[2:])
+        return not _under(imported, UNDER_BALANCING_SHEETS if shows else UNDER_BALANCING)
+    if other == "balancing":
+        return not _under(module, OVER_BALANCING)
+    if area not in FLOOR:  # the package itself and __main__ stand above everything
+        return False
+    return area != other and FLOOR.get(other, len(FLOORS)) >= FLOOR[area]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_point_downward(module: str) -> None:
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    wrong = [
+        f"line {line}: {imported}"
+        for line, imported in _imports(tree)
+        if _under(imported, ("vibopt",)) and _wrong(module, imported)
+    ]
+    assert not wrong, f"{module} imports what does not lie below it"
+
+
+def test_every_area_has_its_floor() -> None:
+    areas = {_area(module) for module in MODULES}
+    assert areas - {"", "__main__", "balancing"} == set(FLOOR)
+
+
+@pytest.mark.parametrize("library", HOMES)
+def test_large_libraries_stay_at_home(library: str) -> None:
+    wrong = [
+        f"{module} line {line}"
+        for module, file in MODULES.items()
+        if not _under(module, HOMES[library])
+        for line, imported in _imports(ast.parse(file.read_text(encoding="utf-8")), types=False)
+        if _under(imported, (library,))
+    ]
+    assert not wrong, f"{library} is imported outside {', '.join(HOMES[library])}"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_docstrings(module: str) -> None:
+    """Modules, public classes, and public functions of more than one statement say what they are for."""
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    assert not tree.body or ast.get_docstring(tree), f"{module} has no docstring"
+    silent = [
+        node.name
+        for node in tree.body
+        if isinstance(node, ast.ClassDef | ast.FunctionDef)
+        if not node.name.startswith("_") and not ast.get_docstring(node)
+        if isinstance(node, ast.ClassDef) or len(node.body) > 1
+    ]
+    assert not silent, f"{module} has public names without a docstring"
+
+
+@pytest.mark.parametrize(
+    "command", [("ruff", "check", "."), ("ruff", "format", "--check", "."), ("mypy",)], ids=" ".join
+)
+def test_tool_finds_nothing(command: tuple[str, ...]) -> None:
+    if find_spec(command[0]) is None:
+        pytest.skip(f"{command[0]} is not installed; pip install vibopt[test] brings it")
+    run = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False)
+    found = [line[:300] for line in (run.stdout + run.stderr).splitlines() if ": note:" not in line]
+    assert run.returncode == 0, "\n".join(found[-40:])

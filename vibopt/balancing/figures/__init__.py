@@ -1,0 +1,35 @@
+"""Figures of a balancing answer: dials of planes and readings, bars of what is left, forces of an engine.
+
+On every dial the rotor turns counter-clockwise and zero is on top; what stands for what differs in shape as well as in
+colour, so that nothing is lost in grey.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibopt.jobs import is_engine, is_known, is_plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from vibopt.jobs import Job, Solution
+
+
+def figure_of(answer: Solution, job: Job, *, compact: bool = False) -> Figure | None:
+    """The picture of any balancing answer, `compact` for a page that holds more; None where there is nothing to draw."""
+    if is_plan(answer):
+        from vibopt.balancing.figures.rotor import plan_figure
+
+        return plan_figure(answer, compact=compact)
+    if is_known(job):
+        from vibopt.balancing.figures.known import known_figure
+
+        return known_figure(answer, job, compact=compact)  # type: ignore[arg-type]
+    from vibopt.balancing.figures.engine import engine_figure
+
+    assert is_engine(job)
+    return engine_figure(answer, job, compact=compact)  # type: ignore[arg-type]
+
+
+__all__ = ["figure_of"]

@@ -1,0 +1,213 @@
+"""Dials: a disc with its zero mark and sense of angles, weights in their places, and phasors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, degrees, pi, sin, tau
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.design.figures.paper import BLUE, FAINT, FORBIDDEN, FORBIDDEN_INK, GRID, INK, RED, SIZE
+from vibopt.units import plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+RIM, SEAT = 1.0, 0.72
+"""Radius of the disc as drawn, and of the places for weights."""
+
+SMALL = SIZE - 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A weight on a disc.
+
+    angle
+        As written [rad]; `words` stand beside it; `place` is its radius over the greatest one.
+    look
+        "fit", "away" (material is taken away) or "there" (a known mass).
+    """
+
+    angle: float
+    words: str
+    look: str = "fit"
+    place: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """One correction plane as drawn; `sense` is +1 where its angles are counted with rotation (counter-clockwise)."""
+
+    title: str
+    sense: int
+    spots: tuple[Spot, ...] = ()
+    holes: tuple[float, ...] = ()
+    forbidden: tuple[tuple[float, float], ...] = ()
+    note: str = ""
+    turns: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Phasor:
+    """A reading before and after on a dial: angle as written [rad], size in the unit of the dial."""
+
+    name: str
+    before: tuple[float, float]
+    after: tuple[float, float]
+    limit: float | None = None
+    band: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Dial:
+    """The readings of one sensor at all its speeds."""
+
+    title: str
+    unit: str
+    sense: int
+    phasors: tuple[Phasor, ...]
+
+
+def polar(figure: Figure, place: Any, title: str, sense: int) -> Any:
+    """Polar axes with zero on top and angles growing in their sense."""
+    axes: Any = figure.add_subplot(place, projection="polar")
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(sense)
+    axes.set_title(title, fontsize=SIZE + 0.5, color=INK, fontweight="bold", pad=12)
+    axes.set_xticks(np.arange(8) * pi / 4, [f"{45 * k}°" for k in range(8)], fontsize=SMALL, color=INK)
+    axes.tick_params(pad=-1)
+    axes.grid(True, color=GRID, lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines["polar"].set_color(FAINT)
+    return axes
+
+
+def draw_disc(figure: Figure, place: Any, disc: Disc) -> None:
+    """A plane with its holes, forbidden sectors, weights, zero mark and sense of angles."""
+    axes = polar(figure, place, disc.title, disc.sense)
+    axes.set_ylim(0.0, RIM)
+    axes.set_yticks([])
+    for low, high in disc.forbidden:
+        axes.bar(
+            0.5 * (low + high), RIM, width=high - low, color=FORBIDDEN, edgecolor=FORBIDDEN_INK, hatch="////", lw=0.6
+        )
+    _holes(axes, disc.holes)
+    axes.plot([0.0], [RIM], marker="v", ms=9, color=INK, clip_on=False, zorder=8)
+    axes.plot(0.0, 0.0, marker="+", ms=6, color=FAINT)
+    _senses(axes, disc)
+    for spot in disc.spots:
+        _spot(axes, spot, disc)
+    if disc.note:
+        axes.text(0.5, 0.5, disc.note, transform=axes.transAxes, ha="center", va="center", fontsize=SIZE, color=INK,
+                  bbox={"boxstyle": "round,pad=0.3", "fc": "white", "ec": GRID})  # fmt: skip
+
+
+def _holes(axes: Any, holes: Sequence[float]) -> None:
+    """Small circles with their numbers, every other one where they are many."""
+    step = 1 if len(holes) <= 16 else 2 if len(holes) <= 36 else 6
+    for index, angle in enumerate(holes):
+        axes.plot([angle], [SEAT], marker="o", ms=4, mfc="white", mec=FAINT, mew=0.8, zorder=3)
+        if index % step == 0:
+            axes.text(angle, SEAT + 0.14, str(index + 1), fontsize=SMALL - 1, color=FAINT, ha="center", va="center")
+
+
+def _spot(axes: Any, spot: Spot, disc: Disc) -> None:
+    looks: dict[str, dict[str, Any]] = {
+        "fit": {"marker": "o", "ms": 11, "mfc": BLUE, "mec": INK},
+        "away": {"marker": "X", "ms": 11, "mfc": "white", "mec": RED, "mew": 1.6},
+        "there": {"marker": "s", "ms": 7, "mfc": "white", "mec": INK},
+    }
+    radius = SEAT * spot.place
+    if spot.look != "there":
+        axes.plot([spot.angle, spot.angle], [0.0, radius], color=BLUE if spot.look == "fit" else RED, lw=1.4, zorder=4)
+    axes.plot([spot.angle], [radius], zorder=7, **looks[spot.look])
+    far = 0.36 if spot.look != "there" else 0.25
+    axes.annotate(
+        spot.words,
+        (spot.angle, radius),
+        xytext=(spot.angle, max(radius - far, 0.22)),
+        fontsize=SIZE - 0.5 if spot.look != "there" else SMALL,
+        fontweight="bold" if spot.look != "there" else "normal",
+        color=INK,
+        ha="center",
+        va="center",
+        zorder=9,
+        bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": GRID, "lw": 0.6, "alpha": 0.95},
+    )
+
+
+def _senses(axes: Any, disc: Disc) -> None:
+    """Curved arrows outside the rim: the sense of the angles beside zero, and the rotation on the other side."""
+    _arc(axes, disc.sense * 10.0, disc.sense * 35.0, 1.24, INK)
+    _words(axes, disc.sense * 48.0, 1.36, "angles")
+    if disc.turns:
+        _arc(axes, 155.0, 205.0, 1.24, FAINT)
+        _words(axes, 180.0, 1.4, "rotation")
+
+
+def _arc(axes: Any, start: float, end: float, radius: float, colour: str) -> None:
+    """An arrow on a circle; angles in degrees counter-clockwise from the top as drawn."""
+    from matplotlib.patches import FancyArrowPatch
+
+    turn = np.radians(np.linspace(start, end, 24)) + 0.5 * pi
+    points = np.stack([0.5 + 0.5 * radius * np.cos(turn), 0.5 + 0.5 * radius * np.sin(turn)], axis=1)
+    axes.plot(points[:-1, 0], points[:-1, 1], transform=axes.transAxes, color=colour, lw=1.3, clip_on=False)
+    axes.add_patch(
+        FancyArrowPatch(
+            tuple(points[-3]), tuple(points[-1]), transform=axes.transAxes, arrowstyle="-|>", mutation_scale=9,
+            color=colour, lw=1.3, clip_on=False,
+        )
+    )  # fmt: skip
+
+
+def _words(axes: Any, angle: float, radius: float, words: str) -> None:
+    turn = angle * pi / 180.0 + 0.5 * pi
+    x, y = 0.5 + 0.5 * radius * cos(turn), 0.5 + 0.5 * radius * sin(turn)
+    axes.text(x, y, words, transform=axes.transAxes, fontsize=SMALL, color=INK, ha="center", va="center")
+
+
+def draw_dial(figure: Figure, place: Any, dial: Dial) -> None:
+    """The readings of a sensor before and after, with limit circles and 95 % rings."""
+    axes = polar(figure, place, f"{dial.title} [{dial.unit}]", dial.sense)
+    sizes = [one.before[0] for one in dial.phasors] + [one.after[0] for one in dial.phasors]
+    # a limit far outside would hide the readings
+    limits = [one.limit for one in dial.phasors if one.limit is not None and one.limit < 3.0 * max(sizes)]
+    top = 1.12 * max([*sizes, *limits]) or 1.0
+    axes.set_ylim(0.0, top)
+    _ticks(axes, top, [one.before[1] for one in dial.phasors])
+    for index, one in enumerate(dial.phasors):
+        _phasor(axes, one, index, len(dial.phasors) > 1)
+
+
+def _ticks(axes: Any, top: float, angles: Sequence[float]) -> None:
+    """Three round radii, labelled where no reading is."""
+    from matplotlib.ticker import MaxNLocator
+
+    ticks = [one for one in MaxNLocator(3).tick_values(0.0, top) if 0.0 < one < top]
+    axes.set_yticks(ticks, [plain(float(one), 3) for one in ticks], fontsize=SMALL - 0.5, color=FAINT)
+    gaps = [min(min(abs((a - b) % tau), abs((b - a) % tau)) for b in angles) for a in np.arange(16) * pi / 8 + pi / 16]
+    axes.set_rlabel_position(float(degrees(np.arange(16)[int(np.argmax(gaps))] * pi / 8 + pi / 16)))
+
+
+def _phasor(axes: Any, one: Phasor, index: int, named: bool) -> None:
+    around = np.linspace(0.0, tau, 181)
+    if one.limit is not None:
+        axes.plot(around, np.full(181, one.limit), color=RED, lw=1.5, ls=(0, (6, 2)), zorder=3)
+    if one.band is not None:
+        low, high = one.band
+        axes.fill_between(around, low, high, color="#9db7d8", alpha=0.35, lw=0, zorder=2)
+        axes.plot(around, np.full(181, high), color=BLUE, lw=0.7, ls=":", zorder=2)
+    for (size, angle), colour, style, look in (
+        (one.before, FAINT, (0, (3, 1.5)), {"marker": "o", "ms": 5, "mfc": "white", "mec": INK}),
+        (one.after, BLUE, "-", {"marker": "D", "ms": 4.5, "mfc": BLUE, "mec": INK}),
+    ):
+        axes.plot([angle, angle], [0.0, size], color=colour, lw=1.6, ls=style, zorder=5)
+        axes.plot([angle], [size], zorder=6, mew=0.9, ls="", clip_on=False, **look)
+    if named:
+        axes.annotate(
+            one.name, (one.before[1], one.before[0]), xytext=(4, 4), textcoords="offset points", fontsize=SMALL - 0.5,
+            color=INK, zorder=7,
+        )  # fmt: skip

@@ -1,0 +1,148 @@
+"""The plan of a measured rotor: discs with their weights, readings before and after, bars of what is left."""
+
+from __future__ import annotations
+
+from math import tau
+from typing import TYPE_CHECKING
+
+from vibopt.balancing.answers import PlaneAnswer, RowAnswer, Weight
+from vibopt.balancing.blocks import brief
+from vibopt.balancing.figures.bars import Bar, bars, height, key
+from vibopt.balancing.figures.dial import Dial, Disc, Phasor, Spot, draw_dial, draw_disc
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.outcome import Entry
+from vibopt.balancing.plan import Plan
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.words import MARK
+from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
+from vibopt.units import to_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_DIALS = 12
+_NOTES = {"keep": "leave\nuntouched", "nothing": "no weight"}
+
+
+def plan_figure(plan: Plan, *, compact: bool = False) -> Figure | None:
+    """Discs of the planes, dials of the sensors, bars of all readings; the first answer where there are several."""
+    if not plan.fittings:
+        return None
+    job = plan.job
+    discs = [disc(job, plane, answer) for plane, answer in zip(job.planes, plan.planes, strict=True)]
+    dials = _dials(job, plan.rows) if job.has_phase else []
+    dials = dials if len(dials) <= MOST_DIALS else []
+    units = list(dict.fromkeys(one.residual.unit for one in plan.rows))
+    columns = max(2, min(len(discs) + len(dials), 4)) if compact else 2 if max(len(discs), len(dials)) <= 4 else 3
+    count = -(-len(discs) // columns) + -(-len(dials) // columns)
+    if compact and len(discs) + len(dials) <= columns:
+        count = 1
+    groups = [[one for one in plan.rows if one.residual.unit == unit] for unit in units]
+    tall = [height(len(one)) for one in groups]
+    each = (WIDTH / columns) * (1.12 if compact else 0.94)
+    figure = sheet(WIDTH, each * count + sum(tall) + 0.6)
+    grid = figure.add_gridspec(count + len(units), columns, height_ratios=[each] * count + tall)
+    _place(figure, grid, discs, dials, columns, count == 1)
+    for index, (unit, rows) in enumerate(zip(units, groups, strict=True)):
+        axes = figure.add_subplot(grid[count + index, :])
+        bars(axes, "What will be left" if index == 0 else "", unit, [_bar(one, job) for one in rows])
+    several = f" (answer 1 of {len(plan.fittings)})" if len(plan.fittings) > 1 else ""
+    if not compact:
+        figure.suptitle(f"{plan.title}{several}", fontsize=SIZE + 3, color=INK, fontweight="bold")
+    key(
+        figure,
+        dials=True,
+        limits=any(one.limit for one in plan.rows),
+        bands=any(one.band for one in plan.rows),
+        removed=any(one.action == "remove" for one in plan.planes),
+    )
+    figure.supxlabel(_caption(job), fontsize=SIZE - 1, color=INK)
+    return figure
+
+
+def _place(figure: Figure, grid: object, discs: list[Disc], dials: list[Dial], columns: int, together: bool) -> None:
+    """Discs first, dials in rows of their own unless all fit into one."""
+    cells: dict[tuple[int, int], Disc | Dial] = {}
+    for k, one in enumerate(discs):
+        cells[divmod(k, columns)] = one
+    start = len(discs) if together else -(-len(discs) // columns) * columns
+    for k, reading in enumerate(dials):
+        cells[divmod(start + k, columns)] = reading
+    for (row, column), what in cells.items():
+        place = grid[row, column]  # type: ignore[index]
+        if isinstance(what, Disc):
+            draw_disc(figure, place, what)
+        else:
+            draw_dial(figure, place, what)
+
+
+def _caption(job: RotorJob) -> str:
+    zero = job.conventions.zero
+    words = f"Drawn with the rotor turning counter-clockwise.  0° on the discs: {zero}; weights {job.conventions.angles}."
+    if not job.has_phase:
+        return words
+    if job.conventions.readings == MARK:
+        return f"{words}\nReadings: positions of the stroboscope mark, counted {job.conventions.angles}."
+    sense = "counter-clockwise" if job.conventions.reading_sense > 0 else "clockwise"
+    return f"{words}\nReadings: phase {job.conventions.phase}, counted {sense}."
+
+
+def disc(job: RotorJob, plane: Plane, answer: PlaneAnswer) -> Disc:
+    """A plane with what happens in it."""
+    look = "away" if answer.action == "remove" else "fit"
+    spots = tuple(
+        Spot(one.angle % tau, _words(one, answer.mass), look, _part(one.radius, plane)) for one in answer.weights
+    )
+    title = f"Plane {answer.name}"
+    return Disc(
+        title, job.conventions.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, "")
+    )
+
+
+def _part(radius: float | None, plane: Plane) -> float:
+    return radius / max(plane.radii) if radius is not None and plane.radii else 1.0
+
+
+def _words(one: Weight, mass: Entry) -> str:
+    hole = "" if one.hole is None else f"\nhole {one.hole + 1}"
+    angle = brief(Entry(one.angle, "angle", "deg")).replace(" deg", "°")
+    return f"{brief(Entry(one.mass, mass.dimension, mass.unit))}\n{angle}{hole}"
+
+
+def _dials(job: RotorJob, rows: tuple[RowAnswer, ...]) -> list[Dial]:
+    """One dial a sensor, all its speeds on it."""
+    mark = job.conventions.readings == MARK
+    sense = job.conventions.weight_sense if mark else job.conventions.reading_sense
+    return [
+        Dial(
+            f"Sensor {sensor.name}",
+            sensor.shown_unit,
+            sense,
+            tuple(_phasor(job, one) for one in rows if one.sensor == sensor.name),
+        )
+        for sensor in job.sensors
+    ]
+
+
+def _phasor(job: RotorJob, one: RowAnswer) -> Phasor:
+    angle = job.conventions.reading_angle
+    return Phasor(
+        one.speed.shown,
+        (number(one.found) or 0.0, angle(one.y0)),
+        (number(one.residual) or 0.0, angle(one.left)),
+        number(one.limit),
+        None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0),
+    )
+
+
+def _bar(one: RowAnswer, job: RotorJob) -> Bar:
+    name = f"{one.sensor}, {one.speed.shown}" if len(job.speeds) > 1 else one.sensor
+    band = None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0)
+    return Bar(name, number(one.found), number(one.residual), number(one.limit), band)
+
+
+def number(entry: Entry | None) -> float | None:
+    """In the user's unit; None without a value."""
+    if entry is None or isinstance(entry.value, str):
+        return None
+    return to_unit(entry.value, entry.unit, entry.dimension)
