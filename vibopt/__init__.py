@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from vibopt.errors import InputError as InputError
     from vibopt.errors import NotProven as NotProven
     from vibopt.errors import VibOptError as VibOptError
+    from vibopt.jobs import read as read
+    from vibopt.jobs import solve as solve
     from vibopt.scene.language import Limit as Limit
     from vibopt.scene.language import Machine as Machine
     from vibopt.scene.language import Measure as Measure
@@ -23,8 +25,6 @@ if TYPE_CHECKING:
     from vibopt.scene.language import maximise as maximise
     from vibopt.scene.language import minimise as minimise
     from vibopt.scene.language import one_of as one_of
-    from vibopt.jobs import read as read
-    from vibopt.jobs import solve as solve
     from vibopt.scene.read import from_dict as from_dict
     from vibopt.scene.read import from_text as from_text
     from vibopt.scene.read import with_changes as with_changes

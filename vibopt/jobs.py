@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 from vibopt.errors import InputError
 from vibopt.scene.document import changed, parsed, text_of
@@ -12,6 +12,8 @@ from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes
 
 if TYPE_CHECKING:
+    from typing_extensions import TypeIs
+
     from vibopt.balancing.engine.job import EngineJob
     from vibopt.balancing.job import RotorJob
     from vibopt.balancing.known.job import KnownJob
@@ -93,7 +95,9 @@ def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
 
 
 @overload
-def answer(job: Scene, *, method: str | None = None, progress: Callable[[str, float], None] | None = None) -> Design: ...
+def answer(
+    job: Scene, *, method: str | None = None, progress: Callable[[str, float], None] | None = None
+) -> Design: ...
 @overload
 def answer(
     job: RotorJob, *, method: str | None = None, progress: Callable[[str, float], None] | None = None
@@ -126,7 +130,9 @@ def answer(job: Job, *, method: str | None = None, progress: Callable[[str, floa
 
         return solve(job, method=method, progress=progress)
     if method is not None:
-        raise InputError(f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method.")
+        raise InputError(
+            f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method."
+        )
     return _balanced(job)
 
 
@@ -146,28 +152,28 @@ def _balanced(job: RotorJob | KnownJob | EngineJob) -> Solution:
     raise TypeError(f"{type(job).__name__} is no job. Take one from open_job, or make a Scene.")
 
 
-def is_scene(job: object) -> TypeGuard[Scene]:
+def is_scene(job: object) -> TypeIs[Scene]:
     """Told by the name of the class, so that nothing is loaded for it; the same below."""
     return type(job).__name__ == "Scene"
 
 
-def is_rotor(job: object) -> TypeGuard[RotorJob]:
+def is_rotor(job: object) -> TypeIs[RotorJob]:
     return type(job).__name__ == "RotorJob"
 
 
-def is_known(job: object) -> TypeGuard[KnownJob]:
+def is_known(job: object) -> TypeIs[KnownJob]:
     return type(job).__name__ == "KnownJob"
 
 
-def is_engine(job: object) -> TypeGuard[EngineJob]:
+def is_engine(job: object) -> TypeIs[EngineJob]:
     return type(job).__name__ == "EngineJob"
 
 
-def is_design(answer: object) -> TypeGuard[Design]:
+def is_design(answer: object) -> TypeIs[Design]:
     return type(answer).__name__ == "Design"
 
 
-def is_plan(answer: object) -> TypeGuard[Plan]:
+def is_plan(answer: object) -> TypeIs[Plan]:
     return type(answer).__name__ == "Plan"
 
 

@@ -241,8 +241,7 @@ crank = "180 deg"
         (
             'rod = "150 mm"',
             'rod = "40 mm"',
-            "engine.toml line 2: engine has a rod that is not longer than the crank radius: such a crank "
-            "cannot turn.",
+            "engine.toml line 2: engine has a rod that is not longer than the crank radius: such a crank cannot turn.",
         ),
         (
             'rod = "150 mm"',
@@ -276,22 +275,19 @@ crank = "180 deg"
         ),
         (
             "[[cylinders]]",
-            '[balance_shafts.a]\norder = 2\nturns = "with rotation"\nat = "0 mm"\nunbalance = "5 g '
-            'mm"\n[[cylinders]]',
+            '[balance_shafts.a]\norder = 2\nturns = "with rotation"\nat = "0 mm"\nunbalance = "5 g mm"\n[[cylinders]]',
             'engine.toml line 9: balance_shafts.a has a given unbalance but no angle. Add angle = "180 deg", '
             "or a range { from, to } to choose.",
         ),
         (
             "[[cylinders]]",
             '[goal]\nminimise = "force"\n[[cylinders]]',
-            'engine.toml line 9: there is a goal but nothing to choose. Write crank = "choose", or leave '
-            "[goal] out.",
+            'engine.toml line 9: there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.',
         ),
         (
             "[[cylinders]]",
             '[limits.a]\nresponse = "primary_force"\norder = 4\nat_most = "5 N"\n[[cylinders]]',
-            "engine.toml line 9: limits.a has an order, but primary_force says its own. Write response = "
-            '"force".',
+            'engine.toml line 9: limits.a has an order, but primary_force says its own. Write response = "force".',
         ),
         (
             "[[cylinders]]",

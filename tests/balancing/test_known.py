@@ -260,8 +260,7 @@ radius = "100 mm"
         (
             'radius = "100 mm"\nangle',
             "angle",
-            'shaft.toml line 6: masses.one has no radius. Add it, or write unbalance = "50 kg mm" instead of '
-            "both.",
+            'shaft.toml line 6: masses.one has no radius. Add it, or write unbalance = "50 kg mm" instead of both.',
         ),
         ('at = "150 mm"', "", 'shaft.toml line 6: masses.one has no axial place. Add it, for example at = "300 mm".'),
         ('mass = "120 g"', 'mass = "120"', 'shaft.toml line 7: masses.one.mass = "120" has no unit. Write "120 kg".'),

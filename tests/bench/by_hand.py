@@ -122,4 +122,3 @@ def problems() -> list[ByHand]:
         tied("rao_9_46.toml", 30.0, 0.25, np.linspace(10.0, 75.0, 200) * HERTZ, 0.15),
         tied("rao_9_48.toml", 1.0, 0.0, 2.0 * HERTZ * one, 0.05),
     ]
-

@@ -81,7 +81,7 @@ def test_the_tolerance_is_relative_and_can_be_narrowed(spring: Design) -> None:
         ({"path": "goal"}, "the answer has no goal."),
         ({"path": "set", "value": []}, "the answer has no set"),
         ({"path": "sattus"}, 'there is no "sattus" in an answer. Did you mean "status"?'),
-        ({"path": "measures.frequency.value", "value": "10 kg"}, 'measures.frequency.value = 10 kg is a mass'),
+        ({"path": "measures.frequency.value", "value": "10 kg"}, "measures.frequency.value = 10 kg is a mass"),
         ({"path": "status", "rel_tol": 0}, "rel_tol = 0 is no number between 0 and 1."),
         ({"path": "status", "valeu": 1}, 'unknown key "valeu" in the record. Did you mean "value"?'),
         ({"path": "status", "verdict": "bad"}, 'verdict = "bad" is none of right, rounded'),

@@ -12,7 +12,7 @@ Solved = Callable[[str], Design]
 
 PRESS = """\
 Printing press on its mount
-optimal: greatest stiffness of mount is 6.957 MN/m
+optimal: greatest stiffness of mount is 6957 kN/m
   set here
 
 Design

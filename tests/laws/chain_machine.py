@@ -120,9 +120,7 @@ class Chain:
             row = np.array([(name == joint.ends[0]) * 1.0 - (name == joint.ends[1]) * 1.0 for name in masses])
             damping += np.outer(row, row) * joint.damping
         size = np.sqrt(np.abs(inverse @ at_rest[0]).max())
-        state = np.block(
-            [[np.zeros((n, n)), np.eye(n)], [-inverse @ at_rest[0] / size**2, -inverse @ damping / size]]
-        )
+        state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ at_rest[0] / size**2, -inverse @ damping / size]])
         found: Complex = -1j * np.linalg.eigvals(state) * size
         return found
 

@@ -280,8 +280,10 @@ def _shaken(pick: Pick, damper: str, mass: float, speed: float) -> tuple[LoneMas
         case.amplitude, case.power = mass * pick.size(1e-5, 1e-1), 2
         shaker["unbalance"] = f"{case.amplitude!r} kg m"
         return case, shaker
-    word, unit, case.power = ("amplitude", "N", 0) if kind == "force" else pick.one(
-        ("displacement", "m", 0), ("velocity", "m/s", -1), ("acceleration", "m/s^2", -2)
+    word, unit, case.power = (
+        ("amplitude", "N", 0)
+        if kind == "force"
+        else pick.one(("displacement", "m", 0), ("velocity", "m/s", -1), ("acceleration", "m/s^2", -2))
     )
     case.amplitude = pick.size(1e-4, 1e4)
     shaker[word] = f"{case.amplitude!r} {unit}"

@@ -19,9 +19,7 @@ from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.solve.branch import first_speeds
 
-few = settings(
-    derandomize=True, database=None, deadline=None, max_examples=25, suppress_health_check=list(HealthCheck)
-)
+few = settings(derandomize=True, database=None, deadline=None, max_examples=25, suppress_health_check=list(HealthCheck))
 many = settings(few, max_examples=150)
 
 

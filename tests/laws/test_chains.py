@@ -17,9 +17,7 @@ from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 
-few = settings(
-    derandomize=True, database=None, deadline=None, max_examples=20, suppress_health_check=list(HealthCheck)
-)
+few = settings(derandomize=True, database=None, deadline=None, max_examples=20, suppress_health_check=list(HealthCheck))
 many = settings(few, max_examples=100)
 
 

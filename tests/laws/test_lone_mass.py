@@ -14,9 +14,7 @@ from vibopt.solve import solve
 GAP = 1.1e-6
 """Claimed gap of a proven optimum, with a little for rounding."""
 
-few = settings(
-    derandomize=True, database=None, deadline=None, max_examples=25, suppress_health_check=list(HealthCheck)
-)
+few = settings(derandomize=True, database=None, deadline=None, max_examples=25, suppress_health_check=list(HealthCheck))
 many = settings(few, max_examples=100)
 
 

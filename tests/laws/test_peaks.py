@@ -14,9 +14,7 @@ from vibopt.program.pose import pose
 from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 
-few = settings(
-    derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck)
-)
+few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
 NONE = np.zeros(0)
 
 

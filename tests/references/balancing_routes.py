@@ -659,9 +659,11 @@ def v_twin() -> Answers:
 def single_capped() -> Answers:
     """One cylinder, its counterweight share held below 40 %: the primary force that stays, in closed form."""
     size = 2.0 * 0.04 * (1500 * RPM) ** 2
-    return {"counterweight_share": 0.4, "orders.1.force": 0.6 * size, "limits.second.value": longest(
-        engine((0,), (0.0,), (2.0, 0.04, 0.14, 1500 * RPM))[0], 2
-    )}
+    return {
+        "counterweight_share": 0.4,
+        "orders.1.force": 0.6 * size,
+        "limits.second.value": longest(engine((0,), (0.0,), (2.0, 0.04, 0.14, 1500 * RPM))[0], 2),
+    }
 
 
 ROUTES: dict[str, Callable[[], Answers]] = {

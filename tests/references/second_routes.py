@@ -74,18 +74,14 @@ def mount_impedance(stiffness: Real, damping: Real, speed: Real) -> Real:
     return sqrt(stiffness**2 + (damping * speed) ** 2)
 
 
-def peak_under_constant_force(
-    force: Real, mass: Real, stiffness: Real, damping: Real
-) -> tuple[Real, Real]:
+def peak_under_constant_force(force: Real, mass: Real, stiffness: Real, damping: Real) -> tuple[Real, Real]:
     """Resonant amplitude and its speed under a force of the same amplitude at every speed."""
     zeta = damping / (2 * sqrt(stiffness * mass))
     amplitude = force / (stiffness * 2 * zeta * sqrt(1 - zeta**2))
     return amplitude, sqrt(stiffness / mass * (1 - 2 * zeta**2))
 
 
-def peak_under_unbalance(
-    unbalance: Real, mass: Real, stiffness: Real, damping: Real
-) -> tuple[Real, Real]:
+def peak_under_unbalance(unbalance: Real, mass: Real, stiffness: Real, damping: Real) -> tuple[Real, Real]:
     """Resonant amplitude and its speed under a force that grows with the speed squared."""
     zeta = damping / (2 * sqrt(stiffness * mass))
     amplitude = unbalance / mass / (2 * zeta * sqrt(1 - zeta**2))
@@ -180,9 +176,7 @@ def compressor(zeta: Real) -> Answers:
     damping = 2 * zeta * sqrt(stiffness * mass)
     return {
         MOUNT_STIFFNESS: stiffness,
-        "measures.amplitude.value": unbalance
-        * speed**2
-        / impedance(stiffness, damping, mass, speed),
+        "measures.amplitude.value": unbalance * speed**2 / impedance(stiffness, damping, mass, speed),
         "measures.sag.value": mass * GRAVITY / stiffness,
     }
 
@@ -301,9 +295,7 @@ def speeds_below(force: Real, highest: Real) -> Answers:
         return r2**2 * (1 + zeta2 * r2) / (level2 * ((1 - r2) ** 2 + zeta2 * r2)) - 1
 
     brackets = ((0, 1), (1, 10), (10, 10_000))
-    low, high, last = (
-        sqrt(findroot(excess, ends, solver="anderson") * natural2) for ends in brackets
-    )
+    low, high, last = (sqrt(findroot(excess, ends, solver="anderson") * natural2) for ends in brackets)
     assert last < highest
     return {"set": [(mpf(0), low), (high, last)]}
 
@@ -410,9 +402,7 @@ def driver(wavenumber: Real, deciding: Real, other: Real) -> Answers:
         "variables.links.suspension.stiffness": stiffness,
         "limits.comfort.worst_at": deciding,
         "measures.natural_frequency.value": sqrt(stiffness / mass),
-        "measures.other_end.value": waviness
-        * second**2
-        * transmissibility(mass * second**2 / stiffness, zeta),
+        "measures.other_end.value": waviness * second**2 * transmissibility(mass * second**2 / stiffness, zeta),
     }
 
 

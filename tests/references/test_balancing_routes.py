@@ -42,9 +42,7 @@ def records(stem: str) -> list[dict[str, Any]]:
 
 def all_records() -> list[Any]:
     """Every record as a test case of its own."""
-    return [
-        pytest.param(stem, record, id=f"{stem}:{record['path']}") for stem in STEMS for record in records(stem)
-    ]
+    return [pytest.param(stem, record, id=f"{stem}:{record['path']}") for stem in STEMS for record in records(stem)]
 
 
 def in_si(value: float | str) -> float:

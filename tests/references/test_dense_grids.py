@@ -68,9 +68,7 @@ def isolating(mass: float, zeta: float, speeds: Array, limit: float) -> Feasible
 
 
 def unbalanced(mass: float, zeta: float, unbalance: float, speeds: Array, limit: float) -> Feasible:
-    return lambda k: holds(
-        unbalance * speeds**2 * ratio(k, critical(zeta, k, mass), mass, speeds), limit
-    )
+    return lambda k: holds(unbalance * speeds**2 * ratio(k, critical(zeta, k, mass), mass, speeds), limit)
 
 
 def comfortable(wavenumber: float) -> Feasible:
@@ -192,9 +190,7 @@ SETS = (
 
 
 @pytest.mark.parametrize(("stem", "highest", "permitted"), SETS)
-def test_sets_hold_exactly_the_permitted_speeds(
-    stem: str, highest: float, permitted: Feasible
-) -> None:
+def test_sets_hold_exactly_the_permitted_speeds(stem: str, highest: float, permitted: Feasible) -> None:
     speeds = np.linspace(0, RPM * highest, 200_003)[1:-1]
     inside = np.zeros_like(speeds, dtype=bool)
     for low, high in ROUTES[stem]()["set"]:

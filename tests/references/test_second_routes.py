@@ -45,11 +45,7 @@ def records(stem: str) -> list[dict[str, Any]]:
 
 def all_records() -> list[Any]:
     """Every record as a test case of its own."""
-    return [
-        pytest.param(stem, record, id=f"{stem}:{record['path']}")
-        for stem in STEMS
-        for record in records(stem)
-    ]
+    return [pytest.param(stem, record, id=f"{stem}:{record['path']}") for stem in STEMS for record in records(stem)]
 
 
 def in_si(value: float | str) -> float:
@@ -91,7 +87,8 @@ def test_record_judges_the_print_and_says_why(stem: str, record: dict[str, Any])
 @pytest.mark.parametrize("stem", STEMS)
 def test_every_file_has_records_and_each_path_once(stem: str) -> None:
     paths = [record["path"] for record in records(stem)]
-    assert paths and len(paths) == len(set(paths))
+    assert paths
+    assert len(paths) == len(set(paths))
 
 
 def test_every_file_has_a_route_and_every_route_a_file() -> None:

@@ -291,7 +291,7 @@ REFUSED_AT_ONCE: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "goal of no response": (
         lambda: vo.maximise("stiffness"),  # type: ignore[arg-type]
-        'maximise(\'stiffness\'): this is no response. Write maximise(machine.stiffness(of="mount")), for example.',
+        "maximise('stiffness'): this is no response. Write maximise(machine.stiffness(of=\"mount\")), for example.",
     ),
     "limits no list": (
         _limits_are(MOVE <= "2 mm"),

@@ -20,7 +20,7 @@ def said_by(job: RotorJob | KnownJob | EngineJob) -> dict[str, Any]:
     """Title, counts of what there is, the question ("asked"), what may be chosen, and how values were read."""
     if is_engine(job):
         return _engine(job)
-    return _known(job) if is_known(job) else _rotor(job)  # type: ignore[arg-type]
+    return _known(job) if is_known(job) else _rotor(job)
 
 
 def _rotor(job: RotorJob) -> dict[str, Any]:

@@ -72,6 +72,14 @@ def brief(entry: Entry, digits: int = 4) -> str:
     return show(entry.value, entry.unit, entry.dimension, digits=digits, amplitude=entry.amplitude)
 
 
+def cleaned(entry: Entry, scale: Entry | None) -> Entry:
+    """Zero where the value is nothing but rounding beside `scale`."""
+    if scale is None or isinstance(scale.value, str) or isinstance(entry.value, str):
+        return entry
+    small = abs(entry.value) < 1e-9 * abs(scale.value)
+    return Entry(0.0, entry.dimension, entry.unit, entry.amplitude) if small else entry
+
+
 def share(part: float) -> str:
     """What is left of a limit in percent; "" without a limit."""
     if not isfinite(part):
@@ -130,10 +138,10 @@ def blocks_of(answer: Solution, job: Job) -> list[Block]:
     elif is_known(job):
         from vibopt.balancing.blocks_known import known_blocks
 
-        found = known_blocks(answer, job)  # type: ignore[arg-type]
+        found = known_blocks(answer, job)
     else:
         from vibopt.balancing.blocks_engine import engine_blocks
 
         assert is_engine(job)
-        found = engine_blocks(answer, job)  # type: ignore[arg-type]
+        found = engine_blocks(answer, job)
     return [one for one in found if one.lines or one.rows]

@@ -12,6 +12,7 @@ SMALL = 1e-6
 
 
 def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
+    """What an engine's answer says, in the order in which it is needed."""
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
     return [
@@ -39,7 +40,8 @@ def _weights(outcome: Outcome, job: EngineJob) -> Block:
         if one.fixed is not None:
             size = (show(abs(one.fixed), one.unit, "unbalance"), "")
             angle = (brief(_angle_of(one.fixed)), "")
-        speed = "crank" if one.order == 1 and one.sense > 0 else f"{one.order} x, {'with' if one.sense > 0 else 'against'}"
+        forward = one.sense > 0
+        speed = "crank" if one.order == 1 and forward else f"{one.order} x, {'with' if forward else 'against'}"
         rows.append((one.name, size[0], angle[0], speed, show(one.at, "mm", "length")))
     heads = ("Weight", "Unbalance", "Angle", "Turns", "At")
     return table("Weights", heads, rows, whole=(2, 4))

@@ -9,12 +9,14 @@ from vibopt.units import show
 
 
 def known_blocks(outcome: Outcome, job: KnownJob) -> list[Block]:
+    """What the answer for known masses says, in the order in which it is needed."""
     planes = [one for one in job.spots if outcome.status != "infeasible"]
     return [
         Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
         _planes(outcome, planes), _left(outcome, job), limits_of(outcome), measures_of(outcome),
         Block("Conventions", FOOT, job.notes),
-        Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)), Block("Method", FOOT, (outcome.method,) if job.spots else ()),
+        Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
+        Block("Method", FOOT, (outcome.method,) if job.spots else ()),
     ]  # fmt: skip
 
 
@@ -71,6 +73,7 @@ def _at(outcome: Outcome, size: str, angle: str) -> str:
 
 
 def limits_of(outcome: Outcome) -> Block:
+    """One row per limit."""
     rows = []
     for name, one in outcome.limits.items():
         limit = "" if one.limit is None else brief(one.limit)
@@ -80,6 +83,7 @@ def limits_of(outcome: Outcome) -> Block:
 
 
 def measures_of(outcome: Outcome) -> Block:
+    """One row per measure."""
     rows = [(name, one.response.replace("_", " "), _value(one.value)) for name, one in outcome.measures.items()]
     return table("Measures", ("", "", ""), rows, whole=(2,))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
-from vibopt.balancing.blocks import FOOT, TEXT, TODO, WORK, Block, brief, share, state, table
+from vibopt.balancing.blocks import FOOT, TEXT, TODO, WORK, Block, brief, cleaned, share, state, table
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.units import show
@@ -13,6 +13,7 @@ _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 
 
 def rotor_blocks(plan: Plan) -> list[Block]:
+    """What a rotor's plan says, in the order in which it is needed."""
     several = len(plan.fittings) > 1
     found = [Block("What to do", TODO, plan.words)]
     for number, fitting in enumerate(plan.fittings, start=1):
@@ -69,7 +70,7 @@ def _limits(plan: Plan) -> Block:
         (
             name,
             f"{one.response} {one.place}".strip(),
-            brief(one.value),
+            brief(cleaned(one.value, one.limit)),
             brief(one.limit),
             share(one.margin),
             state(one.margin, one.met),
@@ -101,7 +102,8 @@ def _quality(plan: Plan) -> list[Block]:
         for name in names:
             keys = ("permissible", "may_show", "left")
             cells = [values.get(f"{family}.{name}.{key}") for key in keys]
-            rows.append((f"{word} {name}", *("" if one is None else brief(one) for one in cells)))
+            allowed = values.get(f"{family}.{name}.permissible")
+            rows.append((f"{word} {name}", *("" if one is None else brief(cleaned(one, allowed)) for one in cells)))
     lines = [
         f"Permissible unbalance of the whole rotor: {brief(values['permissible'])} "
         f"(eccentricity {brief(values['eccentricity'])}; {values['kind'].shown} rotor)."
@@ -109,13 +111,20 @@ def _quality(plan: Plan) -> list[Block]:
     if "earned" in values:
         met = "is" if values["met"].value == "yes" else "is NOT"
         lines.append(
-            f"What is left earns the grade {brief(values['earned'])} (worst at {values['worst_at'].shown}): "
+            f"{'The unbalance given' if plan.job.quality and plan.job.quality.residual else 'What should be left'} "
+            f"earns the grade {brief(_earned(plan, values))} (worst at {values['worst_at'].shown}): "
             f"the grade asked for {met} met."
         )
     return [
         Block("Quality grade", TEXT, tuple(lines)),
         table("Permissible residual unbalance", ("At", "Permissible", "May be measured", "Left"), rows),
     ]
+
+
+def _earned(plan: Plan, values: dict[str, Entry]) -> Entry:
+    """The grade, zero where only rounding is left."""
+    asked = plan.job.quality.grade if plan.job.quality is not None else 0.0
+    return cleaned(values["earned"], Entry(asked, "velocity"))
 
 
 def _trials(plan: Plan) -> Block:

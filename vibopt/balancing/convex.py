@@ -95,7 +95,7 @@ def _rounds(scene: Scaled, tolerance: float) -> Convex:
     """Solve, look at the rows left out, add the violated ones, until the gap is closed or nothing is left to add."""
     goal_rows, limit_rows = _first_rows(scene)
     best_x, best_value, best_bound, best_dual, impossible, count = None, np.inf, -np.inf, None, False, 0
-    for count in range(1, ROUNDS + 1):  # noqa: B007
+    for count in range(1, ROUNDS + 1):  # noqa: B007 - read after the loop
         answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
         x = pull_in(scene, answer.x) if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
         limits_left = np.abs(scene.F @ x + scene.f)

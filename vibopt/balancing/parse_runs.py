@@ -251,7 +251,7 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
 
 
 def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...]:
-    """Planes shown in the unit of their shelf, else of the first weight that was written for them, else of their cap."""
+    """Planes shown in the unit of their shelf, else of the first weight written for them, else of their cap."""
     shown = []
     for plane in planes:
         written = [raw.weights[plane.name] for raw in raws if plane.name in raw.weights]

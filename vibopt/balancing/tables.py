@@ -20,12 +20,16 @@ Kind = TypeVar("Kind", bound=Table)
 
 
 class DrillTable(Table):
+    """`drill` of a plane: what takes the mass away."""
+
     diameter: Fact = number("length", choice=False, required=True)
     density: Any = None
     deepest: Fact | None = number("length", choice=False)
 
 
 class PlaneTable(Table):
+    """[planes.NAME]: where weights may be set or mass removed."""
+
     radius: Any = None
     weight: Any = None
     unbalance: Any = None
@@ -40,12 +44,16 @@ class PlaneTable(Table):
 
 
 class SensorTable(Table):
+    """[sensors.NAME]: where vibration is read."""
+
     unit: str | None = None
     runout: Any = None
     importance: Fact | None = number("ratio", choice=False, sign="not negative")
 
 
 class RunTable(Table):
+    """[[runs]]: readings at one speed, and the weights that were on."""
+
     name: str | None = None
     speed: Fact | None = number("angular_rate", choice=False)
     weights: Any = None
@@ -54,6 +62,8 @@ class RunTable(Table):
 
 
 class InfluenceTable(Table):
+    """[[influence]]: an influence coefficient that is known already."""
+
     speed: Fact | None = number("angular_rate", choice=False)
     sensor: str
     plane: str
@@ -61,16 +71,22 @@ class InfluenceTable(Table):
 
 
 class ScatterTable(Table):
+    """[scatter]: how far readings differ from run to run."""
+
     amplitude: Any = None
     angle: Any = None
 
 
 class PairTable(Table):
+    """[pairs.NAME]: two planes that get equal weights at the same or at opposite angles."""
+
     planes: Any
     kind: str
 
 
 class ResidualLimit(Table):
+    """[limits.NAME] on what will be left at the sensors."""
+
     response: str
     at: str | None = None
     speed: Fact | None = number("angular_rate", choice=False)
@@ -78,6 +94,8 @@ class ResidualLimit(Table):
 
 
 class CorrectionLimit(Table):
+    """[limits.NAME] on the weights themselves."""
+
     response: str
     of: str | None = None
     total: bool = False
@@ -85,6 +103,8 @@ class CorrectionLimit(Table):
 
 
 class GoalTable(Table):
+    """[goal]: what is made small, and how it is combined."""
+
     minimise: str
     combine: str | None = None
     huber_at: Any = None
@@ -92,12 +112,16 @@ class GoalTable(Table):
 
 
 class RotorTable(Table):
+    """[rotor]: mass and speed of the rotor."""
+
     mass: Fact = number("mass", choice=False, required=True)
     speed: Fact | None = number("angular_rate", choice=False)
     trial_force: Fact | None = number("ratio", choice=False)
 
 
 class QualityTable(Table):
+    """[quality]: a balance quality grade, and what its tolerances depend on."""
+
     grade: Fact = number("velocity", choice=False, required=True)
     mass: Fact | None = number("mass", choice=False)
     speed: Fact | None = number("angular_rate", choice=False)

@@ -63,7 +63,7 @@ def speed_accuracy(files: tuple[str, ...], quick: bool, figure: str | None, as_j
     from vibopt.study.chart.trial import DEFAULT
 
     target = checked_target(figure, FORMATS) if figure else None
-    scenes = [read_scene(file) for file in files]
+    scenes = [read_scene(file, "chart") for file in files]
     with Bar() as bar:
         result = run(scenes, quick=quick, progress=bar)
     _draw(target, lambda: _accuracy_figure(result))
@@ -109,7 +109,7 @@ def fidelity(files: tuple[str, ...], quick: bool, figure: str | None, as_json: b
     from vibopt.study.chart.fidelity import fidelity as run
 
     target = checked_target(figure, FORMATS) if figure else None
-    scenes = [read_scene(file) for file in files]
+    scenes = [read_scene(file, "chart") for file in files]
     with Bar() as bar:
         rows = run(scenes, quick=quick, progress=bar)
     _draw(target, lambda: _fidelity_figure(rows))

@@ -104,7 +104,11 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
 
 
 def usual_unit(scene: Scene, response: Response) -> str:
-    """The unit in which a limit speaks of the same response, Hz for frequencies, else "" (chosen by size)."""
+    """The unit in which the file speaks of the same quantity, Hz for frequencies, else "" (chosen by size)."""
+    path = f".{getattr(response, 'of', None)}.{response.response}"
+    for variable in scene.variables:
+        if variable.path.endswith(path):
+            return variable.unit
     for limit in scene.limits.values():
         if limit.response == response.response:
             for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):

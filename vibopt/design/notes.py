@@ -9,6 +9,7 @@ from vibopt.scene.scene import Scene
 
 
 def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
+    """What to know beside the answer: the scene's own notes, amplitudes taken as constant, soft floors."""
     notes = list(scene.notes)
     for name, excitation in scene.excitations.items():
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
@@ -29,6 +30,6 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         if 0.0 < under < 10.0 * mount.stiffness:
             notes.append(
                 f"{floor} is held only {under / mount.stiffness:.2g} times as stiffly as {mount.name}: "
-                "a mount chosen for a rigid floor would not do here."
+                "it moves too, and the answer counts with it; on a rigid floor it would be another."
             )
     return notes

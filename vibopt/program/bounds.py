@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from vibopt.forms import Drive, FloatArray, Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.rational import Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
+from vibopt.program.resonant import applies, resonant_floor
 from vibopt.program.worst import monomials, rigid_form
 
 
@@ -97,8 +99,14 @@ class FormBounds:
                 lower += np.sqrt(small).sum(axis=0).max(axis=-1)
                 upper += np.sqrt(large).sum(axis=0).min(axis=-1)
         if form.combine == "rss":
-            return np.sqrt(lower), np.sqrt(upper)
+            lower, upper = np.sqrt(lower), np.sqrt(upper)
+        if self._resonant:
+            lower = np.maximum(lower, resonant_floor(self.model, form, low, high))
         return lower, upper
+
+    @cached_property
+    def _resonant(self) -> bool:
+        return isinstance(self.form, Modulus) and applies(self.model, self.form)
 
     def _line_bounds(
         self, form: Modulus, drive: Drive, index: int, low: FloatArray, high: FloatArray

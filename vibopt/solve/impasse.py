@@ -20,6 +20,7 @@ _LOOSE_GAP, _LOOSE_SECONDS = 1e-4, 3.0
 
 
 def physical_words(scene: Scene, clash: Impossible) -> str:
+    """Why two limits of the balance of forces clash, with the mass that would do."""
     force, motion = clash.limits
     limit = scene.limits[motion]
     assert isinstance(limit, HarmonicResponse)

@@ -18,10 +18,12 @@ from vibopt.program.slopes import extremes_of
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.sharpen import Exact, Point, Sharpener
-from vibopt.solve.starts import log_box, starts
+from vibopt.solve.starts import corners, log_box, starts
 
 TOLERANCE = 1e-9
 _SAME = 1e-6
+_SHARE = 0.6
+"""Part of the time that may go into the sampled programs."""
 _ALIKE = 0.02
 """Designs this near to each other (in logs) lead to the same local optimum."""
 
@@ -31,7 +33,7 @@ class Nlp:
     """Best of several local optima, each measured at its exact peaks.
 
     count
-        Number of starts.
+        Number of starts spread over the box; its corners come on top, all of them for one or two variables.
     given
         Further starts x, each (n_vars,).
     seconds
@@ -85,11 +87,11 @@ class _Run:
         reached = self._sampled(begun)
         if not any(self._promising(y) for y in reached):
             reached = self._sampled(begun, elastic=True)
-        points = self._sharpened(reached)
-        good = [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
-        if not good:
-            points = self._sharpened(reached, rescue=True)
-            good = [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
+        good = (
+            self._good(self._sharpened(reached))
+            or self._good(self._sharpened(reached, rescue=True))
+            or self._good(reached)
+        )
         if not good:
             return self._nothing(len(begun))
         goal, y = min(good)
@@ -98,8 +100,12 @@ class _Run:
         x, details = self._x(np.array(y)), self._details(len(begun), agreed)
         return Found("feasible", x, claim, self.method.name, details=details)
 
+    def _good(self, points: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
+        """Goal and design of the points at which every limit holds."""
+        return [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
+
     def _starts(self) -> list[FloatArray]:
-        spread = list(starts(self.program, self.method.count))
+        spread = [*starts(self.program, self.method.count), *corners(self.low, self.high)]
         given = [np.log(np.maximum(x, np.exp(self.low))) for x in self.method.given]
         return [np.clip(one, self.low, self.high) for one in [*given, *spread]]
 
@@ -108,18 +114,19 @@ class _Run:
         if self.program.aim is None:
             elastic = True
         here = list(begun)
+        deadline = self.began + _SHARE * self.method.seconds
         for step in range(self.method.rounds):
-            fresh = [self._learn(y) for y in here] if step else [True]
+            fresh = [time.perf_counter() < deadline and self._learn(y) for y in here] if step else [True]
             if not any(fresh):
                 break
             reference = here[0] if step else 0.5 * (self.low + self.high)
             nlp = SampledProgram(self.samples, np.exp(reference), self.low, self.high, elastic=elastic)
             self.built += 1
             for i, y in enumerate(here):
-                if time.perf_counter() > self.deadline:
+                if time.perf_counter() > deadline:
                     return here
                 if step == 0 or fresh[i]:
-                    here[i] = nlp.solve(y, min(2.0, max(self.deadline - time.perf_counter(), 0.05))).y
+                    here[i] = nlp.solve(y, min(2.0, max(deadline - time.perf_counter(), 0.05))).y
                     self.iterations += 1
                 if self.progress:
                     self.progress("starts", (step + (i + 1) / len(here)) / self.method.rounds)
@@ -135,16 +142,16 @@ class _Run:
             for drive in part.form.drives:
                 found = extremes_of(part.model, part.form, drive, x, least_wanted=least_wanted, within=0.7)
                 fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:3]])
-        return fresh and self.exact.at(y).missed > 1e-6
+        return fresh and self._missed(y) > 1e-6
 
     def _promising(self, y: FloatArray) -> bool:
-        return self.exact.at(y).missed < 0.5
+        return self._missed(y) < 0.5
 
     def _sharpened(self, reached: list[FloatArray], *, rescue: bool = False) -> list[FloatArray]:
         """Every distinct design brought to its exact local optimum, one per start."""
         done: list[tuple[FloatArray, FloatArray]] = []
         found = []
-        for y in sorted(reached, key=lambda one: max(self.exact.at(one).missed, 0.0)):
+        for y in sorted(reached, key=self._missed):
             known = next((end for begin, end in done if np.abs(begin - y).max() < _ALIKE), None)
             if known is None:
                 if time.perf_counter() > self.deadline:
@@ -153,6 +160,10 @@ class _Run:
                 done.append((y, known))
             found.append(known)
         return found
+
+    def _missed(self, y: FloatArray) -> float:
+        """Log violation, 0 where every limit holds or where there is no time to measure."""
+        return max(self.exact.at(y).missed, 0.0) if time.perf_counter() < self.deadline else 0.0
 
     def _sharp(self, y: FloatArray, rescue: bool) -> FloatArray:
         sharpener = Sharpener(self.exact, self.deadline)

@@ -18,7 +18,7 @@ from vibopt.solve.method import Found, Progress
 from vibopt.solve.rows import LineRows, PlaneRows, direction
 from vibopt.solve.worst_speeds import local_extremes
 
-_ROUNDS = 60
+_ROUNDS = 25
 _DONE = 1e-11
 
 

@@ -68,13 +68,20 @@ class Exact:
     low: FloatArray
     high: FloatArray
     count: int = 0
+    known: dict[bytes, Point] = field(default_factory=dict)
     free: BoolArray = field(init=False)
 
     def __post_init__(self) -> None:
         self.free = self.high > self.low
 
     def at(self, y: FloatArray) -> Point:
-        """All pieces at y (n_vars,)."""
+        """All pieces at y (n_vars,); remembered, for a lightly damped machine takes long to measure."""
+        key = np.asarray(y, dtype=float).tobytes()
+        if key not in self.known:
+            self.known[key] = self._at(y)
+        return self.known[key]
+
+    def _at(self, y: FloatArray) -> Point:
         self.count += 1
         x = np.exp(y)
         limits = tuple(p for i, limit in enumerate(self.program.limits) for p in self._limit(i, limit, x))

@@ -72,7 +72,12 @@ def answer(program: Program, scene: Scene, method: str | None, progress: Progres
         return Found("infeasible", None, claim, "physical bound"), physical_words(scene, clash)
     chosen = choose(finite, method)
     found = chosen.solve(finite, progress)
-    return _open_ends(finite, found, exact=chosen.name.startswith("closed_form")), ""
+    exact = chosen.name.startswith("closed_form")
+    if exact and found.status == "unproven" and method is None:
+        from vibopt.solve.global_search import BranchAndBound
+
+        found, exact = BranchAndBound().solve(finite, progress), False
+    return _open_ends(finite, found, exact=exact), ""
 
 
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:

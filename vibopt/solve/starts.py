@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
@@ -11,6 +13,7 @@ from vibopt.program.program import Axis, Program
 FLOOR = 1e-9
 """Least value of a variable whose range begins at zero, as a part of its natural size or of its upper end."""
 _DECADES = 1e6
+_BESIDE = 0.02
 
 
 def log_box(program: Program) -> tuple[FloatArray, FloatArray]:
@@ -38,6 +41,16 @@ def starts(program: Program, count: int) -> FloatArray:
     points = halton(count, len(low))
     found = low + (high - low) * points
     found[::2] = near_low + (near_high - near_low) * points[::2]
+    return found
+
+
+def corners(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Points next to the corners of a box, shape (count, n_vars): all of them, or two beyond two free variables."""
+    free = np.flatnonzero(high > low)
+    signs = np.array(list(product((0.0, 1.0), repeat=len(free)))) if len(free) <= 2 else np.array([[0.0], [1.0]])
+    parts = np.full((len(signs), len(low)), 0.5)
+    parts[:, free] = _BESIDE + (1.0 - 2.0 * _BESIDE) * signs
+    found: FloatArray = low + (high - low) * parts
     return found
 
 

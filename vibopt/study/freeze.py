@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
-from vibopt.units import si_unit
+from vibopt.units import to_unit
 
 
 def frozen(scene: Scene, x: Sequence[float]) -> Scene:
@@ -23,7 +23,9 @@ def frozen(scene: Scene, x: Sequence[float]) -> Scene:
     document = copy.deepcopy(dict(scene.document))
     for variable, value in zip(scene.variables, x, strict=True):
         family, name, key = variable.path.split(".", 2)
-        unit = si_unit(variable.dimension)
-        document[family][name][key] = f"{value:.17g} {unit}" if unit else float(value)
+        unit = variable.unit
+        document[family][name][key] = (
+            f"{to_unit(value, unit, variable.dimension):.17g} {unit}" if unit else float(value)
+        )
     document.pop("goal", None)
     return from_dict(document, name=scene.name)

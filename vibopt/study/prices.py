@@ -13,6 +13,9 @@ from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.impasse import outward_shown
 
+PATIENCE = 2.0
+"""Seconds; a scene that took longer is priced only when it is asked for (`until`)."""
+
 STEP = 0.1
 """A sensible step: a tenth of the bound."""
 
@@ -27,7 +30,8 @@ def priced(design: Design, *, until: bool = False) -> Design:
     until
         Look as well for the bound beyond which loosening buys nothing more (some fifty solutions per limit).
     """
-    if design.goal is None or design.status not in ("optimal", "feasible"):
+    slow = sum(design.timings.values()) > PATIENCE and not until
+    if design.goal is None or design.status not in ("optimal", "feasible") or slow:
         return design
     limits = {
         key: replace(row, price=_price(design, row, until)) if row.active and row.side != "outside" else row

@@ -65,19 +65,33 @@ def _shown(fact: FactAt, value: float) -> Shown:
 def _crossing(scene: Scene, fact: FactAt, reach: float) -> tuple[Shown | None, str]:
     """The first failing value between the fact and `reach` times it, and the limit that breaks."""
     good = fact.value
-    for factor in np.geomspace(1.0, reach, _POINTS)[1:]:
-        missed, name = broken(scene, fact, fact.value * factor)
+    for value in _steps(fact, reach):
+        missed, name = broken(scene, fact, value)
         if missed > 0.0:
-            bad, worst = fact.value * factor, name
-            for _ in range(60):
-                middle = 0.5 * (good + bad)
-                if middle in (good, bad):
-                    break
-                missed, name = broken(scene, fact, middle)
-                good, bad, worst = (good, middle, name) if missed > 0.0 else (middle, bad, worst)
-            return _shown(fact, bad), worst
-        good = fact.value * factor
+            bad, name = (value, name) if fact.dimension == "count" else _between(scene, fact, good, value, name)
+            return _shown(fact, bad), name
+        good = value
     return None, ""
+
+
+def _steps(fact: FactAt, reach: float) -> list[float]:
+    """Values to try, from the fact outward; whole ones for a count."""
+    if fact.dimension == "count":
+        now, last = round(fact.value), round(fact.value * reach)
+        steps = range(now + 1, last + 1) if reach > 1.0 else range(now - 1, 0, -1)
+        return [float(n) for n in steps]
+    return [float(fact.value * factor) for factor in np.geomspace(1.0, reach, _POINTS)[1:]]
+
+
+def _between(scene: Scene, fact: FactAt, good: float, bad: float, worst: str) -> tuple[float, str]:
+    """The first failing value between a good and a bad one, to the last digit, and whose limit it is."""
+    for _ in range(60):
+        middle = 0.5 * (good + bad)
+        if middle in (good, bad):
+            break
+        missed, name = broken(scene, fact, middle)
+        good, bad, worst = (good, middle, name) if missed > 0.0 else (middle, bad, worst)
+    return bad, worst
 
 
 def broken(scene: Scene, fact: FactAt, value: float) -> tuple[float, str]:

@@ -27,7 +27,8 @@ class WhatIf:
     breaks
         Limits that held before and break after (`keep_design` only).
     thresholds
-        Where the frozen design fails, fact by fact (`keep_design` only).
+        Where the frozen design fails, fact by fact (`keep_design` only): from the changed facts on when
+        they leave every limit met, else from the facts as they were.
     """
 
     changes: Mapping[str, Any]
@@ -69,4 +70,5 @@ def whatif(
     after = solve(with_changes(kept, changes))
     held = {name for name, one in before.limits.items() if one.met}
     breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)
-    return WhatIf(changes, before, after, keep_design, breaks, tuple(thresholds(kept, progress)))
+    base = with_changes(kept, changes) if after.status == "met" else kept
+    return WhatIf(changes, before, after, keep_design, breaks, tuple(thresholds(base, progress)))

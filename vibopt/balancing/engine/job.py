@@ -246,7 +246,7 @@ def _check(
         return
     for k, one in enumerate(cylinders):
         if one.reciprocating is None and engine.reciprocating is None:
-            mistakes.add(("cylinders", k), f'cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].')
+            mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].")
         if one.crank is None and not engine.firing_order and not _shared(one, cylinders):
             example = 'crank = "90 deg", or crank = "choose"'
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no crank. Write {example}.")
@@ -266,7 +266,7 @@ def _check(
     sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
     free = [one for one in sizes if isinstance(one, Choice)]
     if goal is not None and not free and not wanted and not isinstance(engine.counterweight_share, Choice):
-        mistakes.add(("goal",), "there is a goal but nothing to choose. Write crank = \"choose\", or leave [goal] out.")
+        mistakes.add(("goal",), 'there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.')
 
 
 def _shared(cylinder: CylinderTable, cylinders: list[CylinderTable]) -> bool:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def figure_of(answer: Solution, job: Job, *, compact: bool = False) -> Figure | None:
-    """The picture of any balancing answer, `compact` for a page that holds more; None where there is nothing to draw."""
+    """Picture of a balancing answer, `compact` for a page that holds more; None where there is nothing to draw."""
     if is_plan(answer):
         from vibopt.balancing.figures.rotor import plan_figure
 
@@ -25,11 +25,11 @@ def figure_of(answer: Solution, job: Job, *, compact: bool = False) -> Figure | 
     if is_known(job):
         from vibopt.balancing.figures.known import known_figure
 
-        return known_figure(answer, job, compact=compact)  # type: ignore[arg-type]
+        return known_figure(answer, job, compact=compact)
     from vibopt.balancing.figures.engine import engine_figure
 
     assert is_engine(job)
-    return engine_figure(answer, job, compact=compact)  # type: ignore[arg-type]
+    return engine_figure(answer, job, compact=compact)
 
 
 __all__ = ["figure_of"]

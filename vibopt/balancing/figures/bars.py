@@ -57,8 +57,20 @@ def height(count: int) -> float:
     return 0.75 + 0.26 * min(count, MOST)
 
 
-def key(figure: Any, *, dials: bool, limits: bool, bands: bool, removed: bool = False, masses: bool = False) -> None:
-    """The legend below everything, only with what is drawn."""
+def key(
+    figure: Any,
+    caption: str,
+    *,
+    dials: bool,
+    limits: bool,
+    bands: bool = False,
+    removed: bool = False,
+    masses: bool = False,
+    circles: bool = False,
+    before: bool = True,
+    after: bool = True,
+) -> None:
+    """Caption and legend below everything, only with what is drawn."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -70,8 +82,11 @@ def key(figure: Any, *, dials: bool, limits: bool, bands: bool, removed: bool = 
         look = {"marker": "X", "mfc": "white", "mec": RED} if removed else {"marker": "o", "mfc": BLUE, "mec": INK}
         found.append((line([], [], ls="", ms=8, **look), "take away here" if removed else "fit here"))
         found.append((line([], [], ls="", marker="v", color=INK, ms=7), "zero mark"))
-    found.append((Patch(facecolor="white", edgecolor=FAINT, hatch="////"), "as found (hatched; open circle, dashed)"))
-    found.append((Patch(facecolor=BLUE, edgecolor=INK), "after (filled; diamond)"))
+    open_, full = (" (on a dial: open circle)", " (on a dial: diamond)") if circles else ("", "")
+    if before:
+        found.append((Patch(facecolor="white", edgecolor=FAINT, hatch="////"), f"as found{open_}"))
+    if after:
+        found.append((Patch(facecolor=BLUE, edgecolor=INK), f"after{full}"))
     if limits:
         found.append((line([], [], color=RED, lw=2.0), "limit"))
     if bands:
@@ -83,4 +98,12 @@ def key(figure: Any, *, dials: bool, limits: bool, bands: bool, removed: bool = 
         ncols=min(len(found), 4),
         fontsize=SIZE - 1,
         frameon=False,
+        title=caption,
+        title_fontsize=SIZE - 0.5,
     )
+
+
+def pad_more(figure: Any) -> None:
+    """Room between the parts and at the edge of the paper."""
+    engine = figure.get_layout_engine()
+    engine.set(w_pad=0.1, h_pad=0.08)

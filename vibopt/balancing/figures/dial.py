@@ -85,8 +85,8 @@ def polar(figure: Figure, place: Any, title: str, sense: int) -> Any:
     return axes
 
 
-def draw_disc(figure: Figure, place: Any, disc: Disc) -> None:
-    """A plane with its holes, forbidden sectors, weights, zero mark and sense of angles."""
+def draw_disc(figure: Figure, place: Any, disc: Disc, inches: float) -> None:
+    """A plane with its holes, forbidden sectors, weights, zero mark and sense of angles; its cell is `inches` wide."""
     axes = polar(figure, place, disc.title, disc.sense)
     axes.set_ylim(0.0, RIM)
     axes.set_yticks([])
@@ -99,7 +99,8 @@ def draw_disc(figure: Figure, place: Any, disc: Disc) -> None:
     axes.plot(0.0, 0.0, marker="+", ms=6, color=FAINT)
     _senses(axes, disc)
     for spot in disc.spots:
-        _spot(axes, spot, disc)
+        _spot(axes, spot)
+    _labels(axes, disc, 0.66 * inches)
     if disc.note:
         axes.text(0.5, 0.5, disc.note, transform=axes.transAxes, ha="center", va="center", fontsize=SIZE, color=INK,
                   bbox={"boxstyle": "round,pad=0.3", "fc": "white", "ec": GRID})  # fmt: skip
@@ -114,7 +115,7 @@ def _holes(axes: Any, holes: Sequence[float]) -> None:
             axes.text(angle, SEAT + 0.14, str(index + 1), fontsize=SMALL - 1, color=FAINT, ha="center", va="center")
 
 
-def _spot(axes: Any, spot: Spot, disc: Disc) -> None:
+def _spot(axes: Any, spot: Spot) -> None:
     looks: dict[str, dict[str, Any]] = {
         "fit": {"marker": "o", "ms": 11, "mfc": BLUE, "mec": INK},
         "away": {"marker": "X", "ms": 11, "mfc": "white", "mec": RED, "mew": 1.6},
@@ -124,25 +125,52 @@ def _spot(axes: Any, spot: Spot, disc: Disc) -> None:
     if spot.look != "there":
         axes.plot([spot.angle, spot.angle], [0.0, radius], color=BLUE if spot.look == "fit" else RED, lw=1.4, zorder=4)
     axes.plot([spot.angle], [radius], zorder=7, **looks[spot.look])
-    far = 0.36 if spot.look != "there" else 0.25
+
+
+def _labels(axes: Any, disc: Disc, across: float) -> None:
+    """The words of each weight, at the nearest place of the disc where they cover nothing; `across` in inches."""
+    points = np.array([_xy(one.angle, SEAT * one.place, disc.sense) for one in disc.spots]).reshape(-1, 2)
+    radii, turns = np.linspace(0.0, 0.86, 12), np.arange(36) * tau / 36
+    places = np.array([(r * cos(t), r * sin(t)) for r in radii for t in turns])
+    taken: list[tuple[Any, Any]] = []
+    for spot, point in zip(disc.spots, points, strict=True):
+        bold = spot.look != "there"
+        size = SIZE - 0.5 if bold else SMALL
+        lines = spot.words.split("\n")
+        box = np.array([0.60 * max(map(len, lines)) + 1.0, 1.35 * len(lines) + 0.6]) * size / 72.0 / across
+        costs = np.hypot(*(places - point).T)
+        for other, wide in [(one, np.full(2, 0.1)) for one in points] + taken:
+            costs += 50.0 * (np.abs(places - other) < box + wide).all(axis=1)
+        costs += 50.0 * np.maximum(np.hypot(*(np.abs(places) + box).T) - 1.08, 0.0)
+        place = places[int(np.argmin(costs))]
+        taken.append((place, box))
+        _label(axes, spot.words, place, point, size, bold, disc.sense)
+
+
+def _label(axes: Any, words: str, place: Any, point: Any, size: float, bold: bool, sense: int) -> None:
+    (angle, radius), (end, far) = (_polar(x, y, sense) for x, y in (place, point))
     axes.annotate(
-        spot.words,
-        (spot.angle, radius),
-        xytext=(spot.angle, max(radius - far, 0.22)),
-        fontsize=SIZE - 0.5 if spot.look != "there" else SMALL,
-        fontweight="bold" if spot.look != "there" else "normal",
-        color=INK,
-        ha="center",
-        va="center",
-        zorder=9,
-        bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": GRID, "lw": 0.6, "alpha": 0.95},
-    )
+        words, (end, far), xytext=(angle, radius), fontsize=size, fontweight="bold" if bold else "normal", color=INK,
+        ha="center", va="center", zorder=9, bbox={"boxstyle": "round,pad=0.2", "fc": "white", "ec": GRID, "lw": 0.6},
+        arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.7, "shrinkB": 5},
+    )  # fmt: skip
+
+
+def _xy(angle: float, radius: float, sense: int) -> tuple[float, float]:
+    """Place on the paper of a written angle, the disc's radius as unit."""
+    turn = sense * angle + 0.5 * pi
+    return radius * cos(turn), radius * sin(turn)
+
+
+def _polar(x: float, y: float, sense: int) -> tuple[float, float]:
+    """Written angle and radius of a place on the paper."""
+    return sense * (float(np.arctan2(y, x)) - 0.5 * pi), float(np.hypot(x, y))
 
 
 def _senses(axes: Any, disc: Disc) -> None:
     """Curved arrows outside the rim: the sense of the angles beside zero, and the rotation on the other side."""
     _arc(axes, disc.sense * 10.0, disc.sense * 35.0, 1.24, INK)
-    _words(axes, disc.sense * 48.0, 1.36, "angles")
+    _words(axes, disc.sense * 40.0, 1.5, "angles")
     if disc.turns:
         _arc(axes, 155.0, 205.0, 1.24, FAINT)
         _words(axes, 180.0, 1.4, "rotation")
@@ -206,6 +234,11 @@ def _phasor(axes: Any, one: Phasor, index: int, named: bool) -> None:
     ):
         axes.plot([angle, angle], [0.0, size], color=colour, lw=1.6, ls=style, zorder=5)
         axes.plot([angle], [size], zorder=6, mew=0.9, ls="", clip_on=False, **look)
+    (far, start), (near, end) = one.before, one.after
+    axes.annotate(
+        "", (end, near), xytext=(start, far), zorder=4,
+        arrowprops={"arrowstyle": "->", "color": FAINT, "lw": 0.7, "shrinkA": 4, "shrinkB": 4},
+    )  # fmt: skip
     if named:
         axes.annotate(
             one.name, (one.before[1], one.before[0]), xytext=(4, 4), textcoords="offset points", fontsize=SMALL - 0.5,

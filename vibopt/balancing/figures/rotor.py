@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from math import tau
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibopt.balancing.answers import PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.blocks import brief
-from vibopt.balancing.figures.bars import Bar, bars, height, key
+from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Dial, Disc, Phasor, Spot, draw_dial, draw_disc
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.outcome import Entry
@@ -20,66 +20,87 @@ from vibopt.units import to_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST_DIALS = 12
+MOST_DIALS, MOST_BARS = 12, 8
 _NOTES = {"keep": "leave\nuntouched", "nothing": "no weight"}
 
 
 def plan_figure(plan: Plan, *, compact: bool = False) -> Figure | None:
-    """Discs of the planes, dials of the sensors, bars of all readings; the first answer where there are several."""
+    """Discs of the planes, dials of the sensors, bars of all readings; the first answer where there are several.
+
+    A compact one has no dials, and its bars beside the discs where there is room.
+    """
     if not plan.fittings:
         return None
     job = plan.job
     discs = [disc(job, plane, answer) for plane, answer in zip(job.planes, plan.planes, strict=True)]
-    dials = _dials(job, plan.rows) if job.has_phase else []
+    dials = _dials(job, plan.rows) if job.has_phase and not compact else []
     dials = dials if len(dials) <= MOST_DIALS else []
     units = list(dict.fromkeys(one.residual.unit for one in plan.rows))
-    columns = max(2, min(len(discs) + len(dials), 4)) if compact else 2 if max(len(discs), len(dials)) <= 4 else 3
-    count = -(-len(discs) // columns) + -(-len(dials) // columns)
-    if compact and len(discs) + len(dials) <= columns:
-        count = 1
     groups = [[one for one in plan.rows if one.residual.unit == unit] for unit in units]
-    tall = [height(len(one)) for one in groups]
-    each = (WIDTH / columns) * (1.12 if compact else 0.94)
-    figure = sheet(WIDTH, each * count + sum(tall) + 0.6)
-    grid = figure.add_gridspec(count + len(units), columns, height_ratios=[each] * count + tall)
-    _place(figure, grid, discs, dials, columns, count == 1)
-    for index, (unit, rows) in enumerate(zip(units, groups, strict=True)):
-        axes = figure.add_subplot(grid[count + index, :])
-        bars(axes, "What will be left" if index == 0 else "", unit, [_bar(one, job) for one in rows])
-    several = f" (answer 1 of {len(plan.fittings)})" if len(plan.fittings) > 1 else ""
+    figure = _compact(discs, groups, job) if compact else _whole(discs, dials, groups, job)
     if not compact:
+        several = f" (answer 1 of {len(plan.fittings)})" if len(plan.fittings) > 1 else ""
         figure.suptitle(f"{plan.title}{several}", fontsize=SIZE + 3, color=INK, fontweight="bold")
     key(
         figure,
+        _caption(job, bool(dials)),
         dials=True,
         limits=any(one.limit for one in plan.rows),
         bands=any(one.band for one in plan.rows),
         removed=any(one.action == "remove" for one in plan.planes),
+        circles=bool(dials),
     )
-    figure.supxlabel(_caption(job), fontsize=SIZE - 1, color=INK)
     return figure
 
 
-def _place(figure: Figure, grid: object, discs: list[Disc], dials: list[Dial], columns: int, together: bool) -> None:
-    """Discs first, dials in rows of their own unless all fit into one."""
-    cells: dict[tuple[int, int], Disc | Dial] = {}
+def _whole(discs: list[Disc], dials: list[Dial], groups: list[list[RowAnswer]], job: RotorJob) -> Figure:
+    columns = 2 if max(len(discs), len(dials)) <= 4 else 3
+    first = -(-len(discs) // columns)
+    count = first + -(-len(dials) // columns)
+    tall = [height(len(one)) for one in groups]
+    each = 0.94 * WIDTH / columns
+    figure = sheet(WIDTH, each * count + sum(tall) + 0.9)
+    pad_more(figure)
+    grid = figure.add_gridspec(count + len(groups), columns, height_ratios=[each] * count + tall)
     for k, one in enumerate(discs):
-        cells[divmod(k, columns)] = one
-    start = len(discs) if together else -(-len(discs) // columns) * columns
-    for k, reading in enumerate(dials):
-        cells[divmod(start + k, columns)] = reading
-    for (row, column), what in cells.items():
-        place = grid[row, column]  # type: ignore[index]
-        if isinstance(what, Disc):
-            draw_disc(figure, place, what)
-        else:
-            draw_dial(figure, place, what)
+        draw_disc(figure, grid[divmod(k, columns)], one, WIDTH / columns)
+    for k, dial in enumerate(dials):
+        row, column = divmod(k, columns)
+        draw_dial(figure, grid[first + row, column], dial)
+    for index, rows in enumerate(groups):
+        _draw_bars(figure.add_subplot(grid[count + index, :]), index, rows, job)
+    return figure
 
 
-def _caption(job: RotorJob) -> str:
+def _compact(discs: list[Disc], groups: list[list[RowAnswer]], job: RotorJob) -> Figure:
+    columns = 3 if len(discs) <= 3 else 4
+    count = -(-len(discs) // columns)
+    beside = len(groups) == 1 and len(discs) % columns and len(groups[0]) <= MOST_BARS
+    below = [] if beside or sum(map(len, groups)) > MOST_BARS else groups  # the page has them in its table
+    tall = [height(len(one)) for one in below]
+    each = 1.06 * WIDTH / columns
+    figure = sheet(WIDTH, each * count + sum(tall) + 0.7)
+    pad_more(figure)
+    grid = figure.add_gridspec(count + len(below), columns, height_ratios=[each] * count + tall)
+    for k, one in enumerate(discs):
+        draw_disc(figure, grid[divmod(k, columns)], one, WIDTH / columns)
+    if beside:
+        _draw_bars(figure.add_subplot(grid[count - 1, len(discs) % columns :]), 0, groups[0], job)
+    for index, rows in enumerate(below):
+        _draw_bars(figure.add_subplot(grid[count + index, :]), index, rows, job)
+    return figure
+
+
+def _draw_bars(axes: Any, index: int, rows: list[RowAnswer], job: RotorJob) -> None:
+    bars(axes, "" if index else "What will be left", rows[0].residual.unit, [_bar(one, job) for one in rows])
+
+
+def _caption(job: RotorJob, dials: bool) -> str:
     zero = job.conventions.zero
-    words = f"Drawn with the rotor turning counter-clockwise.  0° on the discs: {zero}; weights {job.conventions.angles}."
-    if not job.has_phase:
+    words = (
+        f"Drawn with the rotor turning counter-clockwise.  0° on the discs: {zero}; weights {job.conventions.angles}."
+    )
+    if not dials:
         return words
     if job.conventions.readings == MARK:
         return f"{words}\nReadings: positions of the stroboscope mark, counted {job.conventions.angles}."
@@ -94,9 +115,7 @@ def disc(job: RotorJob, plane: Plane, answer: PlaneAnswer) -> Disc:
         Spot(one.angle % tau, _words(one, answer.mass), look, _part(one.radius, plane)) for one in answer.weights
     )
     title = f"Plane {answer.name}"
-    return Disc(
-        title, job.conventions.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, "")
-    )
+    return Disc(title, job.conventions.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
 
 
 def _part(radius: float | None, plane: Plane) -> float:
@@ -104,9 +123,9 @@ def _part(radius: float | None, plane: Plane) -> float:
 
 
 def _words(one: Weight, mass: Entry) -> str:
-    hole = "" if one.hole is None else f"\nhole {one.hole + 1}"
+    hole = "" if one.hole is None else f", hole {one.hole + 1}"
     angle = brief(Entry(one.angle, "angle", "deg")).replace(" deg", "°")
-    return f"{brief(Entry(one.mass, mass.dimension, mass.unit))}\n{angle}{hole}"
+    return f"{brief(Entry(one.mass, mass.dimension, mass.unit))}{hole}\n{angle}"
 
 
 def _dials(job: RotorJob, rows: tuple[RowAnswer, ...]) -> list[Dial]:
@@ -136,7 +155,7 @@ def _phasor(job: RotorJob, one: RowAnswer) -> Phasor:
 
 
 def _bar(one: RowAnswer, job: RotorJob) -> Bar:
-    name = f"{one.sensor}, {one.speed.shown}" if len(job.speeds) > 1 else one.sensor
+    name = f"{one.sensor}\n{one.speed.shown}" if len(job.speeds) > 1 else one.sensor
     band = None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0)
     return Bar(name, number(one.found), number(one.residual), number(one.limit), band)
 

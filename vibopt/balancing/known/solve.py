@@ -236,5 +236,3 @@ def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, floa
             k = next(i for i, spot in enumerate(job.spots) if spot.plane.name == table.of)
             found[name] = float(prices.caps[k]) * job.spots[k].plane.radius
     return found
-
-

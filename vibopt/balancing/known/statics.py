@@ -71,7 +71,7 @@ def reactions(job: KnownJob, u: Sequence[complex] | ComplexArray) -> dict[str, c
         return {}
     rows = bearing_rows(job)
     carried = rows.masses @ unbalances(job) + rows.planes @ np.asarray(u, dtype=complex)
-    return {name: complex(-job.speed**2 * one) for name, one in zip(rows.names, carried, strict=True)}
+    return {name: complex(-(job.speed**2) * one) for name, one in zip(rows.names, carried, strict=True)}
 
 
 def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[float, float]:

@@ -55,7 +55,7 @@ class MassTable(Table):
             raise word('needs mass and radius, or an unbalance alone. Write mass = "1 kg" and radius = "50 mm".')
         if self.unbalance is None and (self.mass is None or self.radius is None):
             absent = "radius" if self.radius is None else "mass"
-            raise word(f"has no {absent}. Add it, or write unbalance = \"50 kg mm\" instead of both.")
+            raise word(f'has no {absent}. Add it, or write unbalance = "50 kg mm" instead of both.')
         return self
 
     @property

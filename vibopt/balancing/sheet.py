@@ -1,0 +1,96 @@
+"""The plan for the shop floor: one printable page (HTML), nothing outside it, with room for name and date."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibopt.balancing.blocks import FOOT, TABLE, TEXT, TODO, Block, blocks_of, claim, verdict
+from vibopt.design.report import inline
+from vibopt.jobs import is_plan
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job, Solution
+
+TEMPLATE = Path(__file__).with_name("sheet.html.j2")
+TO_MEASURE = "Measured"
+NARROW = 42
+_MEASURED = ("What will be left",)
+
+
+def html(answer: Solution, job: Job, *, changes: Sequence[str] = (), on: date | None = None) -> str:
+    """The page.
+
+    Parameters
+    ----------
+    answer
+        A plan or an outcome; what it lacks is left out of the page.
+    job
+        What was asked.
+    changes
+        What was set on the command line beside the file, to be said on the page.
+    on
+        Date of the page; today if None.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    return template.render(**_words(answer, job), changes=list(changes), date=(on or date.today()).isoformat())
+
+
+def _words(answer: Solution, job: Job) -> dict[str, Any]:
+    """Everything the template says."""
+    blocks = blocks_of(answer, job)
+    return {
+        "title": answer.title,
+        "file": answer.name,
+        "status": answer.status,
+        "verdict": verdict(answer).partition(": ")[2],
+        "claim": claim(answer),
+        "reason": answer.reason if is_plan(answer) else "",
+        "todo": [line for one in blocks if one.kind == TODO for line in one.lines],
+        "tables": [_table(one) for one in blocks if one.kind in (TABLE, TEXT) and not _said_before(answer, one)],
+        "foot": [one for one in blocks if one.kind == FOOT],
+        "figure": _figure(answer, job),
+        "is_plan": is_plan(answer),
+    }
+
+
+def _table(block: Block) -> dict[str, Any]:
+    """A table for the page; of what will be left with an empty column for what is then measured."""
+    measured = block.rows and block.title.startswith(_MEASURED)
+    return {
+        "title": block.title,
+        "lines": block.lines,
+        "heads": (*block.heads, TO_MEASURE) if measured else block.heads,
+        "rows": [[cell.split("\n") for cell in row] for row in block.rows],
+        "measured": bool(measured),
+        "wide": bool(measured or block.lines or _width(block) > NARROW),
+    }
+
+
+def _width(block: Block) -> int:
+    """Letters that the longest cells take side by side."""
+    columns = zip(*(row for row in (block.heads, *block.rows)), strict=True)
+    return sum(max(len(line) for cell in column for line in cell.split("\n")) for column in columns)
+
+
+def _said_before(answer: Solution, block: Block) -> bool:
+    """Limits on readings stand beside each reading already."""
+    if not is_plan(answer) or block.title != "Limits":
+        return False
+    return all(one.response == "residual" for one in answer.limits.values())
+
+
+def _figure(answer: Solution, job: Job) -> Any:
+    """The compact picture as inline SVG; "" where there is nothing to draw."""
+    from markupsafe import Markup
+
+    from vibopt.balancing.figures import figure_of
+    from vibopt.design.figures import saved
+
+    figure = figure_of(answer, job, compact=True)
+    return "" if figure is None else Markup(inline(saved(figure, "svg").decode(), "plan", answer.title))

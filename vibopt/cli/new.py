@@ -1,0 +1,43 @@
+"""`vibopt new`: a commented problem file to fill in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from vibopt.cli.options import as_json
+from vibopt.cli.output import checked_target, say, say_json, write_file
+from vibopt.errors import InputError, way_out
+
+KINDS = {"balance": "balance.toml"}
+"""Kinds of file, and the file written where none is named."""
+
+
+@click.command()
+@click.argument("kind", metavar="balance")
+@click.option("-o", "--output", metavar="FILE", help='File to write; "-" for standard output. Without it balance.toml.')
+@as_json
+def new(kind: str, output: str | None, as_json: bool) -> int:
+    """Write a commented two-plane balancing job, with numbers in it, to be filled in.
+
+    A file that is there already is not touched.
+    """
+    if kind not in KINDS:
+        raise InputError(f'there is no file of the kind "{kind}".{way_out(kind, KINDS)}')
+    text = _TEMPLATES.joinpath(f"{kind}.toml").read_text(encoding="utf-8")
+    if output == "-":
+        say_json({"status": "ok", "text": text}) if as_json else say(text)
+        return 0
+    target = checked_target(output or KINDS[kind], (".toml",))
+    if target.exists():
+        raise InputError(f"{target} is there already and stays as it is. Name another file with -o.")
+    write_file(target, text.encode())
+    if as_json:
+        say_json({"status": "ok", "written": [str(target)]})
+    else:
+        say(f"Written: {target}\nFill it in, then: vibopt solve {target}")
+    return 0
+
+
+_TEMPLATES = Path(__file__).with_name("templates")
