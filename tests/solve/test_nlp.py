@@ -211,7 +211,7 @@ def test_nothing_found_is_called_unproven_and_never_infeasible() -> None:
     found = Nlp().solve(pose(undamped_passage()[-1].scene()))
     assert found.status == "unproven"
     assert found.x is None
-    assert found.claim == "no design found from 10 starts, which proves nothing"
+    assert found.claim == "no design found from 18 starts, which proves nothing"
 
 
 def test_claim_counts_starts_and_those_that_agree() -> None:

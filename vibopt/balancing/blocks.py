@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 TODO, TABLE, TEXT, WORK, FOOT = "todo", "table", "text", "work", "foot"
 """Kinds of block: what to do; a table; sentences; what only the next job needs; conventions, notes, method."""
 
+WARNING = "Warning"
+
 _PLAIN = {
     "optimal": "",
     "feasible": "all limits hold; that nothing better exists is not proven",
@@ -56,8 +58,9 @@ def table(
     kept = [k for k in range(len(heads)) if any(row[k] for row in rows)]
     cells = tuple(tuple(row[k] for k in kept) for row in rows)
     unbroken = kept if whole is None else [k for k in kept if k in whole]
+    named = tuple(heads[k] for k in kept)
     return Block(
-        title, kind, heads=tuple(heads[k] for k in kept), rows=cells, whole=tuple(kept.index(k) for k in unbroken)
+        title, kind, heads=named if any(named) else (), rows=cells, whole=tuple(kept.index(k) for k in unbroken)
     )
 
 

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+import re
+
 from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
-from vibopt.balancing.blocks import FOOT, TEXT, TODO, WORK, Block, brief, cleaned, share, state, table
+from vibopt.balancing.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, brief, cleaned, share, state, table
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.units import show
 
 MOST_COEFFICIENTS = 12
+_WARNS = re.compile("act almost alike|No sensor feels|not agree|do not meet")
 _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 
 
 def rotor_blocks(plan: Plan) -> list[Block]:
     """What a rotor's plan says, in the order in which it is needed."""
     several = len(plan.fittings) > 1
-    found = [Block("What to do", TODO, plan.words)]
+    warnings = tuple(one for one in plan.notes if _WARNS.search(one))
+    further = tuple(one for one in plan.notes if one.startswith("Make one more run"))
+    found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, (*plan.words, *further))]
     for number, fitting in enumerate(plan.fittings, start=1):
         which = f", answer {number}" if several else ""
         found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
     return [
         *found, _limits(plan), _prices(plan), _remedies(plan), *_quality(plan), _trials(plan),
-        Block("Conventions", FOOT, plan.conventions), Block("Notes", FOOT, plan.notes),
+        Block("Conventions", FOOT, plan.conventions), Block("Notes", FOOT, tuple(one for one in plan.notes if one not in (*warnings, *further))),
         Block("Method", FOOT, (plan.method,) if plan.method else ()), _coefficients(plan),
     ]  # fmt: skip
 

@@ -7,7 +7,7 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.balancing.blocks import FOOT, TABLE, TEXT, TODO, Block, blocks_of, claim, verdict
+from vibopt.balancing.blocks import FOOT, TABLE, TEXT, TODO, WARNING, Block, blocks_of, claim, verdict
 from vibopt.design.report import inline
 from vibopt.jobs import is_plan
 
@@ -51,6 +51,7 @@ def _words(answer: Solution, job: Job) -> dict[str, Any]:
         "verdict": verdict(answer).partition(": ")[2],
         "claim": claim(answer),
         "reason": answer.reason if is_plan(answer) else "",
+        "warnings": [line for one in blocks if one.title == WARNING for line in one.lines],
         "todo": [line for one in blocks if one.kind == TODO for line in one.lines],
         "tables": [_table(one) for one in blocks if one.kind in (TABLE, TEXT) and not _said_before(answer, one)],
         "foot": [one for one in blocks if one.kind == FOOT],
@@ -79,7 +80,9 @@ def _width(block: Block) -> int:
 
 
 def _said_before(answer: Solution, block: Block) -> bool:
-    """Limits on readings stand beside each reading already."""
+    """Warnings stand on top, and limits on readings beside each reading."""
+    if block.title == WARNING:
+        return True
     if not is_plan(answer) or block.title != "Limits":
         return False
     return all(one.response == "residual" for one in answer.limits.values())

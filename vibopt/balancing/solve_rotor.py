@@ -23,6 +23,7 @@ from vibopt.balancing.report_rotor import coefficients, quality_values, trial_ad
 from vibopt.balancing.solve_phaseless import solve_without_phase
 from vibopt.balancing.trust import Noise, bands, conditioning, noise_of
 from vibopt.forms import ComplexArray
+from vibopt.units import show
 
 AGREES = 1e-6
 
@@ -172,7 +173,7 @@ def _certified(plan: Plan, identified: Identified) -> Plan:
 def _advice(job: RotorJob) -> Plan:
     """As found only: how large a first trial may be."""
     words = tuple(
-        f"{name.split('.')[1]}: a first trial of at most {entry.shown}."
+        f"{name.split('.')[1]}: a first trial of at most {show(float(entry.value), entry.unit, entry.dimension, digits=3)}."
         for name, entry in trial_advice(job).items()
         if name.endswith(".trial")
     )

@@ -35,6 +35,7 @@ from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_
 _STEP = 1e-6
 _NEAR = 1e-6
 _MOST = 24
+_ENOUGH = 200
 _NUDGE = 1e-14j
 _WITHOUT_END = 1e30
 
@@ -147,7 +148,7 @@ def extremes_of(
     response = DriveResponse(model, form, drive, x)
     if least_wanted:
         return [least(response, drive.bands, singular, breaks)]
-    found = peaks(response, drive.bands, singular, breaks, within=within)
+    found = peaks(response, drive.bands, singular, breaks, within=within)[:_ENOUGH]
     return [one for one, real in zip(found, _is_peak(response, drive, found), strict=True) if real]
 
 

@@ -22,6 +22,8 @@ from vibopt.solve.starts import corners, log_box, starts
 
 TOLERANCE = 1e-9
 _SAME = 1e-6
+_MANY = 128
+"""Points to measure where no start led anywhere."""
 _SHARE = 0.6
 """Part of the time that may go into the sampled programs."""
 _ALIKE = 0.02
@@ -91,6 +93,7 @@ class _Run:
             self._good(self._sharpened(reached))
             or self._good(self._sharpened(reached, rescue=True))
             or self._good(reached)
+            or self._good(self._sharpened(self._likely(begun), rescue=True))
         )
         if not good:
             return self._nothing(len(begun))
@@ -103,6 +106,13 @@ class _Run:
     def _good(self, points: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
         """Goal and design of the points at which every limit holds."""
         return [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
+
+    def _likely(self, begun: list[FloatArray]) -> list[FloatArray]:
+        """Of many points spread over the box, those that miss the limits least; they count as starts."""
+        points = [np.clip(y, self.low, self.high) for y in starts(self.program, _MANY)]
+        chosen = sorted(points, key=self._missed)[: self.method.count]
+        begun += chosen
+        return chosen
 
     def _starts(self) -> list[FloatArray]:
         spread = [*starts(self.program, self.method.count), *corners(self.low, self.high)]
