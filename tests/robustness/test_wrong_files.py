@@ -237,12 +237,27 @@ FILES = {
     "nested": (b"a = " + b"[" * 5000 + b"]" * 5000, "file.toml: is nested too deeply for a problem file."),
     "key twice": (
         GOOD.replace('mass = "100 kg"', 'mass = "100 kg"\nmass = "1 kg"').encode(),
-        "file.toml: is no valid TOML: Cannot overwrite a value (at line 5, column 14).",
+        "file.toml line 5: mass is given a second time. Keep one, or take another name.",
     ),
     "open quote": (
         GOOD.replace('"100 kg"', '"100 kg').encode(),
-        "file.toml: is no valid TOML: Illegal character '\\n' (at line 4, column 15).",
+        "file.toml line 4: is no valid TOML: Illegal character '\\n'. Close the quotation mark.",
     ),
+    "table twice": (
+        b'[bodies.fan]\nmass = "1 kg"\n[bodies.fan]\nmass = "2 kg"\n',
+        "file.toml line 3: [bodies.fan] is given a second time. Keep one, or take another name.",
+    ),
+    "key twice in braces": (
+        b'[links.a]\nstiffness = { from = "1 N/m", from = "2 N/m" }\n',
+        "file.toml line 2: from is given a second time. Keep one, or take another name.",
+    ),
+    "no quotes": (
+        GOOD.replace('"100 kg"', "100 kg").encode(),
+        "file.toml line 4: is no valid TOML: Expected newline or end of document after a statement. "
+        'A text stands in quotation marks: mass = "300 kg".',
+    ),
+    "cut short": (b"[goal]\nminimise =", 'file.toml line 2: is no valid TOML: Invalid value. '
+                  'A text stands in quotation marks: mass = "300 kg".'),
 }  # fmt: skip
 
 

@@ -20,15 +20,23 @@ def rotor_blocks(plan: Plan) -> list[Block]:
     several = len(plan.fittings) > 1
     warnings = tuple(one for one in plan.notes if _WARNS.search(one))
     further = tuple(one for one in plan.notes if one.startswith("Make one more run"))
+    notes = tuple(one for one in plan.notes if one not in (*warnings, *further))
     found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, (*plan.words, *further))]
     for number, fitting in enumerate(plan.fittings, start=1):
         which = f", answer {number}" if several else ""
         found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
     return [
-        *found, _limits(plan), _prices(plan), _remedies(plan), *_quality(plan), _trials(plan),
-        Block("Conventions", FOOT, plan.conventions), Block("Notes", FOOT, tuple(one for one in plan.notes if one not in (*warnings, *further))),
-        Block("Method", FOOT, (plan.method,) if plan.method else ()), _coefficients(plan),
-    ]  # fmt: skip
+        *found,
+        _limits(plan),
+        _prices(plan),
+        _remedies(plan),
+        *_quality(plan),
+        _trials(plan),
+        Block("Conventions", FOOT, plan.conventions),
+        Block("Notes", FOOT, notes),
+        Block("Method", FOOT, (plan.method,) if plan.method else ()),
+        _coefficients(plan),
+    ]
 
 
 def _weights(fitting: Fitting, title: str) -> Block:

@@ -75,7 +75,7 @@ def _table(block: Block) -> dict[str, Any]:
 
 def _width(block: Block) -> int:
     """Letters that the longest cells take side by side."""
-    columns = zip(*(row for row in (block.heads, *block.rows)), strict=True)
+    columns = zip(*filter(None, (block.heads, *block.rows)), strict=True)
     return sum(max(len(line) for cell in column for line in cell.split("\n")) for column in columns)
 
 

@@ -173,7 +173,8 @@ def _certified(plan: Plan, identified: Identified) -> Plan:
 def _advice(job: RotorJob) -> Plan:
     """As found only: how large a first trial may be."""
     words = tuple(
-        f"{name.split('.')[1]}: a first trial of at most {show(float(entry.value), entry.unit, entry.dimension, digits=3)}."
+        f"{name.split('.')[1]}: a first trial of at most "
+        f"{show(float(entry.value), entry.unit, entry.dimension, digits=3)}."
         for name, entry in trial_advice(job).items()
         if name.endswith(".trial")
     )

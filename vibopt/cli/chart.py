@@ -11,11 +11,13 @@ import click
 
 from vibopt.cli.options import as_json, read_scene
 from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
+from vibopt.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
+    from vibopt.scene.scene import Scene
     from vibopt.study.chart.cases import Case
     from vibopt.study.chart.fidelity import Fidelity
     from vibopt.study.chart.speed_accuracy import SpeedAccuracy
@@ -63,7 +65,7 @@ def speed_accuracy(files: tuple[str, ...], quick: bool, figure: str | None, as_j
     from vibopt.study.chart.trial import DEFAULT
 
     target = checked_target(figure, FORMATS) if figure else None
-    scenes = [read_scene(file, "chart") for file in files]
+    scenes = [_with_goal(file) for file in files]
     with Bar() as bar:
         result = run(scenes, quick=quick, progress=bar)
     _draw(target, lambda: _accuracy_figure(result))
@@ -109,7 +111,7 @@ def fidelity(files: tuple[str, ...], quick: bool, figure: str | None, as_json: b
     from vibopt.study.chart.fidelity import fidelity as run
 
     target = checked_target(figure, FORMATS) if figure else None
-    scenes = [read_scene(file, "chart") for file in files]
+    scenes = [_with_goal(file) for file in files]
     with Bar() as bar:
         rows = run(scenes, quick=quick, progress=bar)
     _draw(target, lambda: _fidelity_figure(rows))
@@ -118,6 +120,14 @@ def fidelity(files: tuple[str, ...], quick: bool, figure: str | None, as_json: b
     else:
         _say(lambda console: _fidelity_table(rows, console), target)
     return 0
+
+
+def _with_goal(file: str) -> Scene:
+    """The scene of a file, which must leave something to choose."""
+    scene = read_scene(file, "chart")
+    if not scene.variables:
+        raise InputError(f"{file}: nothing is to be chosen here, so there are no methods to compare. Name a design.")
+    return scene
 
 
 def _draw(target: Path | None, make: Callable[[], Figure]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path as FilePath
@@ -11,6 +12,14 @@ from typing import Any
 from vibopt.errors import InputError, way_out
 
 LARGEST = 2_000_000
+_PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+_TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
+_HINTS = {
+    "Expected newline or end of document after a statement": ' A text stands in quotation marks: mass = "300 kg".',
+    "Invalid value": ' A text stands in quotation marks: mass = "300 kg".',
+    "Illegal character '\\n'": " Close the quotation mark.",
+    "Unterminated string": " Close the quotation mark.",
+}
 
 
 def text_of(file: FilePath) -> str:
@@ -35,12 +44,25 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{name}: is no valid TOML: {error}.") from None
+        raise InputError(_broken(text, name, str(error))) from None
     except RecursionError:
         raise InputError(f"{name}: is nested too deeply for a problem file.") from None
     if not document:
         raise InputError(f'{name} is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".')
     return document
+
+
+def _broken(text: str, name: str, complaint: str) -> str:
+    """What is wrong with a text that is no TOML, at its line."""
+    lines = text.splitlines()
+    place = _PLACE.search(complaint)
+    number = int(place[1]) if place and place[1] else len(lines)
+    what = _PLACE.sub("", complaint)
+    if what.startswith(_TWICE):
+        named = re.search(r"key '(.*)'$", what)  # of an inline table
+        key = named[1] if named else lines[number - 1].split("=")[0].strip()
+        return f"{name} line {number}: {key} is given a second time. Keep one, or take another name."
+    return f"{name} line {number}: is no valid TOML: {what}.{_HINTS.get(what, '')}"
 
 
 def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
