@@ -326,7 +326,7 @@ def test_a_first_trial_weight_is_advised_from_mass_and_speed() -> None:
     assert float(plan.find("planes_first.left.trial").value) == pytest.approx(
         0.1 * 500.0 * 9.80665 / omega**2 / 2 / 0.15
     )
-    assert plan.words[0] == "left: a first trial of at most 103.502 g."
+    assert plan.words[0] == "left: a first trial of at most 103.5 g."
 
 
 def test_a_plan_that_the_simulated_rotor_refuses_is_no_plan() -> None:

@@ -27,3 +27,20 @@ def test_an_analysis_and_a_search_for_speeds_have_reasons_too(run: Run, press: s
     folder = Path(press).parent
     assert "nothing to choose" in run("explain", str(folder / "rao_9_34_printed_design.toml")).out
     assert "separates good speeds" in run("explain", str(folder / "rao_9_35.toml")).out
+
+
+def test_the_work_done_is_told_in_counts(run: Run, press: str) -> None:
+    words = run("explain", press).out
+    assert "Work done\n  rounds  " in words
+    assert "reach" not in words.partition("Work done")[2]
+    assert "goal" not in words.partition("Work done")[2]
+
+
+def test_each_method_is_considered_once(run: Run, press: str) -> None:
+    words = run("explain", press, "--method", "closed_form_kc").out
+    assert "asked for by --method closed_form_kc" in words
+    names = [one["name"] for one in run("explain", press, "--json").data["methods"]]
+    assert names == ["closed_form", "closed_form_kc"]
+    chosen = ("--set", 'bodies.press.mass={ from = "290 kg", to = "310 kg" }')
+    names = [one["name"] for one in run("explain", press, *chosen, "--json").data["methods"]]
+    assert names[:3] == ["closed_form", "closed_form_kc", "branch_and_bound"]

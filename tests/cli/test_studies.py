@@ -84,3 +84,77 @@ def test_the_series_of_a_sweep_are_in_the_users_units(press: str) -> None:
     ((low, high, words),) = drawn.shaded
     assert (low, words) == (5.0, "no design meets all limits")
     assert high == pytest.approx(12.5)
+
+
+FAN = """
+[bodies.fan]
+mass = "120 kg"
+[links.mount]
+between = ["fan", "ground"]
+stiffness = "600 kN/m"
+damping = "800 N s/m"
+[excitations.fan]
+kind = "unbalance"
+on = "fan"
+unbalance = "10 kg mm"
+speed = { from = "0 rpm", to = "6000 rpm" }
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "250 N"
+[limits.move]
+response = "displacement"
+of = "fan"
+at_most = "0.1 mm"
+[goal]
+find_all = "fan.speed"
+"""
+
+
+def test_whatif_of_permitted_speeds_shows_them_before_and_after(run: Run, file: Callable[[str], str]) -> None:
+    path = file(FAN)
+    done = run("whatif", path, "--set", "limits.move.at_most=1 mm")
+    assert done.code == 0
+    assert "  fan.speed  0 rpm to 500 rpm           0 rpm to 623.5 rpm\n" in done.out
+    assert "             1650 rpm to 6000 rpm       746.6 rpm to 6000 rpm\n" in done.out
+    assert "BROKEN" not in done.out
+    none = run(
+        "whatif",
+        path,
+        "--set",
+        "limits.floor.at_most=1e-9 N",
+        "--set",
+        'excitations.fan.speed={ from = "600 rpm", to = "700 rpm" }',
+    )
+    assert "1650 rpm to 6000 rpm       none" in none.out or "0 rpm to 500 rpm           none" in none.out
+
+
+def test_what_needs_a_design_refuses_a_search_for_speeds(run: Run, file: Callable[[str], str]) -> None:
+    path = file(FAN)
+    kept = run("whatif", path, "--set", "limits.move.at_most=1 mm", "--keep-design")
+    assert kept.code == 2
+    assert kept.err.strip() == (
+        "mine.toml: find_all answers with speeds, so there is no design to keep: "
+        "use whatif without --keep-design instead."
+    )
+    swept = run("sweep", path, "--vary", "limits.move.at_most=1 mm..3 mm")
+    assert swept.code == 2
+    assert swept.err.strip() == (
+        "mine.toml: sweep needs a goal or limits to measure; find_all answers with speeds: use whatif instead."
+    )
+
+
+def test_the_columns_of_a_table_say_decibels_where_the_user_does(
+    run: Run, file: Callable[[str], str], tmp_path: Path
+) -> None:
+    table = tmp_path / "s.csv"
+    path = file(
+        FAN.replace('stiffness = "600 kN/m"', 'stiffness = { from = "1 kN/m", to = "10 MN/m" }')
+        .replace('{ from = "0 rpm", to = "6000 rpm" }', '"1000..1500 rpm"')
+        .replace('response = "transmitted_force"', 'response = "transmissibility"')
+        .replace('into = "ground"\nat_most = "250 N"', 'into = "ground"\nat_most = "-6 dB"')
+        .replace('find_all = "fan.speed"', 'maximise = "stiffness"\nof = "mount"')
+    )
+    run("sweep", path, "--vary", "limits.floor.at_most=-30 dB..-5 dB", "--points", "6", "--csv", str(table))
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert [float(row["limits.floor.at_most [dB]"]) for row in rows] == [-30, -25, -20, -15, -10, -5]

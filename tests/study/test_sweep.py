@@ -8,10 +8,12 @@ from math import inf
 
 import pytest
 
+from vibopt.design.figures import strips_figure
 from vibopt.errors import InputError
 from vibopt.scene.read import from_text, read
 from vibopt.scene.scene import Scene
 from vibopt.study.points import Points
+from vibopt.study.strips import strips
 from vibopt.study.sweep import Sweep, sweep
 
 FILE = "problems/isolation/rao_9_34.toml"
@@ -173,6 +175,11 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "limits.a.at_least",
         "1.2..9",
     ),
+    "levels": (
+        FORCE.format(mount=TIED, **CONSTANT, more=limit("a", "transmissibility", 'into = "ground"\nat_least = "6 dB"') + goal("minimise", "stiffness")),
+        "limits.a.at_least",
+        "2..19 dB",
+    ),
 }  # fmt: skip
 
 
@@ -238,6 +245,48 @@ def test_a_kept_design_breaks_its_limit_where_the_limit_falls_below_it() -> None
     assert [point.status for point in found.points] == ["violated"] * 10 + ["met"] * 11
     assert found.points[0].variables == {}
     assert found.points[20].margins["start_up"] == pytest.approx(1.0 / 3.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("points", [6, 26], ids=["one by one", "together"])
+def test_a_range_in_decibels_is_evenly_spaced_in_decibels(points: int) -> None:
+    found = sweep(from_text(SCENES["levels"][0]), "limits.a.at_least", "0.1 dB..30.1 dB", points)
+    assert [point.value.shown for point in found.points[:: (points - 1) // 5]] == [f"{n}.1 dB" for n in range(0, 31, 6)]
+    drawn = strips(found)
+    assert list(drawn.x) == pytest.approx([0.1 + 30 * n / (points - 1) for n in range(points)], abs=1e-9)
+    assert (drawn.x_label, drawn.log_x) == ("limits.a.at_least [dB]", False)
+    ((low, high, words),) = drawn.shaded
+    assert 12.0 < low < high == pytest.approx(30.1)
+    assert words == "no design meets all limits"
+    strips_figure(drawn)
+
+
+def test_a_range_over_a_factor_of_more_than_a_hundred_has_equal_ratios() -> None:
+    found = sweep(read(FILE), "limits.start_up.at_most", "0.1 mm..100 mm", 4)
+    assert [point.value.shown for point in found.points] == ["0.1 mm pk", "1 mm pk", "10 mm pk", "100 mm pk"]
+    assert strips(found).log_x
+
+
+def test_the_unit_of_the_range_is_the_unit_of_the_points() -> None:
+    scene = from_text(SCENES["levels"][0])
+    assert strips(sweep(scene, "limits.a.at_least", "120 %..300 %", 3)).x_label == "limits.a.at_least [%]"
+    with pytest.raises(InputError, match=r'"0 %\.\.6 dB" begins at a ratio that has no dB\. Write "5 dB\.\.30 dB"\.'):
+        sweep(scene, "limits.a.at_least", "0 %..6 dB", 3)
+
+
+def test_a_goal_in_decibels_is_drawn_in_decibels() -> None:
+    goal_in_db = """
+[goal]
+minimise = "transmissibility"
+into = "ground"
+unit = "dB"
+"""
+    scene = from_text(FORCE.format(mount=TIED, **CONSTANT, more=FLOOR + goal_in_db))
+    found = sweep(scene, "bodies.press.mass", "200 kg..400 kg", 3)
+    strip = strips(found).strips[0]
+    assert strip.label.endswith("[dB]")
+    for point, y in zip(found.points, strip.lines[0].y, strict=True):
+        assert point.goal is not None
+        assert float(point.goal.shown.removesuffix(" dB")) == pytest.approx(y, rel=1e-3)
 
 
 def test_an_unreadable_range_is_refused_in_words() -> None:

@@ -21,7 +21,9 @@ def rotor_blocks(plan: Plan) -> list[Block]:
     warnings = tuple(one for one in plan.notes if _WARNS.search(one))
     further = tuple(one for one in plan.notes if one.startswith("Make one more run"))
     notes = tuple(one for one in plan.notes if one not in (*warnings, *further))
-    found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, (*plan.words, *further))]
+    answers = tuple(one for one in plan.words if one.startswith("Answer ")) if several else ()
+    todo = (*further, *(one for one in plan.words if one not in answers)) if not several else further
+    found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, todo), Block("Either", TEXT, answers)]
     for number, fitting in enumerate(plan.fittings, start=1):
         which = f", answer {number}" if several else ""
         found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
@@ -99,7 +101,11 @@ def _prices(plan: Plan) -> Block:
 
 
 def _remedies(plan: Plan) -> Block:
-    rows = [(one.name, brief(one.worst), brief(one.rms), ", ".join(one.masses), one.band) for one in plan.remedies]
+    scale = max((one.found for one in plan.rows), key=lambda one: float(one.value), default=None)
+    rows = [
+        (one.name, brief(cleaned(one.worst, scale)), brief(cleaned(one.rms, scale)), ", ".join(one.masses), one.band)
+        for one in plan.remedies
+    ]
     heads = ("Instead", "Worst left", "Rms left", "Weights", "95 % band")
     return table("Planes almost alike: the ways round, side by side", heads, rows, whole=(1, 2))
 

@@ -174,7 +174,7 @@ def _advice(job: RotorJob) -> Plan:
     """As found only: how large a first trial may be."""
     words = tuple(
         f"{name.split('.')[1]}: a first trial of at most "
-        f"{show(float(entry.value), entry.unit, entry.dimension, digits=3)}."
+        f"{show(float(entry.value), entry.unit, entry.dimension, digits=4)}."
         for name, entry in trial_advice(job).items()
         if name.endswith(".trial")
     )

@@ -58,5 +58,6 @@ def _tell(result: Explanation, console: Console) -> None:
         section(console, "Limits", grid([(one.name, one.words) for one in result.limits], whole=(0,)))
     if design.conflict is not None:
         section(console, "Cannot hold together", ", ".join(design.conflict.limits))
-    if design.details:
-        section(console, "Work done", grid([(key, str(value)) for key, value in design.details.items()], whole=(0,)))
+    work = [(key, str(value)) for key, value in design.details.items() if isinstance(value, int)]
+    if work:
+        section(console, "Work done", grid(work, whole=(0,)))

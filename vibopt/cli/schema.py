@@ -9,6 +9,7 @@ import click
 
 from vibopt.cli.options import as_json
 from vibopt.cli.output import say_json
+from vibopt.errors import InputError, way_out
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = ("at_most", "at_least", "outside")
@@ -16,10 +17,24 @@ _TEXT = {"type": "string"}
 
 
 @click.command()
+@click.argument("kind", metavar="[KIND]", required=False, default="scene")
 @as_json
-def schema(as_json: bool) -> int:
-    """Print the JSON schema of the problem file, for editors and for other programs."""
-    say_json(problem_schema())
+def schema(kind: str, as_json: bool) -> int:
+    """Print the JSON schema of the problem file, for editors and for other programs.
+
+    KIND is scene (the default), rotor, known or engine: the last three are balancing jobs.
+    """
+    if kind == "scene":
+        say_json(problem_schema())
+        return 0
+    from vibopt.balancing.schema import SCHEMAS
+
+    if kind not in SCHEMAS:
+        raise InputError(f'there is no schema "{kind}".{way_out(kind, ["scene", *SCHEMAS])}')
+    parts: dict[str, Any] = {}
+    made = SCHEMAS[kind](lambda table: _table(table, parts), _named)
+    made["properties"]["expected"] = {"type": "array", "items": _record()}
+    say_json({"$schema": DIALECT, "title": f"vibopt balancing job ({kind})", **made, "$defs": parts})
     return 0
 
 

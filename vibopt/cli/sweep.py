@@ -16,6 +16,7 @@ from vibopt.errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from vibopt.design.design import Shown
     from vibopt.study.sweep import Sweep
 
 FORMATS = (".svg", ".png", ".pdf")
@@ -29,7 +30,7 @@ MOST_ROWS = 60
     "--vary", required=True, metavar='PATH="LOW..HIGH"', help='As in --vary limits.start_up.at_most="5 mm..30 mm".'
 )
 @click.option("--points", type=click.IntRange(2, 100_000), default=50, show_default=True, help="How many values.")
-@click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units).")
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB).")
 @click.option("--figure", metavar="FILE", help="Draw the points (.svg, .png, .pdf).")
 @keep_design
 @as_json
@@ -84,7 +85,7 @@ def _points(result: Sweep) -> dict[str, Any]:
 
 
 def csv_text(result: Sweep) -> str:
-    """Points as comma-separated values: SI numbers, units in the head; margins as parts of the bound."""
+    """Points as comma-separated values: numbers in SI or dB, units in the head; margins as parts of the bound."""
     from vibopt.design.jsonable import number
 
     points = list(result.points)
@@ -94,15 +95,31 @@ def csv_text(result: Sweep) -> str:
     goal = next((point.goal for point in points if point.goal is not None), None)
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    head = [_head(result.path, points[0].value.unit), "status"]
-    head += [_head(result.goal or "goal", goal.unit)] if goal is not None else []
+    fact, asked = result.fact, result.scene.goal.response if result.scene.goal is not None else None
+    head = [_head(result.path, _unit(fact.unit, points[0].value.unit)), "status"]
+    goal_unit = _unit((asked.unit if asked else "") or "", goal.unit) if goal is not None else ""
+    head += [_head(result.goal or "goal", goal_unit)] if goal is not None else []
     writer.writerow([*head, *(_head(path, units[path]) for path in paths), *(f"margin of {name}" for name in names)])
     for point in points:
-        goals = [] if goal is None else ["" if point.goal is None else number(point.goal.value)]
+        goals = [] if goal is None else ["" if point.goal is None else _number(point.goal, goal_unit)]
         chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in paths]
         margins = ["" if name not in point.margins else number(point.margins[name]) for name in names]
-        writer.writerow([number(point.value.value), point.status, *goals, *chosen, *margins])
+        writer.writerow([_number(point.value, fact.unit), point.status, *goals, *chosen, *margins])
     return stream.getvalue()
+
+
+def _unit(users: str, si: str) -> str:
+    """Unit of a column: SI, but dB where the user counts in dB."""
+    return users if users == "dB" else si
+
+
+def _number(shown: Shown, unit: str) -> float | str | None:
+    from vibopt.design.jsonable import number
+    from vibopt.units import to_unit
+
+    if unit != "dB":
+        return number(shown.value)
+    return number(round(to_unit(shown.value, unit, "ratio"), 12)) if shown.value > 0.0 else None
 
 
 def _head(name: str, unit: str) -> str:

@@ -82,6 +82,8 @@ def _old(design: Design, path: str) -> str:
 def _beside(result: WhatIf) -> list[tuple[str, ...]]:
     before, after = result.before, result.after
     rows: list[tuple[str, ...]] = [("verdict", before.status, after.status)]
+    if before.found is not None or after.found is not None:
+        rows.append((str(before.scene.find_all or after.scene.find_all), _intervals(before), _intervals(after)))
     if (before.goal or after.goal) and not result.keep_design:
         name = (before.goal or after.goal or ("", None))[0]
         rows.append((name, *(one.goal[1].shown if one.goal else "-" for one in (before, after))))
@@ -93,16 +95,26 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
         ]
     for family in ("limits", "measures"):
         names = list(dict.fromkeys((*getattr(before, family), *getattr(after, family))))
-        rows += [(name, *(_cell(getattr(one, family).get(name)) for one in (before, after))) for name in names]
+        rows += [(name, *(_cell(one, getattr(one, family).get(name)) for one in (before, after))) for name in names]
     return rows
 
 
-def _cell(checked: Checked | None) -> str:
+def _intervals(design: Design) -> str:
+    """What `find_all` found, one interval a line."""
+    from vibopt.design.words import interval
+
+    if design.found is None:
+        return "-"
+    return "\n".join(interval(*one) for one in design.found) or "none"
+
+
+def _cell(design: Design, checked: Checked | None) -> str:
+    """The worst and where; among speeds yet to be told apart no limit is broken."""
     from vibopt.design.words import state_words, value_at
 
     if checked is None:
         return "-"
-    state = state_words(checked) if checked.limit is not None else ""
+    state = state_words(checked) if checked.limit is not None and design.found is None else ""
     return f"{value_at(checked)}{f', {state}' if state else ''}"
 
 

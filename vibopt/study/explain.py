@@ -108,10 +108,9 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
 
 def _in_order() -> list[Method]:
     """Methods as vibopt asks them, the one that proves most first."""
-    from vibopt.solve.outer import OneVariable, StiffnessAndDamping
     from vibopt.solve.registry import METHODS, OWN
 
-    return [OneVariable(), StiffnessAndDamping(), *(METHODS[name]() for name in OWN)]
+    return [METHODS[name]() for name in OWN]
 
 
 def _limit(design: Design, name: str) -> str:

@@ -6,11 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import overload
 
+import numpy as np
+
 from vibopt.design.design import Design, Shown
 from vibopt.forms import FloatArray
 from vibopt.scene.facts import FactAt
 from vibopt.scene.scene import Scene
-from vibopt.units import si_unit
+from vibopt.units import si_unit, to_unit
+
+DECIBEL = "dB"
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +119,14 @@ class Points(Sequence[Point]):
 def shown_value(fact: FactAt, value: float) -> Shown:
     """A value of the varied fact."""
     return Shown.of(value, fact.dimension, si_unit(fact.dimension), fact.unit, amplitude=fact.amplitude)
+
+
+def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
+    """Numbers of `unit` in values [SI] of any shape; nan where a ratio that is not positive has no dB."""
+    if unit != DECIBEL:
+        return values * to_unit(1.0, unit, dimension)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(values > 0.0, np.round(20.0 * np.log10(values), 12), np.nan)
 
 
 def point_of(fact: FactAt, value: float, answer: Design) -> Point:

@@ -12,10 +12,9 @@ from vibopt.design.design import Shown
 from vibopt.design.strips import Line, Strip, Strips
 from vibopt.design.words import place_of, spoken
 from vibopt.forms import FloatArray
-from vibopt.scene.facts import fact_at
-from vibopt.study.points import Point
+from vibopt.study.points import DECIBEL, Point, in_unit
 from vibopt.study.sweep import Sweep
-from vibopt.units import best_unit, to_unit
+from vibopt.units import best_unit
 from vibopt.units.spelling import split_detector
 
 GOOD = ("optimal", "feasible", "met")
@@ -30,16 +29,16 @@ WORDS = {
 
 def strips(sweep: Sweep) -> Strips:
     """Goal and variables against the varied fact; for a machine that is kept, the margins of its limits."""
-    fact = fact_at(sweep.scene, sweep.path)
+    fact = sweep.fact
     points = list(sweep.points)
-    x = np.array([point.value.value for point in points]) * to_unit(1.0, fact.unit, fact.dimension)
+    x = in_unit(np.array([point.value.value for point in points]), fact.unit, fact.dimension)
     unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
     chosen = bool(sweep.scene.variables) and not sweep.keep_design
     return Strips(
         title=sweep.scene.title,
         x_label=f"{sweep.path} [{unit}]" if unit else sweep.path,
         x=x,
-        log_x=bool(x[0] > 0.0 and x[-1] > 100.0 * x[0]),
+        log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points)) if chosen else (_margins(points),),
         shaded=tuple(_shaded(points, x)) if chosen else (),
     )
@@ -65,8 +64,8 @@ def _strip(name: str, values: list[Shown | None], dimension: str, unit: str) -> 
     si[~np.isfinite(si)] = nan
     finite = si[np.isfinite(si)]
     shown = unit or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
-    y: FloatArray = si if shown == "dB" else si * to_unit(1.0, shown, dimension)
-    log = bool(len(finite) and finite.min() > 0.0 and finite.max() > 30.0 * finite.min())
+    y = in_unit(si, shown, dimension)
+    log = bool(shown != DECIBEL and len(finite) and finite.min() > 0.0 and finite.max() > 30.0 * finite.min())
     return Strip(f"{name}\n[{shown}]" if shown else name, (Line(name, y),), log)
 
 

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vibopt.errors import InputError, QuantityError
 from vibopt.forms import FloatArray
-from vibopt.scene.facts import FactAt, fact_at
+from vibopt.scene.facts import FactAt, fact_at, read_fact
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
 from vibopt.study.many.answers import columns
-from vibopt.study.points import Columns, Point, Points, point_of
-from vibopt.units import is_range, read_range
+from vibopt.study.points import DECIBEL, Columns, Point, Points, point_of
+from vibopt.units import Quantity, is_range, read_range, to_unit
 
 MOST_POINTS = 100_000
 FEWEST_TOGETHER = 12
@@ -27,17 +27,29 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class Sweep:
-    """All points of a sweep, in rising order of the fact at `path`.
+    """All points of a sweep, in rising order of the fact.
 
+    fact
+        What is varied, in the unit of the range asked for.
     goal
         Name of the goal, "" for a frozen design or an analysis.
     """
 
     scene: Scene
-    path: str
+    fact: FactAt
     points: Sequence[Point]
     goal: str
     keep_design: bool = False
+
+    @property
+    def path(self) -> str:
+        """Path of the fact that is varied."""
+        return self.fact.path
+
+    @property
+    def by_ratios(self) -> bool:
+        """Whether its values have equal ratios."""
+        return _by_ratios(self.fact.unit, self.points[0].value.value, self.points[-1].value.value)
 
     @property
     def complete(self) -> bool:
@@ -65,7 +77,8 @@ def sweep(
     vary
         Path of a fact, "limits.start_up.at_most".
     low_high
-        Its range, "5 mm..30 mm"; spaced by equal ratios where it spans more than a factor 100.
+        Its range, "5 mm..30 mm"; evenly spaced in its unit, in dB too; by equal ratios where it spans more than a
+        factor 100 and is not in dB.
     points
         How many values, both ends included.
     keep_design
@@ -76,10 +89,16 @@ def sweep(
     Raises
     ------
     InputError
-        No such fact, a range that cannot be read, or no design to keep.
+        No such fact, a range that cannot be read, no design to keep, or a scene that asks for speeds.
     """
+    if scene.find_all is not None:
+        raise InputError(
+            f"{scene.name}: sweep needs a goal or limits to measure; find_all answers with speeds: use whatif instead."
+        )
     fact = fact_at(scene, vary)
-    values = np.array(_values(fact, low_high, points))
+    low, high = _ends(fact, low_high, points)
+    fact = replace(fact, unit=high.unit)
+    values = np.array(_values(fact, low.value, high.value, points))
     base = scene
     if keep_design and scene.variables:
         design = solve(scene)
@@ -87,7 +106,7 @@ def sweep(
             raise InputError(f"{scene.name}: there is no design to keep: {design.status}. Solve the scene first.")
         base = frozen(scene, design.x)
     name = scene.goal.name if scene.goal is not None and not keep_design else ""
-    return Sweep(scene, vary, _answered(base, fact, values, progress), name, keep_design)
+    return Sweep(scene, fact, _answered(base, fact, values, progress), name, keep_design)
 
 
 def _answered(scene: Scene, fact: FactAt, values: FloatArray, progress: Progress | None) -> Points:
@@ -136,7 +155,7 @@ def _near(alone: float, other: float, size: float) -> bool:
     return alone == other or abs(alone - other) <= _SAME * max(size, abs(alone))
 
 
-def _values(fact: FactAt, low_high: str, points: int) -> list[float]:
+def _ends(fact: FactAt, low_high: str, points: int) -> tuple[Quantity, Quantity]:
     if not 2 <= points <= MOST_POINTS:
         raise InputError(f"--points {points} is not between 2 and {MOST_POINTS}.")
     if not is_range(low_high):
@@ -145,9 +164,23 @@ def _values(fact: FactAt, low_high: str, points: int) -> list[float]:
         low, high = read_range(low_high, fact.dimension, amplitude=fact.amplitude)
     except QuantityError as error:
         raise InputError(f'--vary {fact.path}="{low_high}" {error}') from None
-    if low.value > 0.0 and high.value > 100.0 * low.value:
-        return [float(v) for v in np.geomspace(low.value, high.value, points)]
-    return [float(v) for v in np.linspace(low.value, high.value, points)]
+    if high.unit == DECIBEL and low.value <= 0.0:
+        raise InputError(f'--vary {fact.path}="{low_high}" begins at a ratio that has no dB. Write "5 dB..30 dB".')
+    return low, high
+
+
+def _values(fact: FactAt, low: float, high: float, points: int) -> list[float]:
+    """Values [SI] from end to end; those in dB as the text says that will stand in the file."""
+    if fact.unit == DECIBEL:
+        ends = [to_unit(end, DECIBEL, fact.dimension) for end in (low, high)]
+        levels = np.linspace(ends[0], ends[1], points)
+        return [read_fact(fact, f"{level:.12g} {DECIBEL}") for level in levels]
+    spaced = np.geomspace if _by_ratios(fact.unit, low, high) else np.linspace
+    return [float(v) for v in spaced(low, high, points)]
+
+
+def _by_ratios(unit: str, low: float, high: float) -> bool:
+    return unit != DECIBEL and low > 0.0 and high > 100.0 * low
 
 
 __all__ = ["MOST_POINTS", "Point", "Points", "Sweep", "sweep"]

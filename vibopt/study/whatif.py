@@ -60,8 +60,13 @@ def whatif(
     InputError
         A path or value that does not fit, or no design to keep.
     """
-    before = solve(scene, progress=progress)
     changed = with_changes(scene, changes)
+    if keep_design and (scene.find_all is not None or changed.find_all is not None):
+        raise InputError(
+            f"{scene.name}: find_all answers with speeds, so there is no design to keep: "
+            "use whatif without --keep-design instead."
+        )
+    before = solve(scene, progress=progress)
     if not keep_design:
         return WhatIf(changes, before, solve(changed, progress=progress), keep_design)
     if scene.variables and not before.x:

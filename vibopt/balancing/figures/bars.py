@@ -64,6 +64,7 @@ def key(
     dials: bool,
     limits: bool,
     bands: bool = False,
+    fitted: bool = True,
     removed: bool = False,
     masses: bool = False,
     circles: bool = False,
@@ -79,8 +80,10 @@ def key(
     if masses:
         found.append((line([], [], ls="", marker="s", mfc="white", mec=INK), "known mass"))
     if dials:
-        look = {"marker": "X", "mfc": "white", "mec": RED} if removed else {"marker": "o", "mfc": BLUE, "mec": INK}
-        found.append((line([], [], ls="", ms=8, **look), "take away here" if removed else "fit here"))
+        if fitted:
+            found.append((line([], [], ls="", ms=8, marker="o", mfc=BLUE, mec=INK), "fit here"))
+        if removed:
+            found.append((line([], [], ls="", ms=8, marker="X", mfc="white", mec=RED), "take away here"))
         found.append((line([], [], ls="", marker="v", color=INK, ms=7), "zero mark"))
     open_, full = (" (on a dial: open circle)", " (on a dial: diamond)") if circles else ("", "")
     if before:

@@ -41,12 +41,14 @@ def known_figure(outcome: Outcome, job: KnownJob, *, compact: bool = False) -> F
         figure.suptitle(job.title, fontsize=SIZE + 3, color=INK, fontweight="bold")
     caption = "  ".join(("Drawn with the angles counted counter-clockwise from the top.", *job.notes))
     removed = any(one.plane.remove for one in job.spots)
+    fitted = any(not one.plane.remove for one in job.spots)
     limits = any(row.limit is not None for _, rows in groups for row in rows)
     key(
         figure,
         caption,
         dials=bool(job.spots),
         limits=limits,
+        fitted=fitted,
         removed=removed,
         masses=True,
         before=bool(groups),

@@ -25,22 +25,26 @@ _NOTES = {"keep": "leave\nuntouched", "nothing": "no weight"}
 
 
 def plan_figure(plan: Plan, *, compact: bool = False) -> Figure | None:
-    """Discs of the planes, dials of the sensors, bars of all readings; the first answer where there are several.
+    """Discs of the planes (of every answer), dials of the sensors, bars of all readings (of the first answer).
 
     A compact one has no dials, and its bars beside the discs where there is room.
     """
     if not plan.fittings:
         return None
     job = plan.job
-    discs = [disc(job, plane, answer) for plane, answer in zip(job.planes, plan.planes, strict=True)]
+    several = len(plan.fittings) > 1
+    discs = [
+        disc(job, plane, answer, f", answer {number}" if several else "")
+        for number, fitting in enumerate(plan.fittings, start=1)
+        for plane, answer in zip(job.planes, fitting.planes, strict=True)
+    ]
     dials = _dials(job, plan.rows) if job.has_phase and not compact else []
     dials = dials if len(dials) <= MOST_DIALS else []
     units = list(dict.fromkeys(one.residual.unit for one in plan.rows))
     groups = [[one for one in plan.rows if one.residual.unit == unit] for unit in units]
     figure = _compact(discs, groups, job) if compact else _whole(discs, dials, groups, job)
     if not compact:
-        several = f" (answer 1 of {len(plan.fittings)})" if len(plan.fittings) > 1 else ""
-        figure.suptitle(f"{plan.title}{several}", fontsize=SIZE + 3, color=INK, fontweight="bold")
+        figure.suptitle(plan.title, fontsize=SIZE + 3, color=INK, fontweight="bold")
     key(
         figure,
         _caption(job, bool(dials)),
@@ -48,6 +52,7 @@ def plan_figure(plan: Plan, *, compact: bool = False) -> Figure | None:
         limits=any(one.limit for one in plan.rows),
         bands=any(one.band for one in plan.rows),
         removed=any(one.action == "remove" for one in plan.planes),
+        fitted=any(one.action == "add" for one in plan.planes),
         circles=bool(dials),
     )
     return figure
@@ -108,13 +113,13 @@ def _caption(job: RotorJob, dials: bool) -> str:
     return f"{words}\nReadings: phase {job.conventions.phase}, counted {sense}."
 
 
-def disc(job: RotorJob, plane: Plane, answer: PlaneAnswer) -> Disc:
+def disc(job: RotorJob, plane: Plane, answer: PlaneAnswer, which: str = "") -> Disc:
     """A plane with what happens in it."""
     look = "away" if answer.action == "remove" else "fit"
     spots = tuple(
         Spot(one.angle % tau, _words(one, answer.mass), look, _part(one.radius, plane)) for one in answer.weights
     )
-    title = f"Plane {answer.name}"
+    title = f"Plane {answer.name}{which}"
     return Disc(title, job.conventions.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
 
 
