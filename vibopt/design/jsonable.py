@@ -9,6 +9,7 @@ from math import isinf, isnan
 from typing import Any
 
 from vibopt.design.design import Checked, Chosen, Conflict, Design, Price, Shown
+from vibopt.design.words import notes_of
 
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
 
@@ -34,7 +35,7 @@ def as_json(design: Design) -> dict[str, Any]:
         "model": plain(design.model),
         "method": design.method,
         "timings": plain(design.timings),
-        "notes": list(design.notes),
+        "notes": list(dict.fromkeys((*notes_of(design.scene), *design.notes))),
         "details": plain(design.details),
     }
 
