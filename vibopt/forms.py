@@ -7,15 +7,19 @@ Speeds and frequencies are in rad/s, amplitudes are peak values in SI units.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    FloatArray = NDArray[np.float64]
+    ComplexArray = NDArray[np.complex128]
+    BoolArray = NDArray[np.bool_]
+    IntArray = NDArray[np.intp]
+else:  # numpy.typing is slow to load, and only a type checker reads it
+    FloatArray = ComplexArray = BoolArray = IntArray = np.ndarray
 
 Combine = Literal["sum", "rss", "peak"]
 Sense = Literal["greatest", "least"]

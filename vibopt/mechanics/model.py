@@ -11,6 +11,8 @@ from vibopt.forms import ComplexArray, Drive, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
 
 INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3
+_NOTHING = 1e-13
+"""A term whose vector shrinks below this part of itself has no part in a reduced model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,17 +131,23 @@ class Model:
         total: FloatArray = p[chosen] @ self.vectors[chosen]
         return total
 
-    def on_basis(self, basis: FloatArray) -> Model:
-        """The model on fewer free coordinates, u_free = basis @ v; basis (n_free, n_new)."""
+    def on_basis(self, basis: FloatArray, *, drop: bool = False) -> Model:
+        """The model on fewer free coordinates, u_free = basis @ v; basis (n_free, n_new).
+
+        With `drop`, terms that have no part in it are left out; outputs must then be written anew.
+        """
         n_base = self.n_coords - self.n_free
         whole = np.zeros((self.n_coords, basis.shape[1] + n_base))
         whole[: self.n_free, : basis.shape[1]] = basis
         whole[self.n_free :, basis.shape[1] :] = np.eye(n_base)
+        size = np.abs(whole)
+        moved = [(replace(term, vector=term.vector @ whole), np.abs(term.vector) @ size) for term in self.terms]
+        terms = [term for term, most in moved if not drop or np.abs(term.vector).max() > _NOTHING * most.max()]
         return replace(
             self,
             points={name: row @ whole for name, row in self.points.items()},
             n_free=basis.shape[1],
-            terms=tuple(replace(term, vector=term.vector @ whole) for term in self.terms),
+            terms=tuple(terms),
             links={name: row @ whole for name, row in self.links.items()},
             basis=whole,
         )

@@ -21,6 +21,7 @@ _TO_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(_NODES, _DEG
 _FINE = np.linspace(-1.0, 1.0, 41)
 _TO_FINE = np.polynomial.chebyshev.chebvander(_FINE, _DEGREE) @ _TO_COEFFICIENTS
 _REACH = 0.35
+_FINEST = 1e-9
 _REAL = 4e-16
 _CLOSE = 1e-3
 _STEP = float(_FINE[1] - _FINE[0])
@@ -135,6 +136,7 @@ def _resolved(
         sound = np.isfinite(squares).all(axis=1)
         low, high, centre, squares = low[sound], high[sound], centre[sound], squares[sound]
         rough = _unresolved(squares, scale or float(squares.max(initial=0.0)))
+        rough &= high - low > _FINEST * high
         if not rough.any():
             break
         middle = centre[rough]

@@ -33,7 +33,7 @@ def reduced(model: Model, form: Form) -> Model:
     read = [form.row] if isinstance(form, StaticRow) else rows_of(model, form.output)
     seen = reach.T @ (root.T @ np.array(read).T[:n])
     kept = reach @ _closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
-    return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept)
+    return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept, drop=True)
 
 
 def reason(declared: int, used: int) -> str:
