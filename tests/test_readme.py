@@ -23,6 +23,7 @@ SCENES = [
 def test_every_whole_file_of_the_readme_is_solved(text: str, tmp_path: Path) -> None:
     file = tmp_path / "scene.toml"
     file.write_text(text, encoding="utf-8")
+    (tmp_path / "job.csv").write_text(re.findall(r"```csv\n(.*?)```", README, re.S)[0], encoding="utf-8")
     assert vo.solve(vo.read(file)).status == "optimal"
 
 

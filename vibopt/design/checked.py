@@ -104,7 +104,7 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
 
 
 def usual_unit(scene: Scene, response: Response) -> str:
-    """The unit in which the file speaks of the same quantity, Hz for frequencies, else "" (chosen by size)."""
+    """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
     path = f".{getattr(response, 'of', None)}.{response.response}"
     for variable in scene.variables:
         if variable.path.endswith(path):
@@ -114,4 +114,4 @@ def usual_unit(scene: Scene, response: Response) -> str:
             for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):
                 if given is not None:
                     return str(given.unit)
-    return "Hz" if response.response == "natural_frequency" else ""
+    return {"natural_frequency": "Hz", "insertion_loss": "dB"}.get(response.response, "")

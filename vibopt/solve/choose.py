@@ -7,6 +7,9 @@ from vibopt.program.program import Program
 from vibopt.solve.method import Method
 from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 
+_UNBOUNDED_SECONDS = 5.0
+"""Time of a search that cannot prove anything, because a limit has no bound on boxes."""
+
 
 def choose(program: Program, name: str | None) -> Method:
     """The method called `name`, or the one that proves most.
@@ -29,9 +32,9 @@ def choose(program: Program, name: str | None) -> Method:
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
             return exact
-    from vibopt.solve.global_search import BranchAndBound
+    from vibopt.solve.global_search import BranchAndBound, provable
 
-    search = BranchAndBound()
+    search = BranchAndBound() if provable(program) else BranchAndBound(seconds=_UNBOUNDED_SECONDS)
     refusal = search.refuses(program)
     if refusal is None:
         return search
