@@ -10,7 +10,7 @@ from vibopt.forms import FloatArray
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge, Search
-from vibopt.solve.local import improved, rescued
+from vibopt.solve.local import from_starts, improved, rescued
 from vibopt.solve.method import Found, Progress
 
 COARSE = 3e-2
@@ -70,6 +70,7 @@ class BranchAndBound:
         if proof.status == "optimal":
             claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
             return self._found(program, "optimal", x, boxes, claim, proof.bound)
+        x = from_starts(program, x, judge)
         return self._found(
             program, "feasible", x, boxes, _open_words(boxes, proof.bound, judge.goal(x).value), proof.bound
         )
@@ -96,9 +97,7 @@ def _open_words(boxes: int, bound: float, value: float) -> str:
     """What a search that was stopped can still say."""
     if not np.isfinite(bound):
         return f"branch and bound stopped after {boxes} boxes without a bound"
-    return (
-        f"branch and bound stopped after {boxes} boxes with a gap of {abs(bound - value) / max(abs(value), 1e-300):.1%}"
-    )
+    return f"branch and bound stopped after {boxes} boxes with a gap of {abs(bound - value) / max(abs(value), 1e-300):.1e} of the goal"
 
 
 def provable(program: Program) -> bool:

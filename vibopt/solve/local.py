@@ -41,6 +41,19 @@ def rescued(program: Program, middles: FloatArray, judge: Judge) -> FloatArray |
     return None
 
 
+def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
+    """The best of the feasible `x` (n_vars,) and of what eight starts spread over the range lead to."""
+    best, value = x, judge.goal(x).value
+    until = time.perf_counter() + _SECONDS
+    for start in np.exp(starts(program, 8)):
+        if time.perf_counter() > until:
+            break
+        there = _sharpened(program, _on_values(program, start))
+        if there is not None and judge.feasible(there) and judge.goal(there).value < value:
+            best, value = there, judge.goal(there).value
+    return best
+
+
 def _on_values(program: Program, x: FloatArray) -> FloatArray:
     """Discrete coordinates moved to the nearest value there is."""
     moved = np.array(x, dtype=float)

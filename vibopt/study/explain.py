@@ -53,6 +53,10 @@ class Explanation:
     limits: tuple[Said, ...]
 
 
+_QUICK = 0.1
+"""Seconds; the bound where a limit stops to matter takes some fifty solutions, so only of a quick scene."""
+
+
 def explain(scene: Scene, *, method: str | None = None, progress: Progress | None = None) -> Explanation:
     """Answer a scene and say why the answer is what it is.
 
@@ -65,7 +69,8 @@ def explain(scene: Scene, *, method: str | None = None, progress: Progress | Non
     progress
         Called with a stage and the part that is done.
     """
-    design = priced(solve(scene, method=method, progress=progress))
+    design = solve(scene, method=method, progress=progress)
+    design = priced(design, until=sum(design.timings.values()) < _QUICK)
     program = pose(scene)
     return Explanation(
         design,
