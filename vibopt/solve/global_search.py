@@ -97,7 +97,8 @@ def _open_words(boxes: int, bound: float, value: float) -> str:
     """What a search that was stopped can still say."""
     if not np.isfinite(bound):
         return f"branch and bound stopped after {boxes} boxes without a bound"
-    return f"branch and bound stopped after {boxes} boxes with a gap of {abs(bound - value) / max(abs(value), 1e-300):.1e} of the goal"
+    gap = abs(bound - value) / max(abs(value), 1e-300)
+    return f"branch and bound stopped after {boxes} boxes with a gap of {gap:.1e} of the goal"
 
 
 def provable(program: Program) -> bool:
