@@ -51,11 +51,13 @@ UNDER_BALANCING = (
 UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
 """What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
 BALANCING_SHEETS = ("asked", "blocks", "table", "sheet", "figures")
-OVER_BALANCING = ("vibopt.balancing", "vibopt.jobs", "vibopt.cli")
+OVER_BALANCING = ("vibopt.balancing", "vibopt.jobs", "vibopt.cli", "vibopt.study.chart.balancing")
+"""Who asks balancing: jobs, commands, and its rows in the charts, which compare its optimisers with the rivals."""
 
 HOMES = {
     "casadi": ("vibopt.program.nlp", "vibopt.solve.rivals"),
     "cvxpy": ("vibopt.solve.rivals",),
+    "hsbalance": ("vibopt.solve.rivals",),
     "matplotlib": ("vibopt.design.figures", "vibopt.design.chart_figures", "vibopt.balancing.figures"),
 }
 """Large libraries, and where alone they may be loaded."""

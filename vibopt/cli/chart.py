@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,9 +39,13 @@ _SHORT = {
 """Names in the figure; the number is that of the sampled speeds."""
 FORMATS = (".svg", ".png", ".pdf")
 SILENTLY_WRONG = 6
+_LONG = 100
 
 _files = click.argument("files", metavar="[FILE]...", nargs=-1)
 _quick = click.option("--quick", is_flag=True, help="Fewer scenes and methods; ends within a minute.")
+_family = click.option(
+    "--family", type=click.Choice(["isolation", "balancing"]), help="Stock cases of one kind only; both if left out."
+)
 _figure = click.option("--figure", metavar="FILE", help="Draw the chart (.svg, .png, .pdf).")
 
 
@@ -51,23 +56,24 @@ def chart() -> None:
 
 @chart.command("speed-accuracy")
 @_files
+@_family
 @_quick
 @_figure
 @as_json
-def speed_accuracy(files: tuple[str, ...], quick: bool, figure: str | None, as_json: bool) -> int:
+def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
     """Time and true error of every method, on scenes whose answer is known or on problem files.
 
     True error is the greater of the goal's distance from the best and the worst violation of a limit, both as
     parts.  Exit code 6 if vibopt itself claims anything wrong.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.speed_accuracy import speed_accuracy as run
+    from vibopt.study.chart.both import speed_accuracy as run
     from vibopt.study.chart.trial import DEFAULT
 
     target = checked_target(figure, FORMATS) if figure else None
-    scenes = [_with_goal(file) for file in files]
+    scenes = _scenes(files, family)
     with Bar() as bar:
-        result = run(scenes, quick=quick, progress=bar)
+        result = run(scenes, family=family, quick=quick, progress=bar)
     _draw(target, lambda: _accuracy_figure(result))
     if as_json:
         say_json(_accuracy_json(result))
@@ -77,21 +83,22 @@ def speed_accuracy(files: tuple[str, ...], quick: bool, figure: str | None, as_j
 
 
 @chart.command()
+@_family
 @_quick
 @_figure
 @as_json
-def stability(quick: bool, figure: str | None, as_json: bool) -> int:
+def stability(family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
     """How methods fail on hard ground: right, says so, wrong but unproven, or silently wrong.
 
     Exit code 6 if vibopt itself is ever silently wrong.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.stability import stability as run
+    from vibopt.study.chart.both import stability as run
     from vibopt.study.chart.trial import DEFAULT, SILENT
 
     target = checked_target(figure, FORMATS) if figure else None
     with Bar() as bar:
-        result = run(quick=quick, progress=bar)
+        result = run(family=family, quick=quick, progress=bar)
     _draw(target, lambda: _stability_figure(result))
     if as_json:
         say_json(_stability_json(result))
@@ -102,24 +109,31 @@ def stability(quick: bool, figure: str | None, as_json: bool) -> int:
 
 @chart.command()
 @_files
+@_family
 @_quick
 @_figure
 @as_json
-def fidelity(files: tuple[str, ...], quick: bool, figure: str | None, as_json: bool) -> int:
-    """Degrees of freedom declared and needed; error and time saved of the smaller model against the full one."""
+def fidelity(files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
+    """Freedoms, planes, sensors and speeds declared and needed; error of the smaller model, and time saved."""
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.fidelity import fidelity as run
+    from vibopt.study.chart.both import fidelity as run
 
     target = checked_target(figure, FORMATS) if figure else None
-    scenes = [_with_goal(file) for file in files]
+    scenes = _scenes(files, family)
     with Bar() as bar:
-        rows = run(scenes, quick=quick, progress=bar)
+        rows = run(scenes, family=family, quick=quick, progress=bar)
     _draw(target, lambda: _fidelity_figure(rows))
     if as_json:
         say_json({"chart": "fidelity", "scenes": list(rows)})
     else:
         _say(lambda console: _fidelity_table(rows, console), target)
     return 0
+
+
+def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:
+    if files and family:
+        raise InputError("--family chooses among the stock cases. Leave it out where files are named.")
+    return [_with_goal(file) for file in files]
 
 
 def _with_goal(file: str) -> Scene:
@@ -167,9 +181,12 @@ def _about(case: Case) -> dict[str, Any]:
 
 
 def _stability_json(result: Stability) -> dict[str, Any]:
+    from vibopt.study.chart.both import asked
+
     cases = [_about(case) for case in result.cases]
     counts = {
-        family: {method: dict(result.count(family, method)) for method in result.methods} for family in result.families
+        family: {method: dict(result.count(family, method)) for method in asked(result, family)}
+        for family in result.families
     }
     trials = [_row(one) for one in result.trials]
     return {"chart": "stability", "counts": counts, "cases": cases, "trials": trials, "skipped": list(result.skipped)}
@@ -189,37 +206,56 @@ def _accuracy_table(result: SpeedAccuracy, console: Console) -> None:
     from vibopt.study.chart.trial import DEFAULT
 
     console.print("Speed against accuracy", style="bold")
-    console.print(f"Time is over that of {DEFAULT} on the same scene, its check of the built machine included.")
+    console.print(
+        f"Time is over that of {DEFAULT} on the same case, for isolation with its check of the built machine."
+    )
     for case in result.cases:
         rows = [
-            (one.method, _time(one.seconds), _ratio(result.ratio(one)), _part(one.error), one.status, one.fault)
+            (one.method, _time(one.seconds), _ratio(result.ratio(one)), _part(one.error), one.status, _note(one))
             for one in result.of(case.name)
         ]
-        heads = ("Method", "Time", "Ratio", "True error", "Claims", "Wrong")
+        heads = ("Method", "Time", "Ratio", "True error", "Claims", "Wrong, or why not")
         section(console, f"{case.name} ({case.known_by})", grid(rows, heads, whole=(0, 1, 2, 3)))
     if result.skipped:
         console.print(f"\nNo time for {len(result.skipped)} of the runs.")
 
 
+def _note(one: Trial) -> str:
+    """What is wrong with a claim, why there is none, or how to get a rival that is not there."""
+    from vibopt.study.chart.trial import MISSING
+
+    words = one.claim if one.status in ("error", MISSING) else one.fault
+    return words if len(words) <= _LONG else f"{words[: _LONG - 3]}..."
+
+
 def _stability_table(result: Stability, console: Console) -> None:
     from vibopt.design.table import grid, section
+    from vibopt.study.chart.both import asked
     from vibopt.study.chart.stability import CLASSES
-    from vibopt.study.chart.trial import REFUSES
+    from vibopt.study.chart.trial import MISSING, REFUSES
 
     short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
     console.print("Stability on hard ground", style="bold")
-    rows = []
-    for family in result.families:
-        cells = []
-        for method in result.methods:
-            count = result.count(family, method)
-            words = [f"{count[name]} {short[name]}" for name in CLASSES if count[name] and name != REFUSES]
-            cells.append(", ".join(words) or ("refuses" if count[REFUSES] else "no time"))
-        rows.append((family, *cells))
-    console.print(grid(rows, ("Family", *result.methods)))
+    for methods in dict.fromkeys(asked(result, family) for family in result.families):
+        rows = []
+        for family in (one for one in result.families if asked(result, one) == methods):
+            cells = []
+            for method in methods:
+                count = result.count(family, method)
+                words = [f"{count[name]} {short[name]}" for name in CLASSES if count[name] and name != REFUSES]
+                cells.append(", ".join(words) or next((one for one in (REFUSES, MISSING) if count[one]), "no time"))
+            rows.append((family, *cells))
+        console.print()
+        console.print(grid(rows, ("Family", *(_SHORT.get(method, method) for method in methods))))
     wrong = _worst_faults(result)
     if wrong:
         section(console, "Silently wrong", grid(wrong, ("Method", "Family", "Scenes", "Worst")))
+    stops = Counter((one.method, _note(one)) for one in result.trials if one.status == "error")
+    if stops:
+        rows = [(method, str(count), words) for (method, words), count in stops.items()]
+        section(console, "Stopped", grid(rows, ("Method", "Scenes", "With the words")))
+    for method, how in {one.method: one.claim for one in result.trials if one.status == MISSING}.items():
+        console.print(f"\n{method} is not installed: {how}")
     if result.skipped:
         console.print(f"\nNo time for {len(result.skipped)} of the runs.")
 
@@ -268,17 +304,25 @@ def _accuracy_figure(result: SpeedAccuracy) -> Figure:
             for one in ran
             if math.isfinite(one.error)
         )
-        silent = tuple(_SHORT.get(one.method, one.method) for one in ran if not math.isfinite(one.error))
+        silent = tuple(_name(one) for one in ran if not math.isfinite(one.error))
         seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
         cases.append(Scatter(case.name, seconds, dots, silent))
     return accuracy_figure(cases, DEFAULT)
 
 
+def _name(one: Trial) -> str:
+    from vibopt.study.chart.trial import MISSING
+
+    name = _SHORT.get(one.method, one.method)
+    return f"{name} ({MISSING})" if one.status == MISSING else name
+
+
 def _stability_figure(result: Stability) -> Figure:
     from vibopt.design.chart_figures import stability_figure
+    from vibopt.study.chart.both import asked
     from vibopt.study.chart.stability import CLASSES
 
-    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.methods}
+    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in asked(result, f)}
     return stability_figure(result.families, result.methods, counts, CLASSES)
 
 

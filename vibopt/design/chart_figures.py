@@ -68,7 +68,7 @@ def accuracy_figure(cases: Sequence[Scatter], default: str) -> Figure:
         drawn.append((panel, _scatter(panel, case, default, span, top)))
     for panel in axes.flat[len(cases) :]:
         panel.set_axis_off()
-    figure.legend(handles=_marks(default), loc="outside lower center", ncols=3, fontsize=SIZE - 1, frameon=False)
+    figure.legend(handles=_marks(default), loc="outside lower center", ncols=2, fontsize=SIZE - 1, frameon=False)
     figure.canvas.draw()
     for panel, (labels, dots) in drawn:
         place(labels, panel.transData.transform(dots) if len(dots) else np.zeros((0, 2)))
@@ -80,7 +80,7 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_xlim(*span)
-    panel.set_ylim(FLOOR / 30.0, top)
+    panel.set_ylim(FLOOR / 3e3, top)  # room for the note
     panel.set_yticks([10.0**e for e in range(-15, int(math.log10(top)) + 1, 3)])
     panel.minorticks_off()
     panel.axvline(1.0, color=FAINT, lw=0.8, zorder=1)
@@ -131,7 +131,7 @@ def _marks(default: str) -> list[Any]:
         return Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, mew=1.6, ms=6.5, label=words)
 
     return [
-        mark("D", INK, INK, f"{default}, its check included; numbers: sampled speeds"),
+        mark("D", INK, INK, f"{default}; for isolation with its check (numbers: sampled speeds)"),
         mark("o", BLUE, BLUE, "claim holds"),
         mark("o", "none", RED, "claims success and is wrong"),
         Line2D([], [], color=FAINT, ls=(0, (4, 3)), lw=0.8, label="a limit counts as broken above"),
@@ -144,21 +144,22 @@ def stability_figure(
     counts: Mapping[tuple[str, str], Mapping[str, int]],
     classes: Sequence[str],
 ) -> Figure:
-    """Families by methods; each cell is filled by class, with the number of silently wrong answers written in it."""
-    figure = sheet(WIDTH * 1.25, 1.9 + 0.42 * len(families))
-    axes: Any = figure.subplots()
+    """Families by methods, a panel for those given to the same methods.
+
+    Each cell is filled by class, with the number of answers of the class written in it.
+    """
+    given = {family: tuple(method for method in methods if (family, method) in counts) for family in families}
+    groups = list(dict.fromkeys(given.values()))
+    sizes = [sum(one == group for one in given.values()) for group in groups]
+    figure = sheet(WIDTH * 1.25, 1.0 + 0.9 * len(groups) + 0.42 * len(families))
+    panels: Any = figure.subplots(len(groups), 1, squeeze=False, height_ratios=sizes)
     looks = dict(zip(classes, _LOOKS, strict=False))
-    for row, family in enumerate(families):
-        for column, method in enumerate(methods):
-            _cell(axes, column, row, counts.get((family, method), {}), classes, looks)
-    axes.set_xlim(-0.5, len(methods) - 0.5)
-    axes.set_ylim(len(families) - 0.5, -0.5)
-    axes.set_xticks(range(len(methods)), methods, fontsize=SIZE - 1, rotation=25, ha="left")
-    axes.xaxis.tick_top()
-    axes.set_yticks(range(len(families)), families, fontsize=SIZE - 1)
-    axes.tick_params(length=0, colors=INK)
-    for side in ("top", "right", "bottom", "left"):
-        axes.spines[side].set_visible(False)
+    for axes, group in zip(panels.flat, groups, strict=True):
+        rows = [family for family in families if given[family] == group]
+        for row, family in enumerate(rows):
+            for column, method in enumerate(group):
+                _cell(axes, column, row, counts[family, method], classes, looks)
+        _names(axes, rows, group)
     from matplotlib.patches import Patch
 
     handles = [Patch(fc=face, ec=INK, lw=0.6, hatch=hatch, label=name) for name, (face, hatch) in looks.items()]
@@ -167,6 +168,17 @@ def stability_figure(
         handlelength=2.0, handleheight=1.2, title="share of a family's scenes", title_fontsize=SIZE - 1,
     )  # fmt: skip
     return figure
+
+
+def _names(axes: Any, rows: Sequence[str], columns: Sequence[str]) -> None:
+    axes.set_xlim(-0.5, len(columns) - 0.5)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xticks(range(len(columns)), columns, fontsize=SIZE - 1, rotation=25, ha="left")
+    axes.xaxis.tick_top()
+    axes.set_yticks(range(len(rows)), rows, fontsize=SIZE - 1)
+    axes.tick_params(length=0, colors=INK)
+    for side in ("top", "right", "bottom", "left"):
+        axes.spines[side].set_visible(False)
 
 
 _LOOKS = (("#dfeee3", ""), ("#c9cfd6", "...."), ("#8d97a3", "////"), (RED, ""), ("white", ""))
@@ -182,14 +194,14 @@ def _cell(
 ) -> None:
     from matplotlib.patches import Rectangle
 
-    total, left, wide, high = sum(count.values()), column - 0.45, 0.9, 0.72
+    total, left, wide, high = sum(count.get(name, 0) for name in classes), column - 0.45, 0.9, 0.72
     axes.add_patch(
         Rectangle(
             (left, row - high / 2), wide, high, fc="white", ec=INK if total else GRID, lw=0.6, zorder=4, fill=False
         )
     )
     if not total:
-        axes.text(column, row, "no time", ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
+        axes.text(column, row, next(iter(count), "no time"), ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
         return
     for name in classes:
         part = count.get(name, 0) / total * wide
@@ -198,7 +210,7 @@ def _cell(
             axes.add_patch(
                 Rectangle((left, row - high / 2), part, high, fc=face, ec=INK, lw=0.4, hatch=hatch, zorder=3)
             )
-            own = str(count[name]) if part > 0.1 else ""
+            own = str(count[name]) if part > 0.06 else ""
             dark = face == RED
             box = None if dark or not hatch else {"fc": "white", "ec": "none", "pad": 0.6}
             axes.text(
@@ -214,7 +226,7 @@ def fidelity_figure(rows: Sequence[Bars]) -> Figure:
     figure = sheet(WIDTH * 1.25, 1.6 + 0.34 * len(rows))
     axes: Any = figure.subplots(1, 3, sharey=True, width_ratios=(1.2, 1.0, 1.0))
     at = np.arange(len(rows))
-    dress(axes[0], "Model", "degrees of freedom", "")
+    dress(axes[0], "Model", "freedoms, planes, sensors, speeds", "")
     axes[0].barh(at, [row.declared for row in rows], 0.7, fc="white", ec=INK, lw=0.8, label="declared")
     axes[0].barh(at, [row.used for row in rows], 0.4, fc=BLUE, ec=BLUE, label="used")
     for y, row in zip(at, rows, strict=True):
@@ -249,7 +261,7 @@ def fidelity_figure(rows: Sequence[Bars]) -> Figure:
         mec=INK,
         label="reduced against full",
     )
-    axes[2].set_xlim(3e-18, 1e-6)
+    axes[2].set_xlim(3e-18, max([1e-6, *(10.0 * row.error for row in rows if math.isfinite(row.error))]))
     axes[2].set_xticks([1e-17, 1e-14, 1e-11, 1e-8], ["0", "1e-14", "1e-11", "1e-8"])
     axes[2].minorticks_off()
     for panel in axes:

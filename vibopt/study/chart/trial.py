@@ -32,6 +32,8 @@ RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES = (
     "silently wrong",
     "refuses",
 )
+MISSING = "not installed"
+"""Status and verdict of a rival that is not there; its claim says how to get it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,10 +111,13 @@ def _answer(scene: Scene, method: str, patience: float) -> tuple[str, str, Float
 def _judged(
     case: Case, program: Program, method: str, seconds: float, status: str, claim: str, x: FloatArray | None
 ) -> Trial:
-    missed = off = error = math.nan
-    if x is not None:
-        missed, off = measured(case, program, x)
-        error = max(missed, off, 0.0)
+    missed, off = (math.nan, math.nan) if x is None else measured(case, program, x)
+    return judged(case, method, seconds, status, claim, missed, off)
+
+
+def judged(case: Case, method: str, seconds: float, status: str, claim: str, missed: float, off: float) -> Trial:
+    """What is claimed against what is true; `missed` and `off` are nan where there is no design."""
+    error = math.nan if math.isnan(missed) else max(missed, off, 0.0)
     fault = _fault(case, status, missed, off)
     verdict = _verdict(case, status, missed, off, fault)
     return Trial(case.name, method, seconds, status, claim, missed, off, error, fault, verdict)
@@ -139,8 +144,8 @@ def _fault(case: Case, status: str, missed: float, off: float) -> str:
 
 
 def _verdict(case: Case, status: str, missed: float, off: float, fault: str) -> str:
-    if status == REFUSES:
-        return REFUSES
+    if status in (REFUSES, MISSING):
+        return status
     if status == "infeasible":
         return SILENT if fault else RIGHT
     if status not in ("optimal", "feasible"):
@@ -168,6 +173,7 @@ def as_row(one: Trial) -> dict[str, Any]:
 __all__ = [
     "DEFAULT",
     "INFEASIBLE",
+    "MISSING",
     "REFUSES",
     "RIGHT",
     "SAYS_SO",
@@ -175,6 +181,7 @@ __all__ = [
     "UNPROVEN",
     "Trial",
     "as_row",
+    "judged",
     "trial",
     "warm_up",
 ]

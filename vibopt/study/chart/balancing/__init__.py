@@ -1,0 +1,1 @@
+"""Balancing in the charts: its optimisers against rivals, on questions whose answers other roads give."""

@@ -1,0 +1,143 @@
+"""Fidelity in balancing: planes, sensors and speeds that are declared and that the answer did not need."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from statistics import median
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.balancing.continuous import solve_continuous
+from vibopt.balancing.question import Question, Solved
+from vibopt.forms import ComplexArray
+from vibopt.study.chart.balancing.built import normal, plain, worst
+from vibopt.study.chart.balancing.cutting import least_worst
+from vibopt.study.chart.fidelity import Fidelity
+from vibopt.study.chart.speed_accuracy import Progress
+
+ALIKE, BINDS = 1e-10, 1e-5
+"""Share of a plane's effect that the others must leave for it to count, and of the goal within which a row binds."""
+_SENSORS = 4
+T = TypeVar("T")
+Rows = NDArray[np.intp]
+
+
+def fidelity(*, quick: bool = False, progress: Progress | None = None) -> tuple[Fidelity, ...]:
+    """Rotors with planes that act alike, and with sensors and speeds that do not bind."""
+    runs = 3 if quick else 15
+    solve_continuous(worst(8, 2))
+    rows: list[Callable[[], Fidelity]] = []
+    rows += [partial(_planes, *counts, runs) for counts in (((4, 2),) if quick else ((4, 2), (8, 3)))]
+    rows += [partial(_sensors, n, runs) for n in ((24,) if quick else (8, 24))]
+    rows += [partial(_speeds, n, runs) for n in ((12,) if quick else (3, 12, 96))]
+    found = []
+    for number, row in enumerate(rows):
+        if progress:
+            progress("balancing", number / len(rows))
+        found.append(row())
+    return tuple(found)
+
+
+def independent(H: ComplexArray) -> Rows:
+    """Planes that the others do not replace, those of great effect first."""
+    left = H / np.linalg.norm(H, axis=0)
+    kept: list[int] = []
+    while len(kept) < min(H.shape):
+        size = np.linalg.norm(left, axis=0)
+        plane = int(np.argmax(size))
+        if size[plane] <= ALIKE:
+            break
+        kept.append(plane)
+        unit = left[:, plane] / size[plane]
+        left = left - np.outer(unit, unit.conj() @ left)
+    return np.array(sorted(kept), dtype=np.intp)
+
+
+def binding(question: Question, solved: Solved) -> Rows:
+    """Readings that the goal "worst" touches; the others may be left out, since the program is convex."""
+    if solved.u is None:
+        return np.arange(question.n_readings)
+    size = question.importance * np.abs(question.residual(solved.u))
+    return np.flatnonzero(size >= solved.value * (1.0 - BINDS))
+
+
+def _planes(declared: int, rank: int, runs: int) -> Fidelity:
+    base = worst(16, rank, capped=False)
+    mix = np.random.default_rng(7).normal(size=(rank, declared)) + 0j
+    question = plain(base.y0, base.H @ mix, "worst")
+    kept = independent(question.H)
+    small = replace(question, H=question.H[:, kept], caps=question.caps[kept])
+    why = "the effect of the others is a sum of theirs"
+    return _compared(f"rotor, {declared} planes", (declared, len(kept)), why, question, small, 1.0, runs)
+
+
+def _sensors(count: int, runs: int) -> Fidelity:
+    question = worst(count, 2, capped=False)
+    kept = binding(question, solve_continuous(question))
+    case, why = f"rotor, {count} sensors", "only these come up to the worst residual"
+    return _compared(case, (count, len(kept)), why, question, _only(question, kept), 1.0, runs)
+
+
+def _speeds(count: int, runs: int) -> Fidelity:
+    """Two bending modes passed at `count` speeds, four sensors, three planes."""
+    speeds = np.linspace(0.3, 2.2, count)
+    shapes = (np.random.default_rng(8).normal(size=(2, _SENSORS)), np.random.default_rng(9).normal(size=(2, 3)))
+    modal = np.stack([speeds**2 / (w * w - speeds**2 + 0.06j * w * speeds) for w in (1.0, 1.9)], axis=-1)
+    H = np.einsum("vm,ms,mp->vsp", modal, *shapes).reshape(count * _SENSORS, 3)
+    y0 = H @ np.array([1.0, -0.6j, 0.4]) + 0.2 * normal(np.random.default_rng(1), count * _SENSORS)
+    question = plain(y0, H, "worst", 1.0)
+    used = np.unique(binding(question, solve_continuous(question)) // _SENSORS)
+    kept = (used[:, None] * _SENSORS + np.arange(_SENSORS)).ravel()
+    case, why = f"rotor, {count} speeds", "only these have a sensor that comes up to the worst residual"
+    best, _ = least_worst(question)
+    return _compared(case, (count, len(used)), why, question, _only(question, kept), best, runs)
+
+
+def _only(question: Question, rows: Rows) -> Question:
+    return replace(
+        question, y0=question.y0[rows], H=question.H[rows], importance=question.importance[rows],
+        limits=question.limits[rows],
+    )  # fmt: skip
+
+
+def _compared(
+    case: str, counts: tuple[int, int], why: str, full: Question, small: Question, best: float, runs: int
+) -> Fidelity:
+    """Both solved and timed.
+
+    The answer of the small one is measured at every reading of the full one; `best` is the goal that can be had
+    there, known by another road.
+    """
+    solving_full, there = _timed(lambda: solve_continuous(full), runs)
+    solving, here = _timed(lambda: solve_continuous(small), runs)
+    if here.u is None or there.u is None:
+        raise RuntimeError(f"{case}: {here.claim}; {there.claim}")
+    u, v = here.u, there.u
+    judge = full if small.n_planes == full.n_planes else small
+    return Fidelity(
+        case=case,
+        declared=counts[0],
+        used=counts[1],
+        why=why,
+        measuring=_timed(lambda: small.value(u), 20 * runs)[0],
+        measuring_full=_timed(lambda: full.value(v), 20 * runs)[0],
+        solving=solving,
+        solving_full=solving_full,
+        value_error=abs(judge.value(u) - here.value) / best,
+        goal_error=abs(judge.value(u) - best) / best,
+    )
+
+
+def _timed(call: Callable[[], T], runs: int) -> tuple[float, T]:
+    """Median seconds, and what the first call gave."""
+    times, first = [], call()
+    for _ in range(runs):
+        begin = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begin)
+    return median(times), first
