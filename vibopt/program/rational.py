@@ -59,10 +59,11 @@ class Groups:
 
     @cached_property
     def roots(self) -> FloatArray:
-        """x_i = y_i**root_i makes every exponent whole, shape (n_vars,)."""
+        """x_i = y_i**root_i makes every exponent whole, and not negative, shape (n_vars,)."""
         exponents = self.model.exponents
         half = (np.abs(exponents * 2 % 2) == 1).any(axis=0)
-        return np.where(half, 2.0, 1.0)
+        falling = (exponents <= 0.0).all(axis=0) & exponents.any(axis=0)
+        return np.where(half, 2.0, 1.0) * np.where(falling, -1.0, 1.0)
 
     @cached_property
     def degrees(self) -> tuple[int, ...]:
@@ -213,7 +214,7 @@ def _mobius(values: ComplexArray) -> ComplexArray:
 
 
 @lru_cache(maxsize=64)
-def _to_bernstein(degree: int) -> FloatArray:
+def to_bernstein(degree: int) -> FloatArray:
     """From values at degree+1 even points on [0, 1] to Bernstein coefficients."""
     t = np.linspace(0.0, 1.0, degree + 1) if degree else np.zeros(1)
     basis = np.array([[comb(degree, k) * s**k * (1 - s) ** (degree - k) for k in range(degree + 1)] for s in t])
@@ -242,7 +243,7 @@ def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatA
     change: FloatArray = np.ones((1, 1))
     product: FloatArray = np.ones((1, 1, 1))
     for degree in degrees:
-        change = np.asarray(np.kron(change, _to_bernstein(degree)), dtype=float)
+        change = np.asarray(np.kron(change, to_bernstein(degree)), dtype=float)
         product = np.asarray(np.kron(product, _product(degree)), dtype=float)
     return nodes, change, product.reshape(len(product), -1).T
 

@@ -32,6 +32,15 @@ def choose(program: Program, name: str | None) -> Method:
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
             return exact
+    from vibopt.solve.nlp import Nlp, sampleable
+
+    if program.aim is not None and not sampleable(program) and Nlp().refuses(program) is None:
+        return Nlp()
+    from vibopt.solve.plane.method import DiscsOfOneLink
+
+    discs = DiscsOfOneLink()
+    if discs.refuses(program) is None:
+        return discs
     from vibopt.solve.global_search import BranchAndBound, provable
 
     search = BranchAndBound() if provable(program) else BranchAndBound(seconds=_UNBOUNDED_SECONDS)

@@ -20,6 +20,7 @@ def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
 METHODS: dict[str, Callable[[], Method]] = {
     "closed_form": _late("outer", "OneVariable"),
     "closed_form_kc": _late("outer", "StiffnessAndDamping"),
+    "discs": _late("plane.method", "DiscsOfOneLink"),
     "branch_and_bound": _late("global_search", "BranchAndBound"),
     "nlp": _late("nlp", "Nlp"),
     "grid": _late("rivals.grid", "Grid"),
@@ -36,5 +37,5 @@ METHODS: dict[str, Callable[[], Method]] = {
 }
 """Name and how to make the method."""
 
-OWN = ("closed_form", "closed_form_kc", "branch_and_bound", "nlp")
+OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "nlp")
 """Those from which vibopt chooses by itself; the others only answer to --method."""

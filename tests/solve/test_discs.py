@@ -1,0 +1,184 @@
+"""The plane of one link's stiffness and damping: corners, rows, and answers that brute force cannot beat."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.forms import FloatArray
+from vibopt.program.pose import pose
+from vibopt.scene.read import from_dict
+from vibopt.solve.box import closed
+from vibopt.solve.branch import Judge
+from vibopt.solve.plane.conics import Conics, monomials
+from vibopt.solve.plane.method import DiscsOfOneLink
+
+
+def scene(**changes: Any) -> dict[str, Any]:
+    """A machine on a spring with a small mass on a chosen spring and damper."""
+    document: dict[str, Any] = {
+        "bodies": {"machine": {"mass": "100 kg"}, "small": {"mass": "5 kg"}},
+        "links": {
+            "base": {"between": ["ground", "machine"], "stiffness": "100 kN/m"},
+            "tuner": {
+                "between": ["machine", "small"],
+                "stiffness": {"from": "1 kN/m", "to": "20 kN/m"},
+                "damping": {"from": "1 N s/m", "to": "500 N s/m"},
+            },
+        },
+        "excitations": {
+            "shake": {
+                "kind": "force",
+                "on": "machine",
+                "amplitude": "1 kN",
+                "speed": "1..100 rad/s",
+                "varies": "constant",
+            }
+        },
+        "goal": {"minimise": "displacement", "of": "machine"},
+    }
+    return {**document, **changes}
+
+
+def best_of(document: dict[str, Any]) -> tuple[Any, Any]:
+    program = closed(pose(from_dict(document)))
+    method = DiscsOfOneLink(seconds=4.0)
+    assert method.refuses(program) is None
+    return program, method.solve(program)
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), count=st.integers(1, 7))
+def test_an_empty_set_of_corners_means_that_no_point_of_a_fine_grid_is_allowed(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(count, 5))
+    rows[:, 1] = rows[:, 0] * rng.uniform(0.3, 3.0, count)
+    if seed % 2:
+        rows[:, 3] = 0.0
+    low, high = np.array([0.1, 0.05]), np.array([2.0, 3.0])
+    corners = Conics(rows, low, high).corners()
+    k, c = np.meshgrid(np.linspace(0.1, 2.0, 301), np.linspace(0.05, 3.0, 301))
+    grid = np.stack([k.ravel(), c.ravel()], axis=-1)
+    allowed = (rows @ monomials(grid) <= 0.0).all(axis=0)
+    if allowed.any():
+        assert len(corners)
+    for point in corners:
+        value = rows @ monomials(point[None, :])
+        assert (value[:, 0] <= 1e-9 * np.abs(rows).sum(axis=1) * 10.0).all()
+
+
+def test_the_absorber_on_an_undamped_mass_reaches_the_least_possible_peak() -> None:
+    """Nishihara and Asami, mass ratio 0.05: 6.40792076800462 static deflections of 10 mm, at a known design."""
+    _, found = best_of(scene())
+    assert found.status == "optimal"
+    assert found.details["goal"] == pytest.approx(6.40792076800462e-2, rel=1e-11)
+    tuning, ratio = 0.95237204433511, 0.133937726515742
+    own = np.sqrt(1e5 / 100.0)
+    assert found.x == pytest.approx([5.0 * (tuning * own) ** 2, 2.0 * ratio * 5.0 * tuning * own], rel=1e-5)
+
+
+def test_the_least_mass_under_a_limit_is_proven() -> None:
+    document = scene(
+        bodies={"machine": {"mass": "100 kg"}, "small": {"mass": {"from": "0.5 kg", "to": "20 kg"}}},
+        limits={"amplitude": {"response": "displacement", "of": "machine", "at_most": "64.0792076800462 mm"}},
+        goal={"minimise": "mass", "of": "small"},
+    )
+    _, found = best_of(document)
+    assert found.status == "optimal"
+    assert found.details["goal"] == pytest.approx(5.0, rel=2e-6)
+
+
+def test_a_limit_below_the_least_possible_peak_is_proven_infeasible() -> None:
+    limits = {"amplitude": {"response": "displacement", "of": "machine", "at_most": "64.079 mm"}}
+    _, found = best_of(scene(limits=limits, goal={"minimise": "damping", "of": "tuner"}))
+    assert found.status == "infeasible"
+
+
+def test_an_amplitude_that_can_be_zero_is_proven_to_be_the_best() -> None:
+    document = scene()
+    document["links"]["tuner"]["damping"] = {"from": "0 N s/m", "to": "500 N s/m"}
+    document["excitations"]["shake"]["speed"] = "40 rad/s"
+    program, found = best_of(document)
+    assert found.status == "optimal"
+    assert Judge(program).goal(found.x).value <= 1e-12
+
+
+def random_scene(rng: np.random.Generator, *, free_mass: bool) -> dict[str, Any]:
+    """A chain of one to three bodies, any damping, with a small mass anywhere; sometimes a limit on its travel."""
+    n = int(rng.integers(1, 4))
+    bodies: dict[str, Any] = {f"b{i}": {"mass": f"{10 ** rng.uniform(1, 3):.6g} kg"} for i in range(n)}
+    links: dict[str, Any] = {}
+    for i in range(n):
+        ends = ["ground" if i == 0 else f"b{i - 1}", f"b{i}"]
+        links[f"s{i}"] = {"between": ends, "stiffness": f"{10 ** rng.uniform(4, 7):.6g} N/m"}
+        ratio = float(rng.choice([0.0, 0.001, 0.02, 0.1]))
+        if ratio:
+            links[f"s{i}"] |= {"damping_ratio": ratio, "relative_to": f"b{i}"}
+    host = f"b{rng.integers(0, n)}"
+    mass = float(bodies[host]["mass"].split()[0])
+    bodies["small"] = {"mass": f"{mass * 10 ** rng.uniform(-2, -0.5):.6g} kg"}
+    if free_mass:
+        bodies["small"] = {"mass": {"from": f"{0.01 * mass:.6g} kg", "to": f"{0.3 * mass:.6g} kg"}}
+    links["tuner"] = {"between": [host, "small"], "stiffness": {"from": "100 N/m", "to": "100 MN/m"}}
+    if rng.random() < 0.5:
+        links["tuner"]["damping"] = {"from": "0.1 N s/m", "to": "100 kN s/m"}
+    else:
+        links["tuner"] |= {"damping_ratio": {"from": 0.001, "to": 2.0}, "relative_to": "small"}
+    low, high = sorted(10 ** rng.uniform(0.5, 2.7, 2))
+    shake = {"kind": "force", "on": f"b{rng.integers(0, n)}", "amplitude": "1 kN", "varies": "constant"}
+    document = {
+        "bodies": bodies,
+        "links": links,
+        "excitations": {"shake": {**shake, "speed": f"{low:.6g}..{high:.6g} rad/s"}},
+        "goal": {"minimise": "displacement", "of": f"b{rng.integers(0, n)}"},
+    }
+    if rng.random() < 0.5:
+        travel = f"{10 ** rng.uniform(-3, 0):.6g} m"
+        document["limits"] = {"travel": {"response": "relative_displacement", "across": "tuner", "at_most": travel}}
+    return document
+
+
+def tries(low: FloatArray, high: FloatArray, x: FloatArray | None, rng: np.random.Generator, count: int) -> FloatArray:
+    """Random designs over the whole box, and half of them near x."""
+    spread = np.exp(rng.uniform(np.log(low), np.log(high), (count, len(low))))
+    if x is None:
+        return spread
+    near = x * np.exp(rng.normal(size=spread.shape) * 10 ** rng.uniform(-5, 0, (count, 1)))
+    return np.concatenate([spread[: count // 2], np.clip(near[: count // 2], low, high)])
+
+
+def never_beaten(seed: int, count: int, *, free_mass: bool) -> None:
+    rng = np.random.default_rng(seed)
+    program, found = best_of(random_scene(rng, free_mass=free_mass))
+    judge = Judge(program)
+    best = judge.goal(found.x).value if found.x is not None else np.inf
+    if found.x is not None:
+        assert judge.feasible(found.x)
+    if found.status not in ("optimal", "infeasible"):
+        return
+    for x in tries(program.low, program.high, found.x, rng, count):
+        if judge.feasible(x):
+            assert judge.goal(x).value >= best * (1.0 - 1e-6), x
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_no_random_design_beats_a_proven_one(seed: int) -> None:
+    never_beaten(seed, 60, free_mass=False)
+
+
+@settings(max_examples=4, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_no_random_design_beats_a_proven_one_with_free_mass(seed: int) -> None:
+    never_beaten(seed, 60, free_mass=True)
+
+
+@pytest.mark.slow
+@settings(max_examples=150, deadline=None)
+@given(seed=st.integers(0, 10**6), free_mass=st.booleans())
+def test_thousands_of_random_designs_beat_no_proven_one(seed: int, free_mass: bool) -> None:
+    never_beaten(seed, 400, free_mass=free_mass)

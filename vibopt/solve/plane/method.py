@@ -1,0 +1,268 @@
+"""Stiffness and damping of one link on any machine, proven: discs at the worst speeds, and a third variable in slices.
+
+A good design comes from many tries and exact polishing.  Then the rows at a few speeds, with the goal
+asked to be better by the gap, must leave nothing; where they leave a point, its worst speeds are added.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Modulus
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.local import improved, rescued
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.plane.conics import monomials
+from vibopt.solve.plane.rows import Interval, LinkPlane
+from vibopt.solve.starts import starts
+from vibopt.solve.worst_speeds import local_extremes
+
+GAP = 1e-6
+_ROUNDS = 40
+_FIRST = 13
+_TRIED = 128
+_NARROW = 1e-12
+
+
+class DiscsOfOneLink:
+    """Two or three variables, two of them the stiffness and the damping of one link."""
+
+    name = "discs"
+    summary = "exact in stiffness and damping of one link on any machine, over the worst speeds"
+
+    def __init__(self, gap: float = GAP, seconds: float = 20.0) -> None:
+        self.gap, self.seconds = gap, seconds
+
+    def refuses(self, program: Program) -> str | None:
+        """Anything but one link's stiffness and damping, with at most one variable beside them."""
+        plane = LinkPlane.of(program)
+        if plane is None:
+            return "the variables are not the stiffness and the damping of one link, with at most one other."
+        for part in program.parts:
+            if not plane.accepts(as_limit(part, 1.0)):
+                return f"{part.name} is no disc in the plane of stiffness and damping."
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal" with the gap, "infeasible", or "feasible" when the time is over."""
+        plane = LinkPlane.of(program)
+        assert plane is not None
+        return _Run(plane, self.gap, time.perf_counter() + self.seconds, progress, self.name).answer()
+
+
+def as_limit(part: Limit | Aim, level: float) -> Limit:
+    """A limit as it is; the goal as the limit that it be at least as good as `level` (its own value)."""
+    if isinstance(part, Limit):
+        return part
+    side = "at_most" if part.sense > 0 else "at_least"
+    return Limit(part.name, part.model, part.form, side, level)  # type: ignore[arg-type]
+
+
+@dataclass
+class _Run:
+    plane: LinkPlane
+    gap: float
+    deadline: float
+    progress: Progress | None
+    name: str
+    speeds: list[list[float]] = field(default_factory=list)
+    best: FloatArray | None = None
+    value: float = np.inf
+    slices: int = 0
+    rounds: int = 0
+
+    def __post_init__(self) -> None:
+        self.program = self.plane.program
+        self.judge = Judge(self.program)
+        self.parts = self.program.parts
+        self.speeds = [_first(part) for part in self.parts]
+
+    def answer(self) -> Found:
+        self._begin()
+        if self.value == -np.inf:
+            return self._found("unbounded", "the goal is infinite: an undamped resonance lies within reach")
+        if self._nothing_left():
+            return self._found("optimal", "proven: the goal is zero, up to rounding, and cannot be less")
+        waiting = self._whole()
+        while waiting:
+            if time.perf_counter() > self.deadline:
+                return self._stopped()
+            interval = waiting.pop()
+            waiting += self._search(interval)
+            if self.progress is not None:
+                self.progress("slices", min(self.slices / (self.slices + len(waiting) + 1.0), 0.99))
+            if self._nothing_left():
+                return self._found("optimal", "proven: the goal is zero, up to rounding, and cannot be less")
+            if self.best is not None and self.program.aim is None:
+                return self._found("optimal", "a design that meets every limit")
+        if self.best is None:
+            claim = f"proven by discs in the plane of stiffness and damping: {self.slices} slices, each left empty"
+            return Found("infeasible", None, claim, self.name, details=self._details())
+        claim = f"proven by discs in the plane of stiffness and damping: nothing is better by more than {self.gap:.0e} of the goal"
+        return self._found("optimal", claim)
+
+    def _nothing_left(self) -> bool:
+        """Whether an amplitude to be made least is zero."""
+        aim = self.program.aim
+        return aim is not None and isinstance(aim.form, Modulus) and aim.sense > 0 and self.value <= self._zero
+
+    def _whole(self) -> list[Interval]:
+        if self.plane.other < 0:
+            return [(1.0, 1.0)]
+        axis = self.program.axes[self.plane.other]
+        if axis.values is not None:
+            return [(value, value) for value in axis.values]
+        return [(axis.low, axis.high)]
+
+    def _begin(self) -> None:
+        """A design to beat: the best of many points, polished."""
+        tried = np.exp(starts(self.program, _TRIED))
+        merit = self._rough(tried)
+        self._zero = 1e-12 * float(np.median(self._goals[np.isfinite(self._goals)])) if self.program.aim else 0.0
+        for x in tried[np.argsort(merit)[:3]]:
+            self._offer(x)
+            if self.best is not None:
+                break
+        if self.best is None:
+            x = rescued(self.program, tried[np.argsort(merit)[:2]], self.judge)
+            if x is not None:
+                self._offer(x)
+
+    def _rough(self, x: FloatArray) -> FloatArray:
+        """Merit of designs (n, n_vars) at the first speeds: log violation, then the goal."""
+        missed, goal = np.zeros(len(x)), np.zeros(len(x))
+        for part, speeds in zip(self.parts, self.speeds, strict=True):
+            value = self.plane.rough(as_limit(part, 1.0), np.array(speeds), x)
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                if isinstance(part, Aim):
+                    self._goals = value
+                    goal = part.sense * np.nan_to_num(np.log(value), nan=700.0, posinf=700.0, neginf=-700.0)
+                else:
+                    sign = 1.0 if part.side == "at_most" else -1.0
+                    miss = sign * (np.log(value) - np.log(max(part.bound, 1e-300)))
+                    missed = np.maximum(missed, np.nan_to_num(miss, nan=700.0, posinf=700.0, neginf=0.0))
+        return np.where(missed > 0.0, 1e3 + missed, 0.0) + goal
+
+    def _offer(self, x: FloatArray) -> bool:
+        """Measure a design exactly, learn its worst speeds, keep and polish it if it is the best; whether it was."""
+        feasible = self._learn(x)
+        if not feasible:
+            return False
+        goal = self.judge.goal(x).value
+        if self.best is not None and not goal < self.value - (
+            0.5 * self.gap * abs(self.value) if np.isfinite(self.value) else 0.0
+        ):
+            return False
+        there = improved(self.program, x, self.judge) if np.isfinite(goal) else x
+        self.best, self.value = there, self.judge.goal(there).value
+        self._learn(there)
+        return True
+
+    def _learn(self, x: FloatArray) -> bool:
+        """Add the speeds at which limits and goal are worst at x (n_vars,); whether every limit holds."""
+        for part, known in zip(self.parts, self.speeds, strict=True):
+            if not isinstance(part.form, Modulus):
+                continue
+            least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+            for speeds, _ in local_extremes(part.model, part.form, x, least=least):
+                if np.isfinite(speeds[0]) and all(abs(speeds[0] - one) > 1e-7 * abs(one) for one in known):
+                    known.append(float(speeds[0]))
+        return self.judge.feasible(x)
+
+    def _search(self, interval: Interval) -> list[Interval]:
+        """What is left of an interval of v: nothing, or its two halves."""
+        self.slices += 1
+        corners = self._corners(interval)
+        if corners is None or not len(corners):
+            return []
+        middle = _middle(*interval)
+        stuck = self._empty_at(middle)
+        if interval[0] == interval[1] and not stuck:
+            return []
+        if stuck or interval[1] - interval[0] <= _NARROW * interval[1]:
+            self.deadline = 0.0
+            return [interval]
+        return [(interval[0], middle), (middle, interval[1])]
+
+    def _empty_at(self, v: float) -> bool:
+        """Learn worst speeds until the rows leave nothing at one v; whether that came to no end."""
+        for _ in range(_ROUNDS):
+            self.rounds += 1
+            corners = self._corners((v, v))
+            if corners is None or not len(corners):
+                return False
+            if time.perf_counter() > self.deadline:
+                return True
+            before = sum(len(one) for one in self.speeds)
+            if not self._try(corners, v) and sum(len(one) for one in self.speeds) == before:
+                return True
+        return True
+
+    def _corners(self, interval: Interval) -> FloatArray | None:
+        limits = []
+        for part, speeds in zip(self.parts, self.speeds, strict=True):
+            if isinstance(part, Aim):
+                if not np.isfinite(self.value):
+                    continue
+                wanted = part.sense * (self.value - self.gap * max(abs(self.value), 1e-300))
+                limits.append((as_limit(part, wanted), speeds))
+            else:
+                limits.append((_widened(part), speeds))
+        conics = self.plane.conics(limits, interval)
+        if conics is None:
+            return None
+        corners = conics.corners()
+        self._conics = conics
+        return corners
+
+    def _try(self, corners: FloatArray, v: float) -> bool:
+        """Exact measurement of a point or two of what the rows leave; whether a better design was found."""
+        middle = corners.mean(axis=0)
+        values = self._conics.rows @ monomials(middle[None, :])
+        points = [middle] if (values <= 0.0).all() else [corners[0], corners[len(corners) // 2]]
+        found = [self._offer(self.plane.design(float(k), float(c), v)) for k, c in points]
+        return any(found)
+
+    def _stopped(self) -> Found:
+        if self.value == np.inf and self.best is not None:
+            return self._found("feasible", "the goal is infinite at every design that was looked at")
+        if self.best is None:
+            return Found(
+                "unproven", None, "nothing found and nothing proven by discs", self.name, details=self._details()
+            )
+        return self._found("feasible", f"discs stopped after {self.slices} slices before all was proven")
+
+    def _details(self) -> dict[str, float]:
+        return {"slices": self.slices, "rounds": self.rounds, "speeds": sum(len(one) for one in self.speeds)}
+
+    def _found(self, status: str, claim: str) -> Found:
+        aim = self.program.aim
+        goal = self.value * (aim.sense if aim is not None else 1.0)
+        bound = self.value - self.gap * abs(self.value) if status == "optimal" and aim is not None else float("nan")
+        return Found(status, self.best, claim, self.name, bound, {**self._details(), "goal": goal})
+
+
+def _widened(limit: Limit) -> Limit:
+    """A limit with the room that the exact check allows as well."""
+    room = 1e-9 * abs(limit.bound)
+    return replace(limit, bound=limit.bound + room if limit.side == "at_most" else limit.bound - room)
+
+
+def _first(part: Limit | Aim) -> list[float]:
+    if not isinstance(part.form, Modulus):
+        return [0.0]
+    found: list[float] = []
+    for band in part.form.drives[0].bands:
+        if band.is_point:
+            found.append(band.low)
+        else:
+            found += np.linspace(band.low, band.high, _FIRST).tolist()
+    return list(dict.fromkeys(found))
+
+
+def _middle(low: float, high: float) -> float:
+    return float(np.sqrt(low * high)) if low > 0.0 and high > 2.0 * low else 0.5 * (low + high)
