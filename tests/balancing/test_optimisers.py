@@ -233,12 +233,11 @@ def test_brute_force_never_beats_a_proven_choice(question: Question) -> None:
 @given(question=questions(listed=True, goals=("rms", "worst", "sum", "huber")))
 @law
 def test_a_plane_of_any_size_beside_lists_is_chosen_jointly(question: Question) -> None:
-    """One plane without a list: the best over all choices of the others, each solved as a convex program."""
+    """One plane without a list, with forbidden sectors now and then: the best over all choices of the others."""
     p = question.n_planes
     lists = question.options[: p - 1]
     caps = np.append(question.caps[: p - 1], min(question.caps[p - 1], 0.5))
-    mixed = replace(question, options=(*lists, None), option_masses=(*question.option_masses[: p - 1], None), caps=caps,
-                    sectors=())  # fmt: skip
+    mixed = replace(question, options=(*lists, None), option_masses=(*question.option_masses[: p - 1], None), caps=caps)
     if p > 2:
         few = tuple(option[:4] for option in lists if option is not None)
         light = tuple(mass[:4] for mass in mixed.option_masses[: p - 1] if mass is not None)
@@ -247,12 +246,14 @@ def test_a_plane_of_any_size_beside_lists_is_chosen_jointly(question: Question) 
     for fixed in product(*(option for option in mixed.options[:-1] if option is not None)):
         u = np.array([*fixed, 0.0], dtype=complex)
         mass = float(mixed.masses(u).sum())
-        if np.all(np.abs(u) <= mixed.caps) and mass <= mixed.total_cap:
+        bare = replace(mixed, limits=np.full(mixed.n_readings, np.inf), options=())
+        if np.all(np.abs(u) <= mixed.caps) and mass <= mixed.total_cap and not breaks(bare, u):
             inner = replace(mixed, y0=mixed.residual(u), H=mixed.H[:, -1:], caps=mixed.caps[-1:], options=(),
-                            option_masses=(), total_cap=mixed.total_cap - mass,
+                            option_masses=(), total_cap=mixed.total_cap - mass, sectors=mixed.sectors[-1:],
                             mass_per_unbalance=mixed.mass_per_unbalance[-1:])  # fmt: skip
             one = solve_continuous(inner)
             best = min(best, one.value if one.u is not None else np.inf)
+    assert solved.u is None or not breaks(mixed, solved.u, 1e-8)
     assert (solved.value if solved.u is not None else np.inf) == pytest.approx(best, rel=1e-6, abs=1e-7)
 
 

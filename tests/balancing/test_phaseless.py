@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rotor_jobs import correction, messages, solve_text
-from vibopt.balancing.phaseless import circles
+from rotor_jobs import correction, messages, read_text, solve_text
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.phaseless import circles, without_phase
+from vibopt.balancing.putback import put_back_without_phase
 
 HEAD = """title = "without phase"
 speed = "900 rpm"
@@ -90,23 +92,87 @@ def test_exact_circles_meet_in_the_unbalance(size: float, angle: float, gain: fl
     assert found.gain == pytest.approx(gain, rel=1e-6)
 
 
-def test_two_planes_are_found_where_the_answer_is_unique() -> None:
-    H, y0 = np.array([[0.4, 0.15j], [0.1 - 0.1j, 0.5]]), np.array([3.0 + 1.0j, -2.0 + 2.5j])
-    lines = [HEAD, '[planes.p]\nradius = "200 mm"', '[planes.q]\nradius = "200 mm"']
-    for plane, trial in [(0, 0.0)] + [(plane, one) for plane in (0, 1) for one in around(5.0, 0, 120, 240)]:
-        w = np.zeros(2, dtype=complex)
-        w[plane] = trial
-        shown = np.abs(y0 + H @ w)
-        name = "pq"[plane]
-        weight = f'weights = {{ {name} = "5 g @ {degrees(cmath.phase(trial)) % 360.0} deg" }}\n' if trial else ""
-        lines.append(
-            f'[[runs]]\n{weight}readings = {{ a = "{shown[0]!r} mm/s", b = "{shown[1]!r} mm/s" }}'.replace(
-                "np.float64(", ""
-            ).replace(")", "")
+H, Y0 = np.array([[0.4, 0.15j], [0.1 - 0.1j, 0.5]]), np.array([3.0 + 1.0j, -2.0 + 2.5j])
+ALONE = [(plane, one) for plane in (0, 1) for one in around(5.0, 0, 120, 240)]
+
+
+def two_planes(
+    alone: list[tuple[int, complex]],
+    mixed: tuple[complex, complex] | None = None,
+    coefficients: np.ndarray = H,
+    off: float = 0.0,
+    angles: str = "against rotation",
+) -> str:
+    """Amplitudes of a rotor with two planes; `mixed` is a last run with weights in both, read with the error `off`."""
+    lines = [
+        HEAD.replace("against rotation", angles), '[planes.p]\nradius = "200 mm"', '[planes.q]\nradius = "200 mm"',
+    ]  # fmt: skip
+    runs = [(0.0, 0.0), *((one, 0.0) if plane == 0 else (0.0, one) for plane, one in alone)]
+    for w in [*runs, *([mixed] if mixed else [])]:
+        shown = np.abs(Y0 + coefficients @ np.array(w)) + (off if w is mixed else 0.0)
+        weights = ", ".join(
+            f'{name} = "{float(abs(one))!r} g @ {degrees(cmath.phase(one)) % 360.0!r} deg"'
+            for name, one in zip("pq", w, strict=True)
+            if one
         )
-    plan = solve_text("\n".join(lines))
+        fitted = f"weights = {{ {weights} }}\n" if weights else ""
+        lines.append(
+            f'[[runs]]\n{fitted}readings = {{ a = "{float(shown[0])!r} mm/s", b = "{float(shown[1])!r} mm/s" }}'
+        )
+    return "\n".join(lines)
+
+
+@pytest.mark.parametrize("angles", ["against rotation", "with rotation"])
+@pytest.mark.parametrize("mixed", [None, (3.0 + 1.0j, -2.0j)])
+def test_two_planes_are_found_and_put_back_where_the_answer_is_unique(
+    mixed: tuple[complex, complex] | None, angles: str
+) -> None:
+    plan = solve_text(two_planes(ALONE, mixed, angles=angles))
     u = np.array([correction(plan, name) for name in "pq"]) * 1e3
-    np.testing.assert_allclose(np.abs(y0 + H @ u), 0.0, atol=1e-5)
+    np.testing.assert_allclose(np.abs(Y0 + H @ u), 0.0, atol=1e-5)
+    assert plan.status == "optimal"
+    assert plan.claim.endswith("; the squares of the amplitudes give the same residual")
+
+
+def test_the_squares_of_the_amplitudes_show_what_any_weights_in_two_planes_leave() -> None:
+    """Not only at the answer: the terms that two planes share are right for random corrections."""
+    job, rng = read_text(two_planes(ALONE)), np.random.default_rng(3)
+    rotor = without_phase(job).rotors[0]
+    for _ in range(50):
+        u = (rng.normal(size=2) + 1j * rng.normal(size=2)) * 1e-3
+        grams = u.conj() / 0.2 * 1e3  # counted against rotation, at 200 mm
+        for row in (0, 1):
+            truth = abs(Y0[row] + H[row] @ grams) * 1e-3 * 2**0.5
+            assert put_back_without_phase(job, row, u) == pytest.approx(truth, rel=1e-9)
+            assert abs(rotor.y0[row] + rotor.H[row] @ u) == pytest.approx(truth, rel=1e-6)
+
+
+def test_a_run_with_two_weights_that_the_rotor_does_not_show_is_not_passed_over() -> None:
+    """Each plane's circles meet exactly; only the last run, with weights in both, speaks against them."""
+    little = solve_text(two_planes(ALONE, (3.0 + 1.0j, -2.0j), off=0.05))
+    assert little.status == "feasible"
+    assert "miss 0.05 mm/s rms" in little.claim
+    much = solve_text(two_planes(ALONE, (3.0 + 1.0j, -2.0j), off=2.0))
+    assert (much.status, much.exit_code) == ("unproven", 5)
+    assert much.claim == "the runs are missed by 2 mm/s rms at a at 900 rpm; repeat the runs"
+
+
+def test_a_plan_that_the_squares_do_not_show_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def wrong(job: RotorJob, row: int, u: np.ndarray) -> float:
+        return 1e-3
+
+    monkeypatch.setattr("vibopt.balancing.solve_phaseless.put_back_without_phase", wrong)
+    plan = solve_text(two_planes(ALONE))
+    assert (plan.status, plan.exit_code) == ("check_failed", 6)
+    assert plan.claim.startswith("the squares of the amplitudes give 0.707107 mm/s rms at a at 900 rpm, the plan says ")
+
+
+def test_planes_almost_alike_are_refused_without_phase_as_well() -> None:
+    alike = np.array([[0.4, 0.4001], [0.1 - 0.1j, 0.1 - 0.1001j]])
+    plan = solve_text(two_planes(ALONE, coefficients=alike))
+    assert (plan.status, plan.fittings) == ("unproven", ())
+    assert plan.claim.startswith("the weights of the best fit cancel each other (p ")
+    assert [one.name for one in plan.remedies][:3] == ["as asked", "p left out", "q left out"]
 
 
 def test_too_few_runs_are_refused() -> None:

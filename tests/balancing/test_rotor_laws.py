@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from rotor_jobs import correction, polar, read_text, solve_text
 from vibopt.balancing.influence import identify
+from vibopt.balancing.trust import bands, noise_of
 
 PLANES, SENSORS = ("p", "q"), ("a", "b", "c")
 
@@ -186,10 +187,15 @@ def test_a_robust_plan_is_better_over_the_scatter(robust: str) -> None:
     )  # fmt: skip
     scatter = '[scatter]\namplitude = "6 µm"\n'
     combine = "worst" if robust == "worst" else "rms"
-    plain = solve_text(job(truth, more=f'{scatter}[goal]\nminimise = "residual"\ncombine = "{combine}"'))
-    careful = solve_text(
-        job(truth, more=f'{scatter}[goal]\nminimise = "residual"\ncombine = "{combine}"\nrobust = "{robust}"')
-    )
-    bound = [max(float(row.band[1].value) for row in plan.rows if row.band) for plan in (plain, careful)]
+    goal = f'[goal]\nminimise = "residual"\ncombine = "{combine}"\n'
+    plain = solve_text(job(truth, more=goal))
+    careful = solve_text(job(truth, more=f'{scatter}{goal}robust = "{robust}"'))
+    scattered = read_text(job(truth, more=scatter))
+    identified = identify(scattered)
+    noise = noise_of(scattered, identified)
+    assert noise is not None
+    u = [np.array([one.u for one in plan.planes]) for plan in (plain, careful)]
+    bound = [float(bands(scattered, identified, noise, one)[:, 1].max()) for one in u]
     assert bound[1] < bound[0]
     assert careful.status == "optimal"
+    assert solve_text(job(truth, more=f"{scatter}{goal}")).status == "unproven"

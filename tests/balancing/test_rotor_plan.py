@@ -247,7 +247,7 @@ def test_two_speeds_share_one_plan_and_have_limits_of_their_own() -> None:
 def test_limits_that_cannot_hold_are_refused_with_the_smallest_loosening() -> None:
     plan = solve_text(FAN + SECOND + '[limits.all]\nresponse = "residual"\nat_most = "0.2 mil"\n')
     assert (plan.status, plan.exit_code) == ("infeasible", 3)
-    assert plan.reason.startswith("Smallest loosening of one: all 0.2 mil pp -> ")
+    assert plan.reason.startswith("This cannot hold: all. Smallest loosening of one: all 0.2 mil pp -> ")
     bound = plan.reason.split(" -> ")[1].rstrip(".")
     assert solve_text(FAN + SECOND + f'[limits.all]\nresponse = "residual"\nat_most = "{bound}"\n').status == "optimal"
 

@@ -126,13 +126,18 @@ class RowAnswer:
 
 @dataclass(frozen=True, slots=True)
 class LimitAnswer:
-    """A limit of the file: its worst value, bound, and price in words."""
+    """A limit of the file: its worst value, bound, and price in words.
+
+    band_end
+        Highest upper end of the 95 % bands it is about; None where the scatter is not known.
+    """
 
     response: str
     place: str
     value: Entry
     limit: Entry
     price: str = ""
+    band_end: Entry | None = None
 
     @property
     def margin(self) -> float:
@@ -142,6 +147,13 @@ class LimitAnswer:
     @property
     def met(self) -> bool:
         return self.margin >= -1e-6
+
+    @property
+    def met_by_band(self) -> bool | None:
+        """Whether the upper end of the 95 % band is under the limit as well; None where the scatter is not known."""
+        if self.band_end is None:
+            return None
+        return float(self.band_end.value) <= float(self.limit.value) * (1.0 + 1e-6)
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -153,6 +165,8 @@ class LimitAnswer:
             "margin": self.margin,
             "active": self.margin < 1e-6,
             "met": self.met,
+            "band_end": None if self.band_end is None else self.band_end.to_json(),
+            "met_by_band": self.met_by_band,
             "price": self.price,
         }
 

@@ -59,6 +59,16 @@ def covers_all(sectors: Sectors) -> bool:
     return bool(sectors) and not allowed_arcs(sectors)
 
 
+def into_arcs(value: complex, sectors: Sectors) -> complex:
+    """Nearest point outside the forbidden sectors to `value`; the value itself where none is left."""
+    return _nearest(complex(value), allowed_arcs(sectors))
+
+
+def _nearest(value: complex, wedges: tuple[Wedge, ...]) -> complex:
+    points = np.array([into_wedge(value, *wedge) for wedge in wedges])
+    return complex(points[np.argmin(np.abs(points - value))]) if len(points) else value
+
+
 def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
     """Best-first over the choice of an arc per plane; each program's own dual bound closes its branch."""
     arcs = [allowed_arcs(entry) for entry in sectors] or [()] * scene.n_planes
@@ -104,9 +114,7 @@ def _snapped(scene: Scaled, answer: Convex, arcs: list[tuple[Wedge, ...]], best:
     assert answer.x is not None
     near: ComplexArray = answer.x.copy()
     for plane, wedges in enumerate(arcs):
-        if wedges:
-            points = np.array([into_wedge(near[plane], *wedge) for wedge in wedges])
-            near[plane] = points[np.argmin(np.abs(points - near[plane]))]
+        near[plane] = _nearest(complex(near[plane]), wedges)
     near = pull_in(replace(scene, wedges=(None,) * scene.n_planes), near)
     if np.abs(scene.F @ near + scene.f).max(initial=0.0) > 1.0 + KEPT:
         return best

@@ -57,7 +57,10 @@ def _plane(plane: Any) -> str:
         parts.append(f"{len(plane.holes)} holes")
     if plane.shelf:
         kinds = len(plane.shelf)
-        parts.append(f"{kinds} kind{'s' * (kinds != 1)} of weight on the shelf, {plane.most_weights} at most fitted")
+        counted = ", their number limited" if plane.stock else ""
+        parts.append(
+            f"{kinds} kind{'s' * (kinds != 1)} of weight on the shelf{counted}, {plane.most_weights} at most fitted"
+        )
     if plane.split:
         parts.append("split between two holes")
     if plane.forbidden:

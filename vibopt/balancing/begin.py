@@ -7,7 +7,7 @@ from typing import Any
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.limit_prices import loosenings
+from vibopt.balancing.limit_prices import impasse
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed
@@ -34,11 +34,9 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray) -> tuple[str, En
         "rms": "root mean square of the residuals",
         "worst": "worst residual",
         "sum": "sum of the residuals",
-        "huber": "residual (Huber)",
+        "huber": "root mean square of the residuals by Huber's rule",
     }
-    if question.goal == "huber":
-        return names["huber"], Entry(value, "ratio")
-    return names[question.goal], amplitude(job, 0, value)
+    return names[question.goal], amplitude(job, 0, question.amount(value))
 
 
 def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
@@ -58,12 +56,7 @@ def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
 
 def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved) -> Plan:
     """No correction: which limits stand in the way."""
-    steps = loosenings(job, posed) if solved.status == "infeasible" and not posed.question.is_discrete else []
-    reason = ""
-    if steps:
-        reason = (
-            "Smallest loosening of one: " + ", or ".join(f"{name} {now} -> {then}" for name, now, then in steps) + "."
-        )
+    reason = impasse(job, posed) if solved.status == "infeasible" else ""
     return begun(
         job, status=solved.status, claim=solved.claim, reason=reason, notes=identified.notes,
         details=dict(solved.details),

@@ -105,8 +105,6 @@ def goal_words(answer: Solution) -> str:
         return ""
     if name == "unbalance":
         return f"static unbalance left is {brief(answer.find('residual.static'))}"
-    if value.dimension == "ratio" and is_plan(answer):
-        return "least residual by Huber's rule"  # its value is in no unit that can be read
     return f"least {name.replace('_', ' ')} is {brief(value)}"
 
 

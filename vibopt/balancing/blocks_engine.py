@@ -16,9 +16,15 @@ def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
     return [
-        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome), limits_of(outcome), measures_of(outcome),
+        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome), limits_of(outcome), _prices(outcome),
+        measures_of(outcome),
         Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
     ]  # fmt: skip
+
+
+def _prices(outcome: Outcome) -> Block:
+    rows = [(name, one.buys) for name, one in outcome.limits.items() if one.buys]
+    return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
 
 
 def _method(outcome: Outcome) -> tuple[str, ...]:

@@ -11,7 +11,9 @@ from vibopt.balancing.plan import Plan
 from vibopt.units import show
 
 MOST_COEFFICIENTS = 12
-_WARNS = re.compile("act almost alike|No sensor feels|not agree|do not meet")
+_WARNS = re.compile(
+    "act almost alike|No sensor feels|not agree|do not meet|upper end of its 95 % band|no two weights together act"
+)
 _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.balancing.arcs import into_arcs
 from vibopt.balancing.cells import Cells
 from vibopt.balancing.convex import FEW, KEPT, Convex, likely_worst, solve_convex
 from vibopt.balancing.free_planes import Free, free_planes
@@ -24,7 +25,8 @@ def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
     Parameters
     ----------
     question
-        At least one plane has a list; planes without one take any correction up to their caps.
+        At least one plane has a list; planes without one take any correction up to their caps, outside their
+        forbidden sectors.
     seconds
         After so long the best choice found is given with its gap.
 
@@ -84,22 +86,39 @@ def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
         scene, G=scene.G[goal_rows], g=scene.g[goal_rows], F=scene.F[limit_rows], f=scene.f[limit_rows],
         caps=np.minimum(scene.caps, far),
     )  # fmt: skip
+    uses = free.question.option_uses or (None,) * len(free.question.options)
     cells = [
-        None if options is None or masses is None else Cells(options / scene.column[p], masses / scene.mass_size)
+        None
+        if options is None or masses is None
+        else Cells(options / scene.column[p], masses / scene.mass_size, uses[p])
         for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True))
     ]
-    return Tree(scene, rows, cells, v[limit_rows])
+    return Tree(scene, rows, cells, v[limit_rows], free.question.sectors, free.question.stock)
 
 
 def _first_guess(tree: Tree, scene: Scaled, free: Free, x: ComplexArray) -> None:
     """Round the continuous answer, so that the search has something to beat."""
     lists: list[ComplexArray] = []
     masses: list[FloatArray] = []
+    x = np.array([into_arcs(value, arcs) for value, arcs in zip(x, tree.sectors, strict=True)], dtype=complex)
     for p, cells in enumerate(tree.planes):
         lists.append(np.array([x[p]]) if cells is None else cells.points.copy())
         masses.append(np.array([abs(x[p]) * scene.mass[p]]) if cells is None else cells.masses.copy())
-    chosen, value = rounded(scene, lists, masses, x)
-    tree.offer(np.array([lists[p][k] for p, k in enumerate(chosen)], dtype=complex), value)
+    none = np.zeros((1, len(tree.stock)))
+    uses = [none if cells is None else cells.uses for cells in tree.planes]
+    chosen, value = rounded(scene, lists, masses, x, uses=uses, stock=tree.stock)
+    places = np.array([-1 if cells is None else k for cells, k in zip(tree.planes, chosen, strict=True)])
+    tree.offer(np.array([lists[p][k] for p, k in enumerate(chosen)], dtype=complex), value, places)
+
+
+def _place(free: Free, tree: Tree, plane: int, options: ComplexArray, u: complex) -> int:
+    """Place of a plane's correction in its own list; where weights are counted, of the very option that was taken."""
+    columns = np.flatnonzero(free.spread[plane])
+    if len(tree.stock) and len(columns):
+        kept = free.places[columns[0]]
+        assert kept is not None
+        return int(kept[tree.best_places[columns[0]]])
+    return int(np.argmin(np.abs(options - u)))
 
 
 def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: float) -> Solved:
@@ -114,11 +133,11 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
     u = free.spread @ (tree.best_x * scene.column)
     chosen = []
     for plane, options in enumerate(question.options):
-        place = -1 if options is None else int(np.argmin(np.abs(options - u[plane])))
+        place = -1 if options is None else _place(free, tree, plane, options, complex(u[plane]))
         chosen.append(place)
         if options is not None:
             u[plane] = options[place]
-    value = question.value(u)
+    value = question.chosen_only(chosen).value(u)
     low = min(bound * scene.goal_size, value)
     gap = relative_gap(value, low, scene.goal_size)
     done = gap <= DONE

@@ -18,6 +18,7 @@ from vibopt.balancing.words import show_angle
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import show
 
+_OWN = ("a", "an", "my", "our", "your", "its", "this", "that", "where", "zero")
 NOTHING = 1e-9
 """Corrections below this part of the greatest unbalance that matters are none."""
 
@@ -58,6 +59,15 @@ def _plane(job: RotorJob, index: int, u: complex, options: Options | None, tiny:
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
         _words(job, plane, action, weights),
     )  # fmt: skip
+
+
+def weight_text(job: RotorJob, plane: int, u: complex) -> str:
+    """A correction as one weight, briefly: "left 10.76 g @ 326.6 deg", "left no weight"."""
+    own = job.planes[plane]
+    if u == 0.0:
+        return f"{own.name} no weight"
+    angle = job.conventions.weight_angle(-u if own.remove else u)
+    return f"{own.name} {own.show(own.amount(u))} @ {show_angle(angle)}"
 
 
 def _weights(job: RotorJob, plane: Plane, u: complex, options: Options | None) -> tuple[Weight, ...]:
@@ -106,7 +116,7 @@ def _words(job: RotorJob, plane: Plane, action: str, weights: Sequence[Weight]) 
         return f"{plane.name}: no weight."
     verb = "take away" if plane.remove else "fit"
     parts = [_one(job, plane, weight) for weight in weights]
-    counted = f" {job.conventions.angles} from the {_zero(job)}"
+    counted = f" {job.conventions.angles} from {_zero(job)}"
     parts[:-1] = [one.replace(counted, "") for one in parts[:-1]]  # said once is enough
     return f"{plane.name}: {verb} {' and '.join(parts)}."
 
@@ -116,9 +126,9 @@ def _one(job: RotorJob, plane: Plane, weight: Weight) -> str:
     if weight.radius is not None:
         said += f" at radius {show(weight.radius, plane.length_unit, 'length')}"
     if weight.hole is not None:
-        said += f" in {hole_name(plane, weight.hole)} {job.conventions.angles} from the {_zero(job)}"
+        said += f" in {hole_name(plane, weight.hole)} {job.conventions.angles} from {_zero(job)}"
     else:
-        said += f", {show_angle(weight.angle)} {job.conventions.angles} from the {_zero(job)}"
+        said += f", {show_angle(weight.angle)} {job.conventions.angles} from {_zero(job)}"
     if weight.depth is not None and plane.drill is not None:
         wide, deep = show(plane.drill.diameter, "mm", "length"), show(weight.depth, "mm", "length", digits=3)
         said += f" (hole of {wide}, {deep} deep)"
@@ -126,8 +136,13 @@ def _one(job: RotorJob, plane: Plane, weight: Weight) -> str:
 
 
 def _zero(job: RotorJob) -> str:
+    """The zero mark behind "from": "the reflective tape", but "blade 1" and "my mark" as they are written."""
     zero = job.conventions.zero
-    return zero.removeprefix("the ").removeprefix("The ")
+    first, last = zero.split()[0].lower(), zero.split()[-1]
+    if first == "the":
+        return f"the {zero[4:].lstrip()}"
+    named = any(one.isdigit() for one in last) or (len(last) == 1 and last.isupper())
+    return zero if named or first in _OWN else f"the {zero}"
 
 
 def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArray | None) -> tuple[RowAnswer, ...]:

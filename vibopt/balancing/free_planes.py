@@ -11,6 +11,7 @@ from vibopt.balancing.arcs import covers_all
 from vibopt.balancing.question import Question, Sectors, inside_arc
 from vibopt.forms import ComplexArray, FloatArray
 
+Places = NDArray[np.intp]
 SAME = 1e-9  # two unbalances this close (as a share of the greatest) are one
 
 
@@ -21,11 +22,14 @@ class Free:
     spread
         Shape (n_planes, n_free), complex; one entry per row at most.
     question
-        The same question in x, without pairs; each list holds only what caps and sectors allow.
+        The same question in x, without pairs; each list holds only what caps, sectors and the stock allow.
+    places
+        Per free plane the rows of its first plane's list that are left; None without a list.
     """
 
     spread: ComplexArray
     question: Question
+    places: tuple[Places | None, ...] = ()
 
 
 def free_planes(question: Question) -> Free:
@@ -51,10 +55,11 @@ def free_planes(question: Question) -> Free:
         sectors=tuple(_sectors(question, spread[:, c]) for c in range(len(kept))),
         options=tuple(entry[0] for entry in lists),
         option_masses=tuple(entry[1] for entry in lists),
+        option_uses=tuple(entry[3] for entry in lists) if len(question.stock) else (),
         mass_per_unbalance=densities[kept],
         pairs=(),
     )
-    return Free(spread, inner)
+    return Free(spread, inner, tuple(entry[2] for entry in lists))
 
 
 def _spread(question: Question) -> ComplexArray:
@@ -89,12 +94,15 @@ def _sectors(question: Question, column: ComplexArray) -> Sectors:
     return tuple((low - by, high - by) for p, by in turned for low, high in question.sectors[p])
 
 
-def _list(question: Question, column: ComplexArray) -> tuple[ComplexArray | None, FloatArray | None]:
-    """Options of a set of planes that every one of its planes has, and their masses."""
+List = tuple[ComplexArray | None, FloatArray | None, Places | None, FloatArray | None]
+
+
+def _list(question: Question, column: ComplexArray) -> List:
+    """Options of a set of planes that every one of its planes has, their masses, their places, and what they use."""
     members = np.flatnonzero(column)
     listed = [p for p in members if question.options and question.options[p] is not None]
     if not listed:
-        return None, None
+        return None, None, None, None
     first = question.options[listed[0]]
     assert first is not None
     x = first / column[listed[0]]
@@ -110,7 +118,10 @@ def _list(question: Question, column: ComplexArray) -> tuple[ComplexArray | None
         fits &= np.abs(option[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
         given = question.option_masses[p] if question.option_masses else None
         masses += np.abs(option[near]) * question.densities[p] if given is None else given[near]
-    return x[fits], masses[fits]
+    uses = question.option_uses[listed[0]] if len(question.stock) else None
+    if uses is not None:
+        fits &= np.all(uses <= question.stock, axis=1)
+    return x[fits], masses[fits], np.flatnonzero(fits), None if uses is None else uses[fits]
 
 
 def _allowed(question: Question, plane: int, values: ComplexArray) -> NDArray[np.bool_]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import tau
+from math import inf, tau
 
 import numpy as np
 
@@ -27,20 +28,36 @@ class Options:
         Per option the indices into `offers`, -1 for none, (n, most_weights).
     offers
         (hole index, mass [kg], radius [m]) of single weights.
+    uses
+        How many of each counted mass an option takes (n, n_counted).
     """
 
     u: ComplexArray
     masses: FloatArray
     items: np.ndarray[tuple[int, int], np.dtype[np.int64]]
     offers: tuple[tuple[int, float, float], ...]
+    uses: FloatArray
+
+    def only(self, index: int) -> Options:
+        """The list with one option alone."""
+        row = slice(index, index + 1)
+        return replace(self, u=self.u[row], masses=self.masses[row], items=self.items[row], uses=self.uses[row])
 
     def weights(self, index: int) -> tuple[tuple[int, float, float], ...]:
         """Hole, mass and radius of each weight of an option."""
         return tuple(self.offers[item] for item in self.items[index] if item >= 0)
 
 
-def options_of(plane: Plane, conventions: Conventions) -> Options:
-    """Every allowed filling of the holes of a plane with weights of the shelf, lightest first among equals."""
+def counted(planes: Sequence[Plane]) -> dict[float, float]:
+    """Masses of which there are only so many, for all planes together [kg], with their number."""
+    return {mass: many for plane in planes for mass, many in zip(plane.shelf, plane.stock, strict=False) if many < inf}
+
+
+def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = ()) -> Options:
+    """Every allowed filling of the holes of a plane with weights of the shelf, lightest first among equals.
+
+    `kinds` are the masses [kg] that are counted; fillings that take different numbers of them are all kept.
+    """
     offers = tuple(
         (hole, mass, radius)
         for hole, angle in enumerate(plane.holes)
@@ -54,8 +71,10 @@ def options_of(plane: Plane, conventions: Conventions) -> Options:
     items = _fillings(np.array([h for h, _, _ in offers], dtype=np.int64), plane.most_weights)
     padded_u, padded_mass = np.append(single, 0.0), np.append(mass, 0.0)
     u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
+    same = np.isclose(mass[:, None], np.array(kinds, dtype=float)[None, :], rtol=1e-9, atol=0.0)
+    takes = np.append(same.astype(float), _row(kinds), axis=0)
     kept = masses <= plane.cap * (1.0 + 1e-12)
-    return _without_doubles(u[kept], masses[kept], items[kept], offers)
+    return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
 
 
 def count_options(plane: Plane) -> int:
@@ -86,18 +105,21 @@ def _fillings(
     return np.concatenate(rows)
 
 
-def _without_doubles(
-    u: ComplexArray, masses: FloatArray, items: np.ndarray[tuple[int, int], np.dtype[np.int64]],
-    offers: tuple[tuple[int, float, float], ...],
-) -> Options:  # fmt: skip
-    """Options with different unbalances only, the lightest of each."""
+def _row(kinds: Sequence[float]) -> FloatArray:
+    return np.zeros((1, len(kinds)))
+
+
+def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Options:
+    """Of the kept ones only those with different unbalances or counted weights, the lightest of each."""
+    u, masses, items, uses = options.u[kept], options.masses[kept], options.items[kept], options.uses[kept]
     size = max(float(np.abs(u).max(initial=0.0)), 1e-300)
     key = np.round(u / size, 12) + 0.0
-    order = np.lexsort((masses, key.imag, key.real))
+    keys = np.column_stack([uses, key.imag, key.real])
+    order = np.lexsort((masses, *keys.T))
     first = np.ones(len(order), dtype=bool)
-    first[1:] = key[order][1:] != key[order][:-1]
+    first[1:] = np.any(keys[order][1:] != keys[order][:-1], axis=1)
     best = np.sort(order[first])
-    return Options(u[best], masses[best], items[best], offers)
+    return Options(u[best], masses[best], items[best], options.offers, uses[best])
 
 
 def neighbours(plane: Plane, angle: float) -> tuple[int, int]:

@@ -63,12 +63,15 @@ class Held:
         Kind of response with its place ("bearing_reaction of A").
     price
         What the goal falls by per unit of the loosened limit [SI], None where it was not found out.
+    buys
+        What a sensible step buys, in words; "" where it buys nothing or was not found out.
     """
 
     response: str
     value: Entry
     limit: Entry | None = None
     price: float | None = None
+    buys: str = ""
 
     @property
     def met(self) -> bool:
@@ -90,7 +93,7 @@ class Held:
         if self.limit is None:
             return plain
         bound = {"limit": self.limit.value, "limit_shown": self.limit.shown, "margin": self.margin}
-        return {**plain, **bound, "active": self.margin < 1e-6, "met": self.met, "price": self.price}
+        return {**plain, **bound, "active": self.margin < 1e-6, "met": self.met, "price": self.price, "buys": self.buys}
 
 
 @dataclass(frozen=True)
@@ -105,6 +108,8 @@ class Outcome:
         (name, value); None for an analysis.
     notes
         Conventions, readings of units, and what else must be known to use the answer.
+    reason
+        Limits that cannot hold together, and the smallest loosening that helps; "" elsewhere.
     """
 
     name: str
@@ -119,6 +124,7 @@ class Outcome:
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     expected: tuple[Mapping[str, Any], ...] = ()
+    reason: str = ""
 
     @property
     def exit_code(self) -> int:
@@ -159,6 +165,7 @@ class Outcome:
             "title": self.title,
             "status": self.status,
             "claim": self.claim,
+            "reason": self.reason,
             "goal": None if self.goal is None else {"name": self.goal[0], **self.goal[1].to_json()},
             "limits": {name: held.to_json() for name, held in self.limits.items()},
             "measures": {name: held.to_json() for name, held in self.measures.items()},
@@ -176,7 +183,7 @@ class Outcome:
 
     def text(self) -> str:
         """The answer for the terminal: verdict, numbers by path, limits, notes."""
-        lines = [self.title, f"{self.status}: {self.claim}", ""]
+        lines = [self.title, f"{self.status}: {self.claim}", *([self.reason] if self.reason else []), ""]
         lines += [f"  {path:<34} {entry.shown}" for path, entry in self.values.items()]
         for name, held in {**self.limits, **self.measures}.items():
             bound = "" if held.limit is None else f"   at most {held.limit.shown}   {'met' if held.met else 'BROKEN'}"

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import inf, radians
+from collections.abc import Mapping, Sequence
+from math import inf, isclose, radians
 from typing import Any, cast
 
 from vibopt.balancing.job import Sensor
 from vibopt.balancing.options import MOST_OPTIONS, count_options
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
 from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
-from vibopt.balancing.words import CHOICES, MARK, Conventions, read_amplitude, read_angle, read_reading
+from vibopt.balancing.words import CHOICES, MARK, Conventions, read_amplitude, read_angle, read_reading, show_angle
 from vibopt.errors import QuantityError
 from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import Detector, read_quantity
@@ -66,6 +66,7 @@ def read_planes(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Plane,
     if not tables:
         mistakes.add(("planes",), 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".')
     read = [_plane(name, table, mistakes) for name, table in tables.items()]
+    _check_stock([one for one in read if one is not None], mistakes)
     return None if None in read or not read else tuple(cast(list[Plane], read))
 
 
@@ -78,12 +79,12 @@ def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
     radii, length_unit = _radii((*path, "radius"), table.radius, mistakes)
     kind, cap, unit = _cap(path, table, radii, mistakes)
     holes = _holes((*path, "holes"), table.holes, mistakes)
-    shelf, shelf_unit = _shelf((*path, "shelf"), table.shelf, mistakes)
+    shelf, stock, shelf_unit = _shelf((*path, "shelf"), table.shelf, mistakes)
     forbidden = _forbidden((*path, "forbidden"), table.forbidden, mistakes)
     most = _most_weights((*path, "most_weights"), table.most_weights, mistakes)
     plane = Plane(
         name=name, kind=kind, radii=radii, unit=unit or shelf_unit,
-        length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, most_weights=most, split=table.split,
+        length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, stock=stock, most_weights=most, split=table.split,
         forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
     )  # fmt: skip
     if len(mistakes.found) == before:
@@ -175,15 +176,49 @@ def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
     return tuple(one for one in read if one is not None)
 
 
-def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, ...], str]:
+def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, ...], tuple[float, ...], str]:
+    """Masses [kg], rising, how many there are of each (empty where none is counted), and the unit."""
     if given is None:
-        return (), ""
+        return (), (), ""
     if not isinstance(given, list) or not given:
         mistakes.value(path, given, 'is no list of weights. Write shelf = ["5 g", "10 g"].')
-        return (), ""
-    read = [read_value((*path, index), one, mistakes, _positive, "mass") for index, one in enumerate(given)]
+        return (), (), ""
+    read = [read_value((*path, index), one, mistakes, _on_the_shelf) for index, one in enumerate(given)]
     good = [one for one in read if one is not None]
-    return tuple(sorted({value for value, _ in good})), good[0][1] if good else ""
+    found = {mass: many for mass, _, many in good}
+    if len({(mass, many) for mass, _, many in good}) > len(found):
+        mistakes.value(path, given, "names a weight twice with different stocks. Write it once, with all there are.")
+    counted = any(many < inf for many in found.values())
+    masses = tuple(sorted(found))
+    return masses, tuple(found[one] for one in masses) if counted else (), good[0][1] if good else ""
+
+
+def _on_the_shelf(given: object) -> tuple[float, str, float]:
+    """Mass, unit and number of a weight: "5 g", or { mass = "5 g", stock = 3 }."""
+    if not isinstance(given, Mapping):
+        return *_positive(given, "mass"), inf
+    stock = given.get("stock")
+    if set(given) != {"mass", "stock"} or isinstance(stock, bool) or not isinstance(stock, int) or stock < 1:
+        raise QuantityError(
+            'is no weight with its stock. Write { mass = "5 g", stock = 3 } with 1 or more, or leave the weight out.'
+        )
+    return *_positive(given["mass"], "mass"), float(stock)
+
+
+def _check_stock(planes: Sequence[Plane], mistakes: Mistakes) -> None:
+    """A stock is that of one box for all planes: each says the same of a weight."""
+    said: dict[float, tuple[Plane, float]] = {}
+    for plane in planes:
+        for mass, many in zip(plane.shelf, plane.stock or (inf,) * len(plane.shelf), strict=True):
+            other, known = next((one for key, one in said.items() if isclose(key, mass)), (plane, many))
+            said.setdefault(mass, (plane, many))
+            if known != many:
+                first, second = ("no stock" if one == inf else f"a stock of {one:g}" for one in (known, many))
+                mistakes.add(
+                    ("planes", plane.name, "shelf"),
+                    f"planes.{plane.name}.shelf has {plane.show(mass)} with {second}, planes.{other.name}.shelf with "
+                    f"{first}. A stock is for all planes together: write the same in each.",
+                )
 
 
 def _forbidden(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, float], ...]:
@@ -250,6 +285,14 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
         mistakes.add(
             (*path, "forbidden"),
             f"{where}: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true.",
+        )
+    elif plane.split and len(plane.gaps) <= len(plane.out_of_reach):
+        sitting = " and ".join(show_angle(low) for low, _ in plane.gaps)
+        mistakes.add(
+            (*path, "holes"),
+            f"{where}.split needs two neighbouring holes less than 180 deg apart to cut a weight between, and there "
+            f"{'are only holes' if len(plane.gaps) > 1 else 'is only a hole'} at {sitting}. List more holes, or write "
+            f"shelf with the weights there are instead of split.",
         )
     if plane.shelf and plane.cap < plane.shelf[0]:
         mistakes.add(

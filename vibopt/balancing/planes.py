@@ -13,6 +13,7 @@ from vibopt.units.dimensions import DIMENSIONS
 
 MASS, UNBALANCE = "mass", "unbalance"
 _AT = re.compile(r"\s+at\s+", re.IGNORECASE)
+_HAIR = 1e-9
 _HOLE = re.compile(r"\s+in\s+hole\s+(\d+)$", re.IGNORECASE)
 
 
@@ -47,6 +48,8 @@ class Plane:
         Angles of the holes as written [rad]; empty: anywhere.
     shelf
         Masses there are [kg]; empty: any.
+    stock
+        How many of each mass of the shelf there are, for all planes together, inf without end; empty: not counted.
     most_weights
         Most weights of the shelf in this plane, one a hole.
     split
@@ -67,6 +70,7 @@ class Plane:
     cap: float = inf
     holes: tuple[float, ...] = ()
     shelf: tuple[float, ...] = ()
+    stock: tuple[float, ...] = ()
     most_weights: int = 1
     split: bool = False
     forbidden: tuple[tuple[float, float], ...] = ()
@@ -95,11 +99,26 @@ class Plane:
         """A mass (unbalance) as the user writes it."""
         return show(amount, self.unit, self.dimension, digits=digits)
 
+    @property
+    def gaps(self) -> tuple[tuple[float, float], ...]:
+        """Arcs (from, to) as written [rad] between neighbouring holes that may be used."""
+        around = sorted(angle % tau for angle in self.holes if self.may_sit_at(angle))
+        return tuple(zip(around, [*around[1:], *(one + tau for one in around[:1])], strict=True))
+
+    @property
+    def out_of_reach(self) -> tuple[tuple[float, float], ...]:
+        """Arcs in which no two parts of a split weight act: gaps between its holes of half a turn or more."""
+        return tuple((low, high) for low, high in self.gaps if high - low >= pi - _HAIR) if self.split else ()
+
     def internal_sectors(self, conventions: Conventions) -> tuple[tuple[float, float], ...]:
-        """Forbidden arcs of the correction's internal angle, counted with growing angle [rad]."""
+        """Arcs forbidden to the correction's internal angle, counted with growing angle [rad].
+
+        A split weight sits in its holes only, so its two parts together may act inside a forbidden sector, but not
+        across a gap of half a turn or more.
+        """
         turn = pi if self.remove else 0.0
         arcs = []
-        for low, high in self.forbidden:
+        for low, high in self.out_of_reach if self.split else self.forbidden:
             ends = (low, high) if conventions.weight_sense > 0 else (-high, -low)
             arcs.append((ends[0] + turn, ends[1] + turn))
         return tuple(arcs)

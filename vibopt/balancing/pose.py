@@ -1,4 +1,4 @@
-"""From a measured rotor to the pure question of the optimisers, and who solves it."""
+"""From a measured rotor to the pure question of the optimisers."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.options import Options, options_of
+from vibopt.balancing.options import Options, counted, options_of
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.question import Goal, Question, Solved
+from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -26,10 +26,20 @@ class Posed:
     options: tuple[Options | None, ...]
     n_rows: int
 
+    def chosen_only(self, chosen: Sequence[int]) -> Posed:
+        """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
+        if not chosen or not self.question.is_discrete:
+            return self
+        options = tuple(None if one is None else one.only(k) for one, k in zip(self.options, chosen, strict=True))
+        return replace(self, question=self.question.chosen_only(chosen), options=options)
+
 
 def pose(job: RotorJob, identified: Identified, noise: Noise | None = None) -> Posed:
     """The question of a job; rows for the scatter are added where the goal is robust."""
-    options = tuple(options_of(plane, job.conventions) if plane.is_discrete else None for plane in job.planes)
+    stock = counted([plane for plane in job.planes if plane.is_discrete])
+    options = tuple(
+        options_of(plane, job.conventions, tuple(stock)) if plane.is_discrete else None for plane in job.planes
+    )
     question = Question(
         y0=identified.y0,
         H=identified.H,
@@ -43,6 +53,8 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None) -> P
         huber=job.goal.huber,
         mass_per_unbalance=np.array([1.0 / plane.radius for plane in job.planes]),
         option_masses=tuple(None if one is None else one.masses for one in options),
+        stock=np.array(list(stock.values())),
+        option_uses=tuple(None if one is None else one.uses for one in options) if stock else (),
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
     )
     question = replace(question, options=()) if not question.is_discrete else question
@@ -100,17 +112,6 @@ def _cap(job: RotorJob, index: int, plane: Plane) -> float:
     if plane.drill is not None and not plane.is_discrete:
         own = min(own, plane.drill.deepest / plane.drill.depth(1.0))
     return own * plane.radius
-
-
-def solve_question(question: Question) -> Solved:
-    """By the optimiser that takes it."""
-    if question.is_discrete:
-        from vibopt.balancing.discrete import solve_discrete
-
-        return solve_discrete(question)
-    from vibopt.balancing.continuous import solve_continuous
-
-    return solve_continuous(question)
 
 
 def without_plane(question: Question, planes: Sequence[int]) -> Question:

@@ -8,17 +8,21 @@ from typing import Literal
 
 import numpy as np
 
-from vibopt.balancing.continuous import solve_continuous
-from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.question import Question, Solved
 
 Which = Literal["reading", "cap", "total"]
 BINDS = 1e-6
 
 
-def solve_question(question: Question) -> Solved:
-    """The answer by the optimiser that the question asks for."""
-    return solve_discrete(question) if question.is_discrete else solve_continuous(question)
+def solve_question(question: Question, seconds: float = 20.0) -> Solved:
+    """The answer by the optimiser that the question asks for; a search of lists stops after `seconds`."""
+    if question.is_discrete:
+        from vibopt.balancing.discrete import solve_discrete
+
+        return solve_discrete(question, seconds)
+    from vibopt.balancing.continuous import solve_continuous
+
+    return solve_continuous(question)
 
 
 @dataclass(frozen=True)

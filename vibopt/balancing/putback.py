@@ -133,11 +133,48 @@ def _amplitude(signal: FloatArray) -> float:
     return float(2.0 / len(signal) * np.hypot(signal @ np.cos(turn), signal @ np.sin(turn)))
 
 
-def put_back_without_phase(job: RotorJob, row: int, plane: int, u: complex) -> float:
-    """Amplitude after u in one plane from the squares of the amplitudes measured, to which any other run is a mixture.
+def runs_without_phase(job: RotorJob, row: int, y0: complex, H: ComplexArray) -> float:
+    """Greatest difference between what a rotor y0, H shows over a turn in each run and what was read [SI peak].
 
-    nan where the runs do not determine it (two trial positions).
+    Runs with weights in several planes at once are among them, which no circle has seen.
     """
+    speed, sensor = job.readings[row]
+    turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
+    worst = 0.0
+    for run in job.runs_at(speed):
+        signal = abs(y0) * np.cos(turn + np.angle(y0))
+        for plane, weight in enumerate(_state(job, run)):
+            own = H[plane] * weight
+            signal += abs(own) * np.cos(turn + np.angle(own))
+        worst = max(worst, abs(_amplitude(signal) - abs(run.readings[sensor])))
+    return worst
+
+
+def put_back_without_phase(job: RotorJob, row: int, u: ComplexArray) -> float:
+    """Amplitude after the correction u from the squares of the amplitudes measured, without any circle.
+
+    With weights in plane p alone A² = c + 2 Re(b* w) + s |w|² is linear in c, b and s.  Planes together add
+    2 Re(H_p u_p (H_q u_q)*), and y0* H_p is conj(b_p), so that term is 2 Re(b_p* u_p (b_q* u_q)*) / c.
+
+    nan where the runs do not determine it (two trial positions in a plane that is used).
+    """
+    used = [plane for plane in range(len(job.planes)) if u[plane]]
+    found = [_squares(job, row, plane, complex(u[plane])) for plane in used]
+    speed, sensor = job.readings[row]
+    as_found = [abs(run.readings[sensor]) ** 2 for run in job.runs_at(speed) if run.is_initial]
+    if any(one is None for one in found):
+        return float("nan")
+    known = [one for one in found if one is not None]
+    start = float(np.mean([one[0] for one in known])) if known else float(np.mean(as_found))
+    square = start + sum(one[1] for one in known)
+    for at, one in enumerate(known):
+        for other in known[:at]:
+            square += 2.0 * (one[2] * other[2].conjugate()).real / start if start > 0.0 else float("nan")
+    return float(np.sqrt(max(square, 0.0)))
+
+
+def _squares(job: RotorJob, row: int, plane: int, u: complex) -> tuple[float, float, complex] | None:
+    """(square as found, what u adds to it, b* u) by least squares over the runs with weights in one plane alone."""
     speed, sensor = job.readings[row]
     runs = [
         run
@@ -148,10 +185,11 @@ def put_back_without_phase(job: RotorJob, row: int, plane: int, u: complex) -> f
     size = np.abs(w).max()
     F = _features(w / size)
     if np.linalg.matrix_rank(F, tol=1e-9) < 4:
-        return float("nan")
+        return None
     squares = np.array([abs(run.readings[sensor]) ** 2 for run in runs])
-    value = float((_features(np.array([u / size])) @ np.linalg.lstsq(F, squares, rcond=None)[0])[0])
-    return float(np.sqrt(max(value, 0.0)))
+    theta = np.linalg.lstsq(F, squares, rcond=None)[0]
+    added = float(_features(np.array([u / size]))[0, 1:] @ theta[1:])
+    return float(theta[0]), added, complex(theta[1], -theta[2]) * u / (2.0 * size)
 
 
 def _features(w: ComplexArray) -> FloatArray:

@@ -7,12 +7,13 @@ peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.words`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
 
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]
@@ -51,6 +52,12 @@ class Question:
         1/radius per plane [1/m], shape (n_planes,); empty: 1 everywhere (masses are counted as unbalances).
     option_masses
         Per plane the mass of each option [kg], same shape as the options; None or empty: |u| * mass_per_unbalance.
+    stock
+        How many of each kind of weight there are for all planes together, shape (n_kinds,), inf without end; empty:
+        none is counted.
+    option_uses
+        Per plane how many of each kind an option takes (n_options, n_kinds); None without a list.  Only with `stock`,
+        and then without pairs; options of one unbalance may stand more than once, with different uses.
     pairs
         (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).
     """
@@ -68,6 +75,12 @@ class Question:
     mass_per_unbalance: FloatArray = field(default_factory=lambda: np.empty(0))
     option_masses: tuple[FloatArray | None, ...] = ()
     pairs: tuple[tuple[int, int, complex], ...] = ()
+    stock: FloatArray = field(default_factory=lambda: np.empty(0))
+    option_uses: tuple[FloatArray | None, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.stock) and self.pairs:
+            raise InputError("a stock of weights and pairs of planes do not go together. Leave one of them out.")
 
     @property
     def n_readings(self) -> int:
@@ -86,6 +99,22 @@ class Question:
     def densities(self) -> FloatArray:
         """Mass per unbalance [1/m], shape (n_planes,)."""
         return self.mass_per_unbalance if len(self.mass_per_unbalance) else np.ones(self.n_planes)
+
+    def chosen_only(self, chosen: Sequence[int]) -> Question:
+        """The same with only the options of an answer in the lists, so that `masses` knows which one was taken."""
+        if not self.is_discrete or not chosen:
+            return self
+        rows = [slice(None) if place < 0 else slice(place, place + 1) for place in chosen]
+
+        def picked(lists: tuple[Any, ...]) -> tuple[Any, ...]:
+            return tuple(None if one is None else one[row] for one, row in zip(lists, rows, strict=True))
+
+        return replace(
+            self,
+            options=picked(self.options),
+            option_masses=picked(self.option_masses) if self.option_masses else (),
+            option_uses=picked(self.option_uses) if self.option_uses else (),
+        )
 
     def residual(self, u: ComplexArray) -> ComplexArray:
         """What is left at the readings (..., n_readings) after the correction u (..., n_planes)."""
@@ -106,6 +135,10 @@ class Question:
         if self.goal == "correction":
             return float(self.masses(u).sum())
         return float(self.measure(np.abs(self.residual(u))))
+
+    def amount(self, value: float) -> float:
+        """A value of the goal as an amplitude (or mass): for "huber" the rms of readings that would cost as much."""
+        return float(np.sqrt(value / self.n_readings)) if self.goal == "huber" else value
 
     def measure(self, amplitudes: FloatArray) -> FloatArray:
         """The goal of the amplitudes left (..., n_readings); not for "correction"."""

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.balancing.answers import Remedy
-from vibopt.balancing.fitting import amplitude
+from vibopt.balancing.fitting import amplitude, weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.outcome import Entry
-from vibopt.balancing.pose import Posed, solve_question, without_plane
+from vibopt.balancing.pose import Posed, without_plane
+from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Question
 from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
 from vibopt.forms import ComplexArray
@@ -64,9 +65,7 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
 def _remedy(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
     left = np.abs(identified.residual(u))
     row = int(np.argmax(job.importance * left))
-    masses = tuple(
-        f"{plane.name} {plane.show(plane.amount(complex(one)))}" for plane, one in zip(job.planes, u, strict=True)
-    )
+    masses = tuple(weight_text(job, plane, complex(one)) for plane, one in enumerate(u))
     band = ""
     if noise is not None and identified.learnt:
         ends = bands(job, identified, noise, u)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vibopt.balancing.convex import KEPT
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
 
+NO_STOCK: FloatArray = np.empty(0)
 CHUNK = 2_000_000  # complex numbers held at once
 MOST_PAIRS = 3_000_000
 
@@ -47,21 +50,36 @@ def measure(scene: Scaled, t: FloatArray) -> FloatArray:
     return np.asarray((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum(axis=1))
 
 
+def short_of(used: FloatArray, stock: FloatArray) -> FloatArray:
+    """How many weights are missing from the stock, shape (n,), for uses (n, n_kinds)."""
+    return np.asarray(np.maximum(used - stock, 0.0).sum(axis=1))
+
+
 def rounded(
-    scene: Scaled, lists: list[ComplexArray], masses: list[FloatArray], x: ComplexArray, sweeps: int = 6
+    scene: Scaled,
+    lists: list[ComplexArray],
+    masses: list[FloatArray],
+    x: ComplexArray,
+    sweeps: int = 6,
+    uses: Sequence[FloatArray] = (),
+    stock: FloatArray = NO_STOCK,
 ) -> tuple[list[int], float]:
-    """Places of good options near x (n_planes,) and their goal: one option is exchanged, then two, while that helps."""
+    """Places of good options near x (n_planes,) and their goal: one option is exchanged, then two, while that helps.
+
+    `uses` (n_options, n_kinds) per list and `stock` (n_kinds,) count the weights that there are; 1e6 and more is the
+    goal of a choice for which they do not suffice.
+    """
     chosen = [int(np.argmin(np.abs(options - x[p]))) for p, options in enumerate(lists)]
     best = np.inf
     for _ in range(sweeps):
         before = best
         for plane in range(len(lists)):
-            chosen, best = _exchange(scene, lists, masses, chosen, (plane,), best)
+            chosen, best = _exchange(scene, lists, masses, chosen, (plane,), best, uses, stock)
         if best >= before:
             for p in range(len(lists)):
                 for q in range(p):
                     if len(lists[p]) * len(lists[q]) * (len(scene.g) + len(scene.f)) <= MOST_PAIRS:
-                        chosen, best = _exchange(scene, lists, masses, chosen, (p, q), best)
+                        chosen, best = _exchange(scene, lists, masses, chosen, (p, q), best, uses, stock)
         if best >= before:
             break
     return chosen, best
@@ -74,6 +92,8 @@ def _exchange(
     chosen: list[int],
     planes: tuple[int, ...],
     best: float,
+    uses: Sequence[FloatArray],
+    stock: FloatArray,
 ) -> tuple[list[int], float]:
     """The best options of one or two planes with the others fixed."""
     grid = [g.ravel() for g in np.meshgrid(*(np.arange(len(lists[p])) for p in planes), indexing="ij")]
@@ -82,6 +102,10 @@ def _exchange(
     for p, places in zip(planes, grid, strict=True):
         x[:, p], m[:, p] = lists[p][places], masses[p][places]
     values = judge(scene, x, m)
+    if len(stock):
+        rows = [own[grid[planes.index(p)]] if p in planes else own[[chosen[p]]] for p, own in enumerate(uses)]
+        missing = short_of(np.asarray(sum(rows)), stock)
+        values = np.where(missing > 0.0, 1e6 * (1.0 + missing) + values, values)
     winner = int(np.argmin(values))
     if values[winner] >= best:
         return chosen, best

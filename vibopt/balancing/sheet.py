@@ -50,7 +50,7 @@ def _words(answer: Solution, job: Job) -> dict[str, Any]:
         "status": answer.status,
         "verdict": verdict(answer).partition(": ")[2],
         "claim": claim(answer),
-        "reason": answer.reason if is_plan(answer) else "",
+        "reason": answer.reason,
         "warnings": [line for one in blocks if one.title == WARNING for line in one.lines],
         "todo": [line for one in blocks if one.kind == TODO for line in one.lines],
         "tables": [_table(one) for one in blocks if one.kind in (TABLE, TEXT) and not _said_before(answer, one)],

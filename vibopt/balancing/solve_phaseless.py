@@ -6,15 +6,22 @@ import numpy as np
 
 from vibopt.balancing.answers import Fitting
 from vibopt.balancing.begin import OFF, begun, goal_of, nothing
+from vibopt.balancing.cautions import cancelling, ways_out
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.phaseless import MOST_ANSWERS, Answers, telling_weight, without_phase
 from vibopt.balancing.plan import Plan
-from vibopt.balancing.pose import pose, solve_question
-from vibopt.balancing.putback import put_back_without_phase
+from vibopt.balancing.pose import pose
+from vibopt.balancing.prices import solve_question
+from vibopt.balancing.putback import put_back_without_phase, runs_without_phase
 from vibopt.balancing.question import Solved
+from vibopt.balancing.remedies import remedies, warning
+from vibopt.balancing.trust import conditioning
 from vibopt.balancing.words import show_angle
+
+EXACT = 1e-6
+"""Part of the largest reading below which circles meet, and two roads agree."""
 
 
 def solve_without_phase(job: RotorJob) -> Plan:
@@ -27,21 +34,29 @@ def solve_without_phase(job: RotorJob) -> Plan:
         if one.u is not None:
             solved.append(one)
             posed_of.append(posed)
-            fittings.append(fitting_of(job, rotor, one.u, posed.options))
+            fittings.append(fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options))
     if not solved:
         first = pose(job, answers.rotors[0])
         return nothing(job, answers.rotors[0], first, solve_question(first.question))
     u = solved[0].u
     assert u is not None
-    goal = goal_of(job, posed_of[0].question, u)
-    limits = limit_answers(job, posed_of[0], u, goal[1])
+    question, found = posed_of[0].question, conditioning(posed_of[0].question, job.free)
+    if len(fittings) == 1 and (refused := cancelling(job, question, answers.rotors[0], None, found, u)):
+        return begun(
+            job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number,
+            remedies=remedies(job, posed_of[0], answers.rotors[0], None, found, u), notes=(warning(job, found),),
+            method="amplitudes only: circles of weights", details={"miss": answers.miss.tolist()},
+        )  # fmt: skip
+    goal = goal_of(job, question.chosen_only(solved[0].chosen), u)
+    limits, unpriced = limit_answers(job, posed_of[0], solved[0], goal[1])
     several = len(fittings) > 1
     status, claim = _several(fittings) if several else _one(job, answers, fittings[0], solved[0])
     words = _words_of(fittings)
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),
         limits={} if several else limits, words=(OFF, *words),
-        gap=solved[0].gap, notes=(*_miss_notes(job, answers), *(_ask(job, answers) if several else ())),
+        gap=solved[0].gap,
+        notes=(*_miss_notes(job, answers), *(_ask(job, answers) if several else unpriced)),
         method="amplitudes only: circles of weights", values={}, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
 
@@ -58,31 +73,42 @@ def _several(fittings: list[Fitting]) -> tuple[str, str]:
 
 
 def _one(job: RotorJob, answers: Answers, fitting: Fitting, solved: Solved) -> tuple[str, str]:
-    """Status of a single answer, checked through the squares of the amplitudes."""
-    row = int(np.argmax(answers.miss / np.maximum(np.abs(answers.rotors[0].y0), 1e-300)))
+    """Status of a single answer, checked through every run simulated and through the squares of the amplitudes."""
+    rotor = answers.rotors[0]
+    again = np.array([runs_without_phase(job, row, complex(y0), rotor.H[row]) for row, y0 in enumerate(rotor.y0)])
+    off = np.maximum(answers.miss, again)
+    row = int(np.argmax(off / np.maximum(np.abs(rotor.y0), 1e-300)))
     size = max(abs(run.readings[job.readings[row][1]]) for run in job.runs)
-    miss = float(answers.miss[row])
+    miss = float(off[row])
     if miss > 0.1 * size:
-        return (
-            "unproven",
-            f"the circles do not meet: they miss by {amplitude(job, row, miss).shown} at {job.row_name(row)}; "
-            f"repeat the runs",
+        circles = (
+            "the circles do not meet: they miss"
+            if answers.miss[row] >= again[row] * (1.0 - 1e-6)
+            else "the runs are missed"
         )
-    if len(job.free) == 1 and miss < 1e-6 * size:
-        plane = job.free[0]
-        for index, one in enumerate(fitting.rows):
-            again = put_back_without_phase(job, index, plane, fitting.planes[plane].u)
-            if abs(again**2 - float(one.residual.value) ** 2) > 1e-6 * size**2:
-                return (
-                    "check_failed",
-                    f"the squares of the amplitudes give {amplitude(job, index, again).shown} at "
-                    f"{job.row_name(index)}, the plan says {one.residual.shown}",
-                )
-        return solved.status, f"{solved.claim}; the squares of the amplitudes give the same residual"
+        shown = amplitude(job, row, miss).shown
+        return "unproven", f"{circles} by {shown} at {job.row_name(row)}; repeat the runs"
+    if miss < EXACT * size:
+        return _by_squares(job, fitting, solved, size)
     return (
         "feasible" if solved.status == "optimal" else solved.status,
         f"{solved.claim}, as far as the circles meet (miss {amplitude(job, row, miss).shown})",
     )
+
+
+def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) -> tuple[str, str]:
+    """Status of an answer that explains every run, after the residuals were found again without circles."""
+    u = np.array([one.u for one in fitting.planes], dtype=complex)
+    shown = np.array([put_back_without_phase(job, row, u) for row in range(len(fitting.rows))])
+    said = np.array([float(one.residual.value) for one in fitting.rows])
+    checked = np.isfinite(shown)
+    if (wrong := checked & (np.abs(shown**2 - said**2) > EXACT * size**2)).any():
+        row = int(np.argmax(wrong))
+        text = f"the squares of the amplitudes give {amplitude(job, row, float(shown[row])).shown}"
+        return "check_failed", f"{text} at {job.row_name(row)}, the plan says {fitting.rows[row].residual.shown}"
+    if checked.all():
+        return solved.status, f"{solved.claim}; the squares of the amplitudes give the same residual"
+    return solved.status, f"{solved.claim}; the rotor found, simulated, shows every run as it was read"
 
 
 def _words_of(fittings: list[Fitting]) -> tuple[str, ...]:

@@ -4,25 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import tau
 from typing import Any
 
 import numpy as np
 
 from vibopt.balancing.answers import Fitting
 from vibopt.balancing.begin import OFF, begun, goal_of, method_of, nothing
+from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified, identify
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.plan import Plan
-from vibopt.balancing.pose import Posed, pose, solve_question
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.pose import Posed, pose
+from vibopt.balancing.prices import solve_question
 from vibopt.balancing.putback import put_back
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.balancing.solve_phaseless import solve_without_phase
 from vibopt.balancing.trust import Noise, bands, conditioning, noise_of
-from vibopt.forms import ComplexArray
+from vibopt.balancing.words import show_angle
 from vibopt.units import show
 
 AGREES = 1e-6
@@ -50,14 +54,14 @@ def _with_phase(job: RotorJob) -> Plan:
         return nothing(job, identified, posed, solved)
     fitting, solved = _fit(job, identified, posed, solved, noise)
     plan = _plan(job, identified, posed, solved, fitting, noise)
-    return _certified(plan, identified)
+    return _certified(plan, identified) if plan.fittings else plan
 
 
 def _fit(
     job: RotorJob, identified: Identified, posed: Posed, solved: Solved, noise: Noise | None
 ) -> tuple[Fitting, Solved]:
     """The weights; where a split weight breaks its cap, again with the cap that any split keeps."""
-    fitting = _fitting(job, identified, posed, solved.u, noise)
+    fitting = _fitting(job, identified, posed, solved, noise)
     over = [
         index
         for index, one in enumerate(fitting.planes)
@@ -67,7 +71,7 @@ def _fit(
         return fitting, solved
     caps = posed.question.caps.copy()
     for index in over:
-        caps[index] *= _inner(job.planes[index].holes)
+        caps[index] *= _inner(job.planes[index])
     again = solve_question(replace(posed.question, caps=caps))
     if again.u is None:
         return fitting, replace(
@@ -76,26 +80,24 @@ def _fit(
             claim="the split weights are heavier than their cap, and no lighter answer was found",
         )
     claim = f"{again.claim}; the cap is on both parts of a split weight together, so a slightly better answer may exist"
-    return _fitting(job, identified, posed, again.u, noise), replace(again, status="feasible", claim=claim)
+    return _fitting(job, identified, posed, again, noise), replace(again, status="feasible", claim=claim)
 
 
 def _cap(posed: Posed, job: RotorJob, index: int) -> float:
     return float(posed.question.caps[index] / job.planes[index].radius) if job.planes[index].split else float("inf")
 
 
-def _inner(holes: tuple[float, ...]) -> float:
-    """Cosine of half the widest gap between holes: what any two parts of one mass can do at least."""
-    around = np.sort(np.mod(holes, 2.0 * np.pi))
-    gap = float(np.diff(np.append(around, around[0] + 2.0 * np.pi)).max())
+def _inner(plane: Plane) -> float:
+    """Cosine of half the widest gap in reach: what any two parts of one mass can do at least."""
+    gap = max((high - low for low, high in plane.gaps if (low, high) not in plane.out_of_reach), default=0.0)
     return max(float(np.cos(0.5 * gap)), 0.0)
 
 
-def _fitting(
-    job: RotorJob, identified: Identified, posed: Posed, u: ComplexArray | None, noise: Noise | None
-) -> Fitting:
+def _fitting(job: RotorJob, identified: Identified, posed: Posed, solved: Solved, noise: Noise | None) -> Fitting:
+    u = solved.u
     assert u is not None
     band = bands(job, identified, noise, u) if noise is not None and identified.learnt else None
-    return fitting_of(job, identified, u, posed.options, band)
+    return fitting_of(job, identified, u, posed.chosen_only(solved.chosen).options, band)
 
 
 def _plan(
@@ -104,11 +106,19 @@ def _plan(
     u = solved.u
     assert u is not None
     nominal = pose(replace(job, goal=replace(job.goal, robust="")), identified).question
-    goal = goal_of(job, nominal, u)
+    goal = goal_of(job, nominal.chosen_only(solved.chosen), u)
     plain = Posed(nominal, posed.options, posed.n_rows)
-    limits = limit_answers(job, plain, u, goal[1])
     found = conditioning(nominal, job.free)
     said = warning(job, found)
+    ways = remedies(job, plain, identified, noise, found, u) if found.alike else ()
+    if refused := cancelling(job, nominal, identified, noise, found, u):
+        return begun(
+            job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
+            values=coefficients(job, identified), notes=(*identified.notes, said, *_noise_notes(job, noise)),
+            method=method_of(job, posed.question, identified), details=dict(solved.details),
+        )  # fmt: skip
+    limits, unpriced = limit_answers(job, plain, solved, goal[1], posed)
+    limits = with_bands(job, limits, fitting)
     idle = tuple(
         f"No sensor feels a weight in plane {job.planes[index].name}: it cannot be balanced there."
         for index in found.idle
@@ -117,9 +127,12 @@ def _plan(
         job, status=solved.status, claim=solved.claim, goal=goal, fittings=(_priced(job, fitting, limits),),
         limits=limits,
         words=(OFF, *(one.words for one in fitting.planes)), gap=solved.gap, condition=found.number,
-        remedies=remedies(job, plain, identified, noise, found, u) if found.alike else (),
+        remedies=ways,
         values={**coefficients(job, identified), **quality_values(job, identified, u)},
-        notes=(*identified.notes, *((said,) if said else ()), *idle, *_noise_notes(job, noise)),
+        notes=(
+            *identified.notes, *((said,) if said else ()), *idle, *_reach_notes(job), *unsure(limits),
+            *_noise_notes(job, noise), *unpriced,
+        ),
         method=method_of(job, posed.question, identified), details=dict(solved.details),
     )  # fmt: skip
 
@@ -136,6 +149,18 @@ def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Any]) -> Fitti
         ]
         rows.append(replace(row, price=prices[0]) if prices else row)
     return replace(fitting, rows=tuple(rows))
+
+
+def _reach_notes(job: RotorJob) -> tuple[str, ...]:
+    """Planes whose holes leave directions in which no split weight acts."""
+    return tuple(
+        f"Plane {plane.name} has no holes from {show_angle(low)} to {show_angle(high % tau)}, half a turn or more: no "
+        f"two weights together act in between. The plan is the best that its holes allow; a hole in this gap would let "
+        f"it go there."
+        for plane in job.planes
+        if not plane.keep
+        for low, high in plane.out_of_reach
+    )
 
 
 def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:

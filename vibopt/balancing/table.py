@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from vibopt.balancing.blocks import FOOT, Block, blocks_of, claim, verdict
 from vibopt.design.table import STYLES, WIDTH, grid, paragraph, rendered, section
-from vibopt.jobs import is_plan
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,7 +36,7 @@ def text_of(answer: Solution, job: Job, *, width: int = WIDTH, colour: bool = Fa
 def _write(answer: Solution, job: Job, console: Console) -> None:
     console.print(answer.title, style="bold")
     console.print(verdict(answer), style=STYLES[answer.status])
-    for text in (claim(answer), answer.reason if is_plan(answer) else ""):
+    for text in (claim(answer), answer.reason):
         if text:
             paragraph(console, text)
     for block in blocks_of(answer, job):

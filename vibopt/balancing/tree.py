@@ -7,16 +7,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vibopt.balancing.arcs import solve_over_arcs
 from vibopt.balancing.cells import Cells, Places
-from vibopt.balancing.convex import KEPT, solve_convex
+from vibopt.balancing.convex import KEPT, Convex, solve_convex
+from vibopt.balancing.question import Sectors
 from vibopt.balancing.relax import Boxes, goal_bounds, mass_bounds, ratio_bounds
-from vibopt.balancing.rounding import judge
+from vibopt.balancing.rounding import NO_STOCK, judge, short_of
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
 
 BATCH = 512  # boxes opened at a time
 LEAF = 64  # a box with so few choices is enumerated
 CLOSED = 1e-9
+FINISHED = 1e-7  # gap to which the planes without a list are closed
 MOST_BOXES = 1_500_000
 
 
@@ -52,10 +55,33 @@ class Tree:
         Cells of each plane's list; None where the plane takes any correction up to its cap.
     v
         Multipliers of the limits of `rows` at the continuous answer.
+    sectors
+        Forbidden arcs of the planes without a list (the lists hold only what is allowed); empty: none.
+
+    stock
+        How many of each kind of weight there are for all planes; empty: not counted.
+
+    Attributes
+    ----------
+    best_places
+        Places in the lists of the best correction found, -1 for a plane without a list.
+    undecided
+        Least bound of the choices whose own program for the planes without a list could not be closed.
     """
 
-    def __init__(self, scene: Scaled, rows: Scaled, planes: list[Cells | None], v: ComplexArray) -> None:
+    def __init__(
+        self,
+        scene: Scaled,
+        rows: Scaled,
+        planes: list[Cells | None],
+        v: ComplexArray,
+        sectors: tuple[Sectors, ...] = (),
+        stock: FloatArray = NO_STOCK,
+    ) -> None:
         self.scene, self.rows, self.planes, self.v = scene, rows, planes, v
+        self.sectors = sectors or ((),) * len(planes)
+        self.undecided, self.stock = np.inf, stock
+        self.best_places = np.full(len(planes), -1)
         self.any_size = [p for p, cells in enumerate(planes) if cells is None]
         self.rounds = 12 if self.any_size else 4
         self.norms = np.sqrt((np.abs(rows.G) ** 2).sum(axis=0) + (np.abs(rows.F) ** 2).sum(axis=0))
@@ -63,10 +89,10 @@ class Tree:
         self.best_value, self.best_x = np.inf, np.zeros(len(planes), dtype=complex)
         self.boxes = self.leaves = 0
 
-    def offer(self, x: ComplexArray, value: float) -> None:
+    def offer(self, x: ComplexArray, value: float, places: Places) -> None:
         """Remember a correction that keeps every limit."""
         if value < min(self.best_value, 1e6):
-            self.best_value, self.best_x = value, x.copy()
+            self.best_value, self.best_x, self.best_places = value, x.copy(), places.copy()
 
     @property
     def goal_to_beat(self) -> float:
@@ -86,7 +112,7 @@ class Tree:
         frontier = self._bounded(frontier)
         while len(frontier.bound):
             if time.perf_counter() > end or len(frontier.bound) > MOST_BOXES:
-                return float(min(frontier.bound.min(), self.goal_to_beat))
+                return float(min(frontier.bound.min(), self.goal_to_beat, self.undecided))
             count = min(BATCH, len(frontier.bound))
             picked = np.argpartition(frontier.bound, count - 1)[:count]
             rest = np.ones(len(frontier.bound), dtype=bool)
@@ -95,7 +121,7 @@ class Tree:
             frontier = frontier.take(np.flatnonzero(rest & (frontier.bound < self.goal_to_beat)))
             if grown is not None:
                 frontier = frontier.join(grown.take(np.flatnonzero(grown.bound < self.goal_to_beat)))
-        return self.goal_to_beat
+        return min(self.goal_to_beat, self.undecided)
 
     def _grow(self, picked: Open) -> Open | None:
         """Enumerate the small boxes, halve the others; bounds of the halves."""
@@ -155,8 +181,15 @@ class Tree:
             own = goal_bounds(self.rows, boxes, nodes.x, nodes.goal_weights, self.rounds, self.slope, self.constant)
             bound = np.maximum(bound, own)
         bound[boxes.lightest.sum(axis=1) > self.scene.total * (1.0 + KEPT)] = np.inf
+        if len(self.stock):
+            bound[short_of(self._fewest(nodes.cells), self.stock) > 0.0] = np.inf
         nodes.bound = bound
         return nodes.take(np.flatnonzero(np.isfinite(bound)))
+
+    def _fewest(self, cells: Places) -> FloatArray:
+        """Weights of each kind that any choice of these boxes takes, shape (n_boxes, n_kinds)."""
+        taken = [tree.fewest[cells[:, p]] for p, tree in enumerate(self.planes) if tree is not None]
+        return np.asarray(sum(taken))
 
     def _boxes(self, cells: Places) -> Boxes:
         centre, half = np.zeros(cells.shape, dtype=complex), np.zeros(cells.shape, dtype=complex)
@@ -175,23 +208,30 @@ class Tree:
         box = np.repeat(np.arange(len(totals)), totals)
         place = np.arange(len(box)) - np.repeat(np.cumsum(totals) - totals, totals)
         x, masses = np.zeros((len(box), cells.shape[1]), dtype=complex), np.zeros((len(box), cells.shape[1]))
+        places, used = np.full(x.shape, -1), np.zeros((len(box), len(self.stock)))
         for p, tree in enumerate(self.planes):
             if tree is not None:
                 at = tree.start[cells[box, p]] + place % sizes[box, p]
                 place //= sizes[box, p]
-                x[:, p], masses[:, p] = tree.points[at], tree.masses[at]
+                x[:, p], masses[:, p], places[:, p] = tree.points[at], tree.masses[at], tree.order[at]
+                used += tree.uses[at]
         self.leaves += len(box)
+        if len(self.stock):
+            there = short_of(used, self.stock) == 0.0
+            x, masses, places = x[there], masses[there], places[there]
+            if not len(x):
+                return
         if self.any_size:
-            self._finish(x, masses)
+            self._finish(x, masses, places)
             return
         values = judge(self.scene, x, masses)
         best = int(np.argmin(values))
-        self.offer(x[best], float(values[best]))
+        self.offer(x[best], float(values[best]), places[best])
 
-    def _finish(self, x: ComplexArray, masses: FloatArray) -> None:
+    def _finish(self, x: ComplexArray, masses: FloatArray, places: Places) -> None:
         """Choose the planes without a list, the others being fixed."""
         scene, free = self.scene, self.any_size
-        for row, mass in zip(x, masses, strict=True):
+        for row, mass, place in zip(x, masses, places, strict=True):
             left = scene.total - mass.sum()
             if left < 0:
                 continue
@@ -199,9 +239,21 @@ class Tree:
                 scene, G=scene.G[:, free], g=scene.g + scene.G @ row, F=scene.F[:, free], f=scene.f + scene.F @ row,
                 caps=scene.caps[free], mass=scene.mass[free], total=left, wedges=(None,) * len(free),
             )  # fmt: skip
-            answer = solve_convex(inner)
+            answer, bound = self._free_planes(inner)
+            extra = float(mass.sum()) if scene.goal == "correction" else 0.0
             if answer.x is not None:
                 full = row.copy()
                 full[free] = answer.x
-                extra = float(mass.sum()) if scene.goal == "correction" else 0.0
-                self.offer(full, answer.value + extra)
+                self.offer(full, answer.value + extra, place)
+            if not (answer.value - bound <= FINISHED * max(abs(answer.value), 1e-3) or bound == np.inf):
+                self.undecided = min(self.undecided, bound + extra)
+
+    def _free_planes(self, inner: Scaled) -> tuple[Convex, float]:
+        """The planes without a list outside their forbidden arcs, and a bound; inf where none is proven to fit."""
+        sectors = tuple(self.sectors[p] for p in self.any_size)
+        if not any(sectors):
+            answer = solve_convex(inner)
+            return answer, np.inf if answer.x is None and answer.factor > 1.0 else answer.bound
+        branched = solve_over_arcs(inner, sectors)
+        none = branched.best.x is None and branched.factor > 1.0
+        return branched.best, np.inf if none else branched.bound

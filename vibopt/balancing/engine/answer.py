@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
 from math import degrees
 
 import numpy as np
 
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.job import EngineJob
+from vibopt.balancing.engine.limit_prices import impasse, prices
 from vibopt.balancing.engine.shaking import Arms, arms, at_crank, free_weights, has_free_share, of_order, peak
 from vibopt.balancing.engine.solve import Balanced, balance, goal_table
 from vibopt.balancing.engine.tables import EngineLimitTable
@@ -16,11 +19,15 @@ from vibopt.forms import ComplexArray
 
 _ZERO = 1e-12
 _TINY = 1e-6
+_SAME = 0.01
+"""Percent below which two numbers of five digits are the same."""
 
 
 def solve_engine(job: EngineJob) -> Outcome:
     """Choose what is to be chosen, and say what the engine still does."""
+    start = time.perf_counter()
     found = balance(job)
+    took = time.perf_counter() - start
     here = arms(job, found.cranks)
     limits = {name: _held(job, found, one) for name, one in job.limits.items()}
     status, claim = found.status, found.claim
@@ -28,6 +35,9 @@ def solve_engine(job: EngineJob) -> Outcome:
         status, claim = _checked(job, found, here, limits)
     goal = goal_table(job)
     value = _measured(job, found, goal)
+    reason = impasse(job, took) if status == "infeasible" and job.limits else ""
+    words, unpriced = prices(job, found, limits, took) if status in ("optimal", "feasible") else ({}, "")
+    limits = {name: replace(one, buys=words.get(name, "")) for name, one in limits.items()}
     return Outcome(
         name=job.name,
         title=job.title,
@@ -38,9 +48,10 @@ def solve_engine(job: EngineJob) -> Outcome:
         measures={name: _held(job, found, one) for name, one in job.measures.items()},
         goal=None if job.goal is None else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        notes=_notes(job, found, here),
+        notes=(*_notes(job, found, here), *((unpriced,) if unpriced else ())),
         details={"classes": found.tried, "as_good": found.alike},
         expected=job.expected,
+        reason=reason,
     )
 
 
@@ -131,6 +142,14 @@ def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Entry]:
     return values
 
 
+def _more(full: float, cut: float, some: bool, unit: str) -> str:
+    """ "1200 N (+3 %)", "the same": what exact kinematics shows beside two orders, to a hundredth of a percent."""
+    if not some:
+        return f"{full:.5g} {unit} (all of it)"
+    percent = 100.0 * (full / cut - 1.0)
+    return "the same" if abs(percent) < _SAME else f"{full:.5g} {unit} ({percent:+.2g} %)"
+
+
 def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
     """Conventions, and what the textbook's two terms would have hidden."""
     notes = [
@@ -142,9 +161,8 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
     for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
         full, cut = (_clean(peak(one, couple), _size(job, couple)) for one in (exact, short))
         if max(full, cut) > _TINY * _size(job, couple):
-            off = f"{100.0 * (full / cut - 1.0):+.2g} %" if cut > _TINY * _size(job, couple) else "all of it"
             said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
-            notes.append(f"{said}; exact kinematics {full:.5g} {unit} ({off}).")
+            notes.append(f"{said}; exact kinematics {_more(full, cut, cut > _TINY * _size(job, couple), unit)}.")
     if any(u.sense < 0 or u.order == 2 for u in job.weights):
         notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")
     if job.is_search:

@@ -89,8 +89,8 @@ class _Cones:
 def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     """The x with the least goal that keeps the limits and the box."""
     n, n_goal = box.size, 1 if goal.worst else len(goal.constant)
-    size = float(np.abs(goal.constant).max()) or 1.0
     scale = _scales([goal, *limits], box)
+    size = float((np.abs(goal.constant) + np.abs(goal.slope) @ scale).max()) or 1.0
     n_all = n + n_goal + sum(0 if one.worst else len(one.constant) for one in limits)
     cones = _Cones()
     _add_box(cones, box, scale, n_all)
@@ -142,17 +142,20 @@ def _wide(slope: ComplexArray, n_all: int) -> ComplexArray:
 
 
 def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:
-    """Size of each x that matters: cancels the greatest constant; 1 for a share."""
-    constants = max([float(np.abs(one.constant).max(initial=0.0)) for one in rows[:1]] or [1.0]) or 1.0
-    slopes = np.abs(np.concatenate([one.slope for one in rows])).max(axis=0, initial=0.0)
-    scale = np.where(slopes > 0.0, constants / np.where(slopes > 0.0, slopes, 1.0), 1.0)
+    """Size of each x that matters: what cancels the constants and fills the limits of any row, no more than its cap."""
+    scale = np.zeros(box.size)
+    for one in rows:
+        wanted = float(np.abs(one.constant).max(initial=0.0)) + (one.limit if np.isfinite(one.limit) else 0.0)
+        slopes = np.abs(one.slope).max(axis=0, initial=0.0)
+        scale = np.maximum(scale, np.divide(wanted, slopes, out=np.zeros(box.size), where=slopes > 0.0))
     first = int(box.share is not None)
-    for k in range(len(box.caps)):
+    for k, cap in enumerate(box.caps):
         pair = slice(first + 2 * k, first + 2 * k + 2)
-        scale[pair] = scale[pair].max()
+        scale[pair] = min(float(scale[pair].max()), cap)
+    scale[scale == 0.0] = 1.0
     if first:
         scale[0] = 1.0
-    return np.asarray(scale)
+    return scale
 
 
 def _run(q: FloatArray, cones: _Cones) -> Any:

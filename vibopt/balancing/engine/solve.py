@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -46,39 +47,52 @@ def balance(job: EngineJob) -> Balanced:
         return Balanced(cranks, x, answer.status, answer.claim, way)
     best: Balanced | None = None
     best_rank: tuple[float, ...] = ()
-    tried, alike = 0, 1
-    for cranks in classes(job):
-        if job.even_firing and not is_even(best_firing(job, cranks)):
-            continue
+    tried, alike, open_ = 0, 1, 0
+    for cranks in settings(job):
         tried += 1
         found = arms(job, cranks)
         answer = weigh(job, found)
         if answer.x is None:
+            open_ += answer.status != "infeasible"
             continue
         rank = _rank(job, found, answer)
         order = _compare(rank, best_rank)
         alike = alike + 1 if order == 0 else 1 if order < 0 else alike
         if order < 0:
             best, best_rank = Balanced(cranks, answer.x, answer.status, answer.claim, "phasing"), rank
-    return _searched(job, best, tried, alike)
+    return _searched(job, best, tried, alike, open_)
 
 
-def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int) -> Balanced:
-    """The answer of a search with what was tried."""
+def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
+    """Crank angles per throw [rad] to be looked at: as given, or one of each class that may be chosen."""
+    if not job.is_search:
+        yield tuple(0.0 if one is None else one for one in job.cranks)
+        return
+    for cranks in classes(job):
+        if not job.even_firing or is_even(best_firing(job, cranks)):
+            yield cranks
+
+
+def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, undecided: int) -> Balanced:
+    """The answer of a search with what was tried; classes without an answer and without a proof leave it open."""
     said = f"all {count(job)} settings of the cranks, {tried} classes that differ"
+    if undecided:
+        said += f", {undecided} of them without an answer and without a proof that there is none"
     if best is None:
         none = tuple(0.0 if one is None else one for one in job.cranks)
-        claim = f"no setting keeps the limits: {said}" if tried else "no setting of the cranks fires evenly"
-        return Balanced(none, np.zeros(box_of(job).size), "infeasible", claim, "phasing", tried)
+        word = "found to keep" if undecided else "keeps"
+        claim = f"no setting {word} the limits: {said}" if tried else "no setting of the cranks fires evenly"
+        status = "unproven" if undecided else "infeasible"
+        return Balanced(none, np.zeros(box_of(job).size), status, claim, "phasing", tried)
     claim = f"{said}, {alike} as good as this one" if alike > 1 else f"{said}, none as good as this one"
-    status = best.status if best.status == "feasible" else "optimal"
+    status = "feasible" if undecided or best.status == "feasible" else "optimal"
     return Balanced(best.cranks, best.x, status, claim, best.way, tried, alike)
 
 
 def _rank(job: EngineJob, found: Arms, answer: Least) -> tuple[float, ...]:
     """The goal and the responses that decide between equals, each relative to its size."""
     now = found.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
-    sizes = [_size_of(job, False), _size_of(job, True)]
+    sizes = [size_of(job, False), size_of(job, True)]
     then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
     size = sizes[goal_table(job).is_couple]
     return (answer.value / size, *(of_order(now, t.is_couple, t.of_order) / sizes[t.is_couple] for t in then))
@@ -94,7 +108,7 @@ def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
     return 0
 
 
-def _size_of(job: EngineJob, couple: bool) -> float:
+def size_of(job: EngineJob, couple: bool) -> float:
     """Sum of all primary forces [N] or couples [N m], for comparing."""
     lever = [abs(one.at) if couple else 1.0 for one in job.cylinders]
     return float(sum(r * one.reciprocating for r, one in zip(lever, job.cylinders, strict=True))) * job.speed**2 or 1.0
@@ -110,6 +124,22 @@ def goal_table(job: EngineJob) -> EngineLimitTable:
 def box_of(job: EngineJob) -> Box:
     """Bounds of the choices."""
     return Box(job.share if has_free_share(job) else None, tuple(job.weights[k].cap for k in free_weights(job)))
+
+
+def goal_value(job: EngineJob, found: Balanced) -> float:
+    """The goal of an answer as the program counts it [N or N m]."""
+    return lengths(goal_table(job), arms(job, found.cranks)).value(found.x)
+
+
+def least_response(job: EngineJob, found: Arms, table: EngineLimitTable, more: Sequence[Lengths]) -> float | None:
+    """The least a response can be under the limits of the job and `more` of them, for given cranks; None: unknown."""
+    box, asked = box_of(job), lengths(table, found)
+    limits = [*(lengths(one, found, one.bound) for one in job.limits.values()), *more]
+    if box.size:
+        answer = least(asked, limits, box)
+        return None if answer.x is None else answer.value
+    none = np.zeros(0)
+    return asked.value(none) if all(one.value(none) <= one.limit * (1.0 + 1e-9) for one in limits) else None
 
 
 def weigh(job: EngineJob, found: Arms) -> Least:
@@ -131,7 +161,7 @@ def weigh(job: EngineJob, found: Arms) -> Least:
 
 def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least) -> Least:
     """Of all weights with the same goal the lightest: so that none is there for nothing."""
-    size = _size_of(job, goal_table(job).is_couple)
+    size = size_of(job, goal_table(job).is_couple)
     start = int(box.share is not None)
     picks = np.zeros((len(box.caps), box.size), dtype=complex)
     for k in range(len(box.caps)):

@@ -55,7 +55,7 @@ def correct(job: KnownJob) -> Correction:
             return exact
     if job.goal.minimise == "correction" and not np.isfinite(question.limits).any():
         return _no_balance(job, question)
-    from vibopt.balancing.pose import solve_question
+    from vibopt.balancing.prices import solve_question
 
     solved = solve_question(question)
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)

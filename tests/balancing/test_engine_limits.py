@@ -1,0 +1,174 @@
+"""Limits of engines: what each costs, where it stops to matter, and which of them cannot hold together."""
+
+from __future__ import annotations
+
+import re
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+import pytest
+
+from test_engine import engine, job_of, number_at, solved
+from vibopt.balancing.blocks import blocks_of
+from vibopt.balancing.engine import EngineJob
+from vibopt.balancing.engine import limit_prices as priced
+from vibopt.balancing.engine.shaking import Arms, arms, of_order
+from vibopt.balancing.engine.solve import balance, settings
+from vibopt.balancing.table import text_of
+from vibopt.units import read_quantity
+
+
+def four(**limits: str) -> dict[str, Any]:
+    """A four-cylinder engine with two capped shafts off its middle."""
+    document = engine(["0 deg", "180 deg", "180 deg", "0 deg"])
+    shaft = {"order": 2, "at": "20 mm", "unbalance": {"from": "0 g mm", "to": "3 kg mm"}}
+    document["balance_shafts"] = {
+        "left": {**shaft, "turns": "with rotation"},
+        "right": {**shaft, "turns": "against rotation"},
+    }
+    document["goal"] = {"minimise": "secondary_force"}
+    document["limits"] = {name: {"response": name, "at_most": bound} for name, bound in limits.items()}
+    return document
+
+
+def search(bound: str) -> dict[str, Any]:
+    """Five cylinders whose cranks are chosen."""
+    document = engine(["choose"] * 5, cranks=[f"{72 * k} deg" for k in range(5)])
+    document["goal"] = {"minimise": "primary_couple"}
+    document["limits"] = {"rock": {"response": "secondary_couple", "at_most": bound}}
+    return document
+
+
+def numbers(text: str, dimension: str) -> list[float]:
+    """Every quantity of a dimension in a sentence [SI]."""
+    unit = {"force": "k?N", "moment": "k?N m"}[dimension]
+    found = re.findall(rf"([\d.]+ {unit})(?= ->| buys|;|$|\.)", text)
+    return [read_quantity(one, dimension).value for one in found]
+
+
+def grid(job: EngineJob, here: Arms) -> tuple[np.ndarray, np.ndarray]:
+    """(secondary force, secondary couple) of every pair of shaft weights along the line on which they act."""
+    sizes = np.linspace(-3e-3, 3e-3, 801)
+    x = np.array([(a, 0.0, b, 0.0) for a in sizes for b in sizes])
+    both = np.array([here.constant[k, :, 2] + x @ here.slope[k, :, 2].T for k in (0, 1)])
+    force, couple = np.abs(both).sum(axis=2)
+    return force, couple
+
+
+def test_a_limit_says_what_a_tenth_more_buys_and_from_where_nothing_is_gained() -> None:
+    """Against all pairs of weights on a grid: the words are within its step."""
+    document = four(secondary_couple="400 N m")
+    answer = solved(document)
+    words = answer.limits["secondary_couple"].buys
+    bound, wider, until = numbers(words, "moment")
+    now, then = numbers(words, "force")
+    force, couple = grid(job_of(document), arms(job_of(document), (0.0, np.pi, np.pi, 0.0)))
+    assert (bound, wider) == (400.0, 440.0)
+    assert now == pytest.approx(force[couple <= bound].min(), rel=5e-3)
+    assert then == pytest.approx(force[couple <= wider].min(), rel=5e-3)
+    assert until == pytest.approx(couple[np.argmin(force)], rel=1e-3)
+    assert force[couple <= until * 0.99].min() > force.min() * 1.02
+    assert "What loosening a limit buys" in [one.title for one in blocks_of(answer, job_of(document))]
+    assert answer.to_json()["limits"]["secondary_couple"]["buys"] == words
+
+
+def test_a_limit_that_is_not_touched_has_no_price() -> None:
+    assert solved(four(secondary_couple="2 kN m")).limits["secondary_couple"].buys == ""
+
+
+@pytest.mark.parametrize("bound", [1000.0, 1150.0])
+def test_where_cranks_are_chosen_a_limit_costs_without_being_touched(bound: float) -> None:
+    """Against all 120 settings."""
+    document = search(f"{bound} N m")
+    answer, job = solved(document), job_of(document)
+    every = [arms(job, np.radians(one).tolist()).constant for one in permutations(range(0, 360, 72))]
+    pairs = np.array([(of_order(one, True, 1), of_order(one, True, 2)) for one in every])
+
+    def best(limit: float) -> float:
+        return float(pairs[pairs[:, 1] <= limit * (1 + 1e-9), 0].min())
+
+    words = answer.limits["rock"].buys
+    until = min(second for first, second in pairs if first <= best(np.inf) * (1 + 1e-9))
+    assert number_at(answer, "goal") == pytest.approx(best(bound))
+    found = numbers(words, "moment")
+    if best(bound * 1.1) < best(bound) * (1 - 1e-6):
+        assert found == pytest.approx([bound, bound * 1.1, best(bound), best(bound * 1.1), until], rel=5e-4)
+    else:
+        assert " buys nothing, " in words
+        assert found[-1] == pytest.approx(best(np.inf), rel=5e-4)
+
+
+def test_limits_that_cannot_hold_together_are_named_with_the_smallest_loosening() -> None:
+    """The grid of all weights keeps neither pair, and keeps each loosened one only from where the words say."""
+    document = four(secondary_couple="200 N m", secondary_force="5 kN", force="1 MN")
+    answer = solved(document)
+    assert (answer.status, answer.exit_code) == ("infeasible", 3)
+    assert answer.reason.startswith("These cannot hold together: secondary_couple, secondary_force. ")
+    assert "Smallest loosening of one: secondary_couple 200 N m -> " in answer.reason
+    assert answer.reason in " ".join(text_of(answer, job_of(document)).split())
+    assert answer.to_json()["reason"] == answer.reason
+    couple_needed = numbers(answer.reason.replace(",", ";"), "moment")[-1]
+    force_needed = numbers(answer.reason.replace(",", ";"), "force")[-1]
+    force, couple = grid(job_of(document), arms(job_of(document), (0.0, np.pi, np.pi, 0.0)))
+    assert couple_needed == pytest.approx(couple[force <= 5000.0].min(), rel=1e-2)
+    assert force_needed == pytest.approx(force[couple <= 200.0].min(), rel=1e-2)
+    for name, least in (("secondary_couple", f"{couple_needed} N m"), ("secondary_force", f"{force_needed} N")):
+        bounds = {"secondary_couple": "200 N m", "secondary_force": "5 kN", name: least}
+        assert solved(four(**bounds)).status == "optimal"
+
+
+def test_one_limit_beyond_reach_is_named_alone() -> None:
+    document = engine(["0 deg"], counterweight_share={"from": "0 %", "to": "100 %"})
+    document["goal"] = {"minimise": "primary_force"}
+    document["limits"] = {"floor": {"response": "primary_force", "at_most": "100 N"}}
+    answer = solved(document)
+    least = 0.5 * 0.5 * 0.045 * (6000 * np.pi / 30) ** 2  # half of the primary force is left at a share of one half
+    assert answer.reason.startswith("This cannot hold: floor. Smallest loosening of one: floor 100 N -> ")
+    assert numbers(answer.reason, "force")[-1] == pytest.approx(least, rel=2e-3)
+
+
+def test_no_setting_of_the_cranks_is_said_with_the_loosening() -> None:
+    answer = solved(search("100 N m"))
+    assert answer.status == "infeasible"
+    assert answer.reason.startswith("This cannot hold: rock. Smallest loosening of one: rock 100 N m -> ")
+    job = job_of(search("100 N m"))
+    least = min(of_order(arms(job, one).constant, True, 2) for one in settings(job))
+    assert numbers(answer.reason, "moment")[-1] == pytest.approx(least, rel=1e-3)
+
+
+def test_a_job_is_not_called_impossible_because_its_goal_starts_at_zero() -> None:
+    """The couple of a symmetric engine is nothing as it stands, and shafts that take the force away make one."""
+    document = four(secondary_force="5 kN")
+    document["goal"] = {"minimise": "secondary_couple"}
+    answer = solved(document)
+    force, couple = grid(job_of(document), arms(job_of(document), (0.0, np.pi, np.pi, 0.0)))
+    assert answer.status == "optimal"
+    assert number_at(answer, "goal") == pytest.approx(couple[force <= 5000.0].min(), rel=1e-2)
+
+
+def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(priced, "PATIENCE", -1.0)
+    assert solved(four(secondary_couple="400 N m")).notes[-1] == (
+        "No price was computed for secondary_couple: it takes too long."
+    )
+    assert solved(four(secondary_couple="200 N m", secondary_force="5 kN")).reason == (
+        "Which limits stand in the way was not computed: it takes too long."
+    )
+
+
+def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    from vibopt.balancing.engine.program import Least
+
+    def nothing(job: EngineJob, found: Arms) -> Least:
+        return Least(None, np.nan, -np.inf, "unproven", "the solver stopped")
+
+    monkeypatch.setattr("vibopt.balancing.engine.solve.weigh", nothing)
+    assert balance(job_of(search("1 kN m"))).status == "unproven"
+
+
+def test_a_difference_of_nothing_is_not_printed_as_a_percentage() -> None:
+    document = engine(["0 deg", "120 deg", "240 deg"], rod="100 m")
+    notes = " ".join(solved(document).notes)
+    assert "exact kinematics the same." in notes
+    assert "e-0" not in notes
