@@ -155,6 +155,34 @@ class ModeDamping:
 
 
 @dataclass(frozen=True, slots=True)
+class DecayRate:
+    """Least decay rate of free vibration, -max Re(pole) [1/s]; rigid motion, which nothing calls back, is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """One white noise.
+
+    vector
+        Shape (n_coords,): force on free coordinates, acceleration of bases, for a noise of one.
+    density
+        One-sided spectral density over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad].
+    """
+
+    name: str
+    vector: FloatArray
+    density: float
+
+
+@dataclass(frozen=True, slots=True)
+class RootMeanSquare:
+    """Root of the mean square of a response under independent white noises."""
+
+    output: Output
+    noises: tuple[Noise, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Monomials:
     """Sum of scale_j * prod_i x_i**exponents_ji.  scale (n,), exponents (n, n_vars)."""
 
@@ -162,4 +190,4 @@ class Monomials:
     exponents: FloatArray
 
 
-Form = Modulus | StaticRow | ModeFrequency | ModeDamping | Monomials
+Form = Modulus | StaticRow | ModeFrequency | ModeDamping | DecayRate | RootMeanSquare | Monomials

@@ -7,7 +7,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 from vibopt.errors import InputError
-from vibopt.scene.document import changed, parsed, text_of
+from vibopt.scene.document import changed, parsed, placed, text_of
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Answer: TypeAlias = Design | Solution
 
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
-_SCENE_TABLES = ("bodies", "bases", "links", "excitations")
+_SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
 
 
@@ -58,7 +58,7 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     """
     file = FilePath(path)
     text = text_of(file)
-    document = parsed(text, file.name)
+    document = placed(parsed(text, file.name), file.parent)
     job = _read(document, Mistakes(file.name, Locator(text)), file.parent)
     if not changes:
         return job

@@ -48,6 +48,8 @@ def twin(document: dict[str, Any], name: str) -> vo.Scene:
         machine.body(one, **words)
     for one in document.get("bases", {}):
         machine.base(one)
+    for one, words in document.get("absorbers", {}).items():
+        machine.absorber(one, **words)
     for one, words in document["links"].items():
         machine.link(one, **words)
     for one, words in document.get("excitations", {}).items():
@@ -420,6 +422,8 @@ def test_each_excitation_is_a_method_with_the_words_of_the_file(kind: str) -> No
 
 def test_each_part_is_a_method_with_the_words_of_the_file() -> None:
     methods: dict[str, Any] = {"bodies": vo.Machine.body, "bases": vo.Machine.base, "links": vo.Machine.link}
+    methods["absorbers"] = vo.Machine.absorber
+    methods["structures"] = vo.Machine.structure
     assert set(methods) == set(FAMILIES)
     tables: dict[str, Any] = dict(FAMILIES)
     for family, table in tables.items():

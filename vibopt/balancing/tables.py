@@ -142,7 +142,7 @@ def read_table(kind: type[Kind], table: object, path: Path, mistakes: Mistakes) 
     try:
         return kind.model_validate(dict(table))
     except ValidationError as error:
-        take(error, path, table, mistakes, list(kind.model_fields))
+        take(error, path, table, mistakes, kind)
         return None
 
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _COUNTED = {
     "bodies": ("body", "bodies"),
     "bases": ("base", "bases"),
+    "structures": ("structure", "structures"),
+    "absorbers": ("absorber", "absorbers"),
     "links": ("link", "links"),
     "excitations": ("excitation", "excitations"),
     "limits": ("limit", "limits"),

@@ -12,18 +12,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vibopt.design.build import machine_of
+from vibopt.design.noise import rms_of
 from vibopt.excitations import Excitation
-from vibopt.forms import Combine, ComplexArray, FloatArray
+from vibopt.forms import Band, Combine, ComplexArray, FloatArray
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import Extreme, greatest, least
-from vibopt.responses import HarmonicResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.drives import bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.values import SpeedRange
 
+_OTHERS = (0.118, 0.382, 0.764)
+"""Parts of a band at which a machine is also measured in full, whatever the worst speed."""
 TOLERANCE = 1e-9
 """Part of a bound by which a design may miss it: rounding, and no more."""
 
@@ -49,6 +52,8 @@ def measure_on(scene: Scene, machine: Machine, response: Response, side: str) ->
     """As `measure`, on a machine already built."""
     if isinstance(response, HarmonicResponse):
         return _harmonic(scene, machine, response, side)
+    if isinstance(response, RandomResponse):
+        return Measured(rms_of(scene, machine, response), {})
     if isinstance(response, NaturalFrequency) and isinstance(response.outside, SpeedRange):
         return Measured(_nearest_mode(machine, response.outside), {})
     return Measured(response.measure_static(machine), {})
@@ -83,9 +88,21 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     singular = np.concatenate([poles / line.order for line in lines])
     breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
     found = (least if want_least else greatest)(shaken, bands, singular, breaks)
-    if not np.isfinite(found.value) or not between:
+    if not np.isfinite(found.value) or (not between and machine.in_full is machine):
         return found
-    return Extreme(float(shaken(np.array([found.speed]))[0]), found.speed)
+    return _in_full(shaken, found, bands, want_least)
+
+
+def _in_full(shaken: Shaken, found: Extreme, bands: tuple[Band, ...], want_least: bool) -> Extreme:
+    """The extreme measured on the machine in full, there and at a few other speeds where that is another machine."""
+    machine = shaken.machine.in_full
+    full = replace(shaken, machine=machine)
+    speeds = [found.speed]
+    if machine is not shaken.machine:
+        speeds += [band.low + part * (band.high - band.low) for band in bands for part in _OTHERS if not band.is_point]
+    values = full(np.array(speeds))
+    worst = int(values.argmin() if want_least else values.argmax())
+    return Extreme(float(values[worst]), speeds[worst])
 
 
 @dataclass(frozen=True)
@@ -121,7 +138,7 @@ class Shaken:
     def _place(self, machine: Machine) -> str:
         """Where the excitation acts; the receiver, where its body has been joined with it."""
         on = self.excitation.on
-        if on in machine.masses or on in machine.bases:
+        if on in machine.places or on in machine.bases:
             return on
         assert isinstance(self.response, InsertionLoss)
         return next(one.ends[1] for one in self.machine.joints if one.name == self.response.across)
@@ -137,7 +154,9 @@ def joined(machine: Machine, link: str) -> Machine:
         a, b = (second if end == first else end for end in joint.ends)
         if a != b:
             joints.append(replace(joint, ends=(a, b)))
-    return Machine(masses, tuple(joints), machine.bases)
+    weights = {name: weight for name, weight in machine.weights.items() if name != first}
+    weights[second] += machine.weights[first]
+    return replace(machine, masses=masses, joints=tuple(joints), weights=weights)
 
 
 __all__ = ["TOLERANCE", "Measured", "joined", "machine_of", "measure", "measure_on"]

@@ -114,4 +114,4 @@ def usual_unit(scene: Scene, response: Response) -> str:
             for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):
                 if given is not None:
                     return str(given.unit)
-    return {"natural_frequency": "Hz", "insertion_loss": "dB"}.get(response.response, "")
+    return {"natural_frequency": "Hz", "own_frequency": "Hz", "insertion_loss": "dB"}.get(response.response, "")

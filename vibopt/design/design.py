@@ -45,6 +45,14 @@ class Chosen:
 
 
 @dataclass(frozen=True, slots=True)
+class Placed:
+    """A place as chosen, by its name, and the places that it was chosen from."""
+
+    value: str
+    options: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Price:
     """What a loosened limit buys, checked by solving again.
 
@@ -143,6 +151,8 @@ class Design:
         Each measured on the built machine.
     found
         `find_all`: intervals (low, high) in the user's unit, else None.
+    places
+        Places chosen, by path; `scene` is then the one in which they have been.
     method
         Name of the method that answered.
     timings
@@ -165,6 +175,7 @@ class Design:
     reason: str = ""
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    places: Mapping[str, Placed] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass
 from math import isinf, isnan
 from typing import Any
 
-from vibopt.design.design import Checked, Chosen, Conflict, Design, Price, Shown
+from vibopt.design.design import Checked, Chosen, Conflict, Design, Placed, Price, Shown
 from vibopt.design.words import notes_of
 
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
@@ -27,7 +27,10 @@ def as_json(design: Design) -> dict[str, Any]:
         "claim": design.claim,
         "reason": design.reason,
         "goal": _goal(design),
-        "variables": {path: _chosen(one) for path, one in design.variables.items()},
+        "variables": {
+            **{path: _placed(one) for path, one in design.places.items()},
+            **{path: _chosen(one) for path, one in design.variables.items()},
+        },
         "limits": {name: _checked(one) for name, one in design.limits.items()},
         "measures": {name: _checked(one) for name, one in design.measures.items()},
         "set": None if design.found is None else [[plain(low), plain(high)] for low, high in design.found],
@@ -83,6 +86,10 @@ def _goal(design: Design) -> dict[str, Any] | None:
 
 def _chosen(chosen: Chosen) -> dict[str, Any]:
     return {**plain(chosen.value), "at_bound": chosen.at_bound}
+
+
+def _placed(placed: Placed) -> dict[str, Any]:
+    return {"value": placed.value, "unit": "", "shown": placed.value, "at_bound": "", "one_of": list(placed.options)}
 
 
 def _checked(checked: Checked) -> dict[str, Any]:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from vibopt.design.build import machine_of
+from vibopt.design.noise import why_infinite
+from vibopt.responses import RandomResponse
+from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 
 
@@ -15,21 +18,41 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
     notes += soft_floor(scene, chosen)
+    notes += random_notes(scene, chosen)
     return tuple(notes)
 
 
 def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """A warning for every mount that stands on a body held less than ten times as stiffly."""
     machine = machine_of(scene, chosen)
+    mounts = [one for one in machine.joints if one.name not in machine.tuned]
     notes = []
-    for mount in machine.joints:
+    for mount in mounts:
         floor = mount.ends[1]
         if mount.stiffness == 0.0 or floor not in machine.masses or mount.ends[0] not in machine.masses:
             continue
-        under = sum(one.stiffness for one in machine.joints if floor in one.ends and one is not mount)
+        under = sum(one.stiffness for one in mounts if floor in one.ends and one is not mount)
         if 0.0 < under < 10.0 * mount.stiffness:
             notes.append(
                 f"{floor} is held only {under / mount.stiffness:.2g} times as stiffly as {mount.name}: "
                 "it moves too, and the answer counts with it; on a rigid floor it would be another."
             )
+    return notes
+
+
+def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """How noises add up, and why a root mean square is infinite."""
+    asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
+    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
+    if scene.goal is not None:
+        asked["goal"] = scene.goal.response
+    random = {where: one for where, one in asked.items() if isinstance(one, RandomResponse)}
+    notes = []
+    if any(len(names_for(scene, one)) > 1 for one in random.values()):
+        notes.append("White noises are taken as independent: their mean squares add.")
+    machine = machine_of(scene, chosen) if random else None
+    for where, one in random.items():
+        why = why_infinite(scene, machine, one) if machine is not None else ""
+        if why:
+            notes.append(f"{where}: {one.response} is infinite, for {why}.")
     return notes

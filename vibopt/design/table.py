@@ -121,8 +121,10 @@ def _write(design: Design, console: Console) -> None:
 
 
 def _values_and_limits(design: Design, console: Console) -> None:
-    if design.variables:
+    if design.variables or design.places:
         section(console, "Design", grid(_values(design)))
+    if design.places:
+        section(console, "Places", grid(_places(design)))
     if design.limits:
         heads = ("Limit", "Worst", "Allowed", "Margin")
         title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
@@ -154,10 +156,18 @@ def _found(design: Design, console: Console) -> None:
 
 def _values(design: Design) -> list[tuple[str, ...]]:
     ranges = {variable.path: range_words(variable) for variable in design.scene.variables}
-    return [
+    placed: list[tuple[str, ...]] = [
+        (path, one.value, f"chosen from {', '.join(one.options)}") for path, one in design.places.items()
+    ]
+    return placed + [
         (path, one.value.shown, ENDS.get(one.at_bound, "") or f"chosen from {ranges.get(path, '')}".strip())
         for path, one in design.variables.items()
     ]
+
+
+def _places(design: Design) -> list[tuple[str, ...]]:
+    """What was found at each place, or each combination of places."""
+    return [(one["place"], one["status"], one["goal"]) for one in design.details.get("places", ())]
 
 
 def _limit(one: Checked, design: Design) -> tuple[str, ...]:

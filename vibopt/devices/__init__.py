@@ -1,9 +1,19 @@
 """Devices: what a scene is made of.  Each leaves names and terms on the model."""
 
+from vibopt.devices.absorber import AbsorberTable
 from vibopt.devices.base import BaseTable
 from vibopt.devices.body import BodyTable
+from vibopt.devices.device import Device
 from vibopt.devices.link import LinkTable
+from vibopt.devices.structure import StructureTable
 
-FAMILIES = {"bodies": BodyTable, "bases": BaseTable, "links": LinkTable}
+FAMILIES: dict[str, type[Device]] = {
+    "bodies": BodyTable,
+    "bases": BaseTable,
+    "structures": StructureTable,
+    "absorbers": AbsorberTable,
+    "links": LinkTable,
+}
+"""By table of the problem file, in the order in which they add to the model."""
 
-__all__ = ["FAMILIES", "BaseTable", "BodyTable", "LinkTable"]
+__all__ = ["FAMILIES", "AbsorberTable", "BaseTable", "BodyTable", "Device", "LinkTable", "StructureTable"]

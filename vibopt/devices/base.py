@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
-from vibopt.values import Table
+from collections.abc import Mapping
+from typing import Any
+
+from vibopt.devices.device import Device
+from vibopt.mechanics.builder import ModelBuilder
 
 
-class BaseTable(Table):
+class BaseTable(Device):
     """`[bases.NAME]`: nothing to say here; its motion is an excitation."""
+
+    @classmethod
+    def supports_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        return (name,)
+
+    def declare(self, builder: ModelBuilder, name: str) -> None:
+        builder.add_base(name)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, model_validator
 
+from vibopt.devices.device import Device, Ends
+from vibopt.devices.spring import Beam, Shaft
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Table, Value, number, word
+from vibopt.values import Fact, Value, number, word
 from vibopt.values.fields import complaint
 
 
@@ -21,15 +24,23 @@ def _two_ends(given: object) -> object:
     return tuple(given)
 
 
-Ends = Annotated[tuple[str, str], BeforeValidator(_two_ends)]
+TwoEnds = Annotated[Ends, BeforeValidator(_two_ends)]
+_ALONG = ("stiffness", "beam", "damping", "dynamic_to_static")
+_AROUND = ("torsional_stiffness", "shaft", "torsional_damping")
+_SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "beam")
+_DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
 
 
-class LinkTable(Table):
+class LinkTable(Device):
     """`[links.NAME]`: stiffness and damping of one single mount, and how many there are."""
 
-    between: Ends
+    between: TwoEnds
     stiffness: Value | None = number("stiffness")
+    torsional_stiffness: Value | None = number("torsional_stiffness")
+    shaft: Shaft | None = None
+    beam: Beam | None = None
     damping: Value | None = number("damping", sign="not negative")
+    torsional_damping: Value | None = number("torsional_damping", sign="not negative")
     damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
     relative_to: str | None = None
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
@@ -38,38 +49,93 @@ class LinkTable(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> LinkTable:
-        if self.stiffness is None and self.damping is None:
+        springs, dampers = self._given(_SPRINGS), self._given(_DAMPERS)
+        if not springs and self.damping is None and self.torsional_damping is None:
             raise word('has neither stiffness nor damping. Write stiffness = "200 kN/m".')
-        given = [key for key in ("damping", "damping_ratio", "loss_factor") if getattr(self, key) is not None]
-        if len(given) > 1:
-            raise word(f"gives {' and '.join(given)}. Keep one: they are three ways to say the damping of one link.")
-        needs = [key for key in ("damping_ratio", "loss_factor", "dynamic_to_static") if getattr(self, key) is not None]
-        if self.stiffness is None and needs:
+        if len(springs) > 1:
+            raise word(f"gives {' and '.join(springs)}. Keep one: they are ways to say the stiffness of one link.")
+        if len(dampers) > 1:
+            raise word(f"gives {' and '.join(dampers)}. Keep one: they are three ways to say the damping of one link.")
+        along, around = self._given(_ALONG), self._given(_AROUND)
+        if along and around:
+            raise word(
+                f"gives {along[0]}, which is along a line, and {around[0]}, which is about an axis. A link is one or "
+                "the other."
+            )
+        needs = self._given(("damping_ratio", "loss_factor", "dynamic_to_static"))
+        if not springs and needs:
             raise word(f"has a {needs[0]} but no stiffness to which it belongs. Add the stiffness.")
         if self.relative_to is not None and self.damping_ratio is None:
             raise word("has relative_to without damping_ratio. Remove it, or give the damping ratio.")
         return self
 
-    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols, mass: Monomial | None) -> None:
-        """Add the terms of the whole group; `mass` [kg] is what the damping ratio refers to."""
+    def _given(self, keys: tuple[str, ...]) -> list[str]:
+        return [key for key in keys if getattr(self, key) is not None]
+
+    @property
+    def says_line(self) -> str:
+        """A key that says that it is along a line; "" where none does."""
+        return next(iter(self._given(_ALONG)), "")
+
+    @property
+    def says_axis(self) -> str:
+        """A key that says that it is about an axis; "" where none does."""
+        return next(iter(self._given(_AROUND)), "")
+
+    @property
+    def has_spring(self) -> bool:
+        return bool(self._given(_SPRINGS))
+
+    @property
+    def damper(self) -> str:
+        """The key that says the viscous damping."""
+        return "torsional_damping" if self.torsional_damping is not None else "damping"
+
+    @classmethod
+    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        return (name,)
+
+    def joins(self, name: str) -> dict[str, Ends]:
+        return {name: self.between}
+
+    def springs(self, name: str) -> tuple[str, ...]:
+        return (name,) if self.has_spring else ()
+
+    def spring(self, name: str, symbols: Symbols) -> Monomial | None:
+        """Stiffness of one single mount [N/m] or [N m/rad]; None where there is no spring."""
+        if self.beam is not None:
+            return Monomial(self.beam.stiffness)
+        if self.shaft is not None:
+            return self.shaft.spring(f"links.{name}.shaft", symbols)
+        for key in ("stiffness", "torsional_stiffness"):
+            value = getattr(self, key)
+            if value is not None:
+                return symbols.read(f"links.{name}.{key}", value)
+        return None
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Add the terms of the whole group; its damping ratio refers to the mass of one body."""
 
         def symbol(key: str) -> Monomial:
             value: Any = getattr(self, key)
             return symbols.read(f"links.{name}.{key}", value)
 
+        bodies = builder.families.get("bodies", ())
+        mass = builder.masses.get(self.relative_to or (bodies[0] if len(bodies) == 1 else ""))
         many = symbol("count") if self.count is not None else Monomial(1.0)
         builder.add_link(name, self.between, many)
         ratio = self.dynamic_to_static.value if self.dynamic_to_static is not None else 1.0
-        if self.stiffness is not None:
-            stiffness = many * symbol("stiffness")
+        single = self.spring(name, symbols)
+        stiffness = many * single if single is not None else None
+        if stiffness is not None:
             builder.add_stiffness(name, stiffness, 1.0 / ratio)
             if self.loss_factor is not None:
                 builder.add_hysteretic(name, stiffness * symbol("loss_factor"))
             if self.damping_ratio is not None and mass is not None:
                 builder.ratios[name] = symbol("damping_ratio")
                 builder.add_damping(name, (symbol("damping_ratio") * (stiffness * mass) ** 0.5).times(2.0))
-        if self.damping is not None:
-            damping = many * symbol("damping")
+        if getattr(self, self.damper) is not None:
+            damping = many * symbol(self.damper)
             builder.add_damping(name, damping)
-            if self.stiffness is not None and mass is not None:
+            if stiffness is not None and mass is not None:
                 builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)

@@ -121,6 +121,7 @@ class Excitation(Table):
     family: ClassVar[str] = "bodies"
     of_vehicle: ClassVar[bool] = False
     inherent: ClassVar[bool] = False
+    random: ClassVar[bool] = False
 
     @property
     def variation(self) -> str | Amplitude | None:

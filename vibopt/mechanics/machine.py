@@ -6,7 +6,8 @@ works in real arithmetic, and reads forces off the balance of inertia where it c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -50,13 +51,49 @@ class Motion:
     omega: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class Tuned:
+    """What an absorber is compared with: a mass [kg] or [kg m^2], and a frequency [rad/s], 0 where there is none."""
+
+    mass: float
+    frequency: float
+
+
 @dataclass(frozen=True)
 class Machine:
-    """Masses [kg] by body, joints, names of moving bases."""
+    """A chain of bodies.
+
+    masses
+        By body [kg], or [kg m^2] where it turns.
+    joints
+        Links, and the springs and dampers of absorbers.
+    bases
+        Names of moving bases.
+    weights
+        Part of each mass on which gravity acts along the coordinate [kg].
+    tuned
+        Absorbers by name.
+    """
 
     masses: dict[str, float]
     joints: tuple[Joint, ...]
     bases: tuple[str, ...] = ()
+    weights: Mapping[str, float] = field(default_factory=dict)
+    tuned: Mapping[str, Tuned] = field(default_factory=dict)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Everything that moves freely, by name."""
+        return tuple(self.masses)
+
+    @property
+    def in_full(self) -> Machine:
+        """The same machine, nothing shortened to save time."""
+        return self
+
+    def joint(self, name: str) -> Joint:
+        """The joint of a name."""
+        return next(one for one in self.joints if one.name == name)
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """Motion under forces [N] on bodies and motions [m] of bases, each of the shape of `omega`.
@@ -217,7 +254,7 @@ class Machine:
     def poles(self) -> ComplexArray:
         """Complex frequencies of free motion [rad/s], shape (2 n,), time factor e^{i w t}."""
         mass, damping, stiffness, hysteretic = self.matrices()
-        n = len(self.masses)
+        n = len(mass)
         inverse = np.diag(1.0 / np.diag(mass))
         complex_stiffness = stiffness + 1j * hysteretic
         size = np.sqrt(np.abs(inverse @ complex_stiffness).max() + np.abs(inverse @ damping).max() ** 2)
@@ -258,7 +295,7 @@ class Machine:
         """Displacement of every point under the weights [m], down positive; None when nothing holds it."""
         names = list(self.masses)
         flexibility_free = np.zeros((len(names), len(names)))
-        load = np.array([self.masses[name] * GRAVITY for name in names])
+        load = np.array([self.weights[name] * GRAVITY for name in names])
         for joint in self.joints:
             at = [names.index(end) for end in joint.ends if end in self.masses]
             for i in at:

@@ -24,7 +24,8 @@ class Term:
     vector
         b, shape (n_coords,).
     static_scale
-        `scale` where only weights act; static and dynamic stiffness differ for rubber.
+        `scale` where only weights act: static and dynamic stiffness differ for rubber, and gravity has no
+        hold on an inertia that turns (0).
     owner
         Name of the body or link that it belongs to.
     """
@@ -42,7 +43,7 @@ class Model:
     """Linear model M, C, K on named coordinates, affine in its terms.
 
     points
-        Per body or base the row that reads its displacement, shape (n_coords,).
+        Per point (body, base) the row that reads its displacement, shape (n_coords,).
     n_free
         Number of free coordinates.
     terms
@@ -55,8 +56,14 @@ class Model:
         Per link the number of identical mounts in it.
     ratios
         Per link that has one, its damping ratio.
+    properties
+        Own numbers of a device by its name and the word for them, ("tmd", "tuning").
+    families
+        Names by the family of the file that they come from.
     basis
         Coordinates of the full model from these, shape (n_full, n_coords); empty where they are the same.
+    left_out, remarks
+        Degrees of freedom of structures that the points do not need, and how good the rest is, in words.
     """
 
     points: dict[str, FloatArray]
@@ -66,7 +73,11 @@ class Model:
     ends: dict[str, tuple[str, str]] = field(default_factory=dict)
     counts: dict[str, Monomial] = field(default_factory=dict)
     ratios: dict[str, Monomial] = field(default_factory=dict)
+    properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
+    families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    left_out: int = 0
+    remarks: tuple[str, ...] = ()
 
     @cached_property
     def kinds(self) -> IntArray:
@@ -102,6 +113,23 @@ class Model:
         value: FloatArray = scales * powers.prod(axis=-1)
         return value
 
+    def extent(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest coefficient of each term on boxes (..., n_vars), each (..., n_terms)."""
+        rising = self.exponents > 0.0
+        here, there = np.asarray(low)[..., None, :], np.asarray(high)[..., None, :]
+        with np.errstate(divide="ignore"):
+            least = np.where(rising, here, there) ** self.exponents
+            most = np.where(rising, there, here) ** self.exponents
+        unused = self.exponents == 0.0
+        small: FloatArray = self.scales * np.where(unused, 1.0, least).prod(axis=-1)
+        large: FloatArray = self.scales * np.where(unused, 1.0, most).prod(axis=-1)
+        return small, large
+
+    @cached_property
+    def mixed(self) -> bool:
+        """Whether a variable raises some term and lowers another."""
+        return bool(((self.exponents > 0.0).any(axis=0) & (self.exponents < 0.0).any(axis=0)).any())
+
     def slopes(self, x: FloatArray) -> FloatArray:
         """d(log coefficient)/d(log x) is constant; this is d(coefficient)/dx, shape (n_terms, n_vars)."""
         return self.values(x)[:, None] * self.exponents / np.asarray(x)[None, :]
@@ -125,7 +153,8 @@ class Model:
     def weights(self, p: FloatArray) -> FloatArray:
         """Mass that gravity acts on per coordinate [kg], shape (n_coords,), at coefficients p (n_terms,).
 
-        Every body's own row points along gravity, so each inertia term weighs on its own coordinate.
+        Every body's own row points along gravity, so each inertia term weighs on its own coordinate; with
+        the static coefficients, of those that turn nothing is left.
         """
         chosen = self.kinds == INERTIA
         total: FloatArray = p[chosen] @ self.vectors[chosen]

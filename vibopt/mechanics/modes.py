@@ -86,3 +86,22 @@ def damping_ratios(model: Model, p: FloatArray) -> FloatArray:
         if a * b > 0
     ]
     return np.sort(np.concatenate([turning.imag / np.abs(turning), np.array(pairs)]))
+
+
+def decay_rates(model: Model, p: FloatArray) -> FloatArray:
+    """Decay rate of every pole [1/s], Im w, ascending; poles of rigid motion, which are at zero, are left out."""
+    w = poles(model, p)
+    kept = np.argsort(np.abs(w))[rigid_count(model, p) :]
+    return np.sort(np.maximum(w[kept].imag, 0.0))
+
+
+def rigid_count(model: Model, p: FloatArray) -> int:
+    """Number of poles at zero: one per motion that no spring holds, a second one where no damper does either."""
+    n = model.n_free
+    loose = 0
+    for kinds in ((STIFFNESS, HYSTERETIC), (STIFFNESS, HYSTERETIC, DAMPING)):
+        rows = model.vectors[np.isin(model.kinds, kinds) & (p > 0.0), :n]
+        sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+        rows = rows[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
+        loose += n - (int(np.linalg.matrix_rank(rows, tol=1e-10)) if len(rows) else 0)
+    return loose

@@ -7,7 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms import (
+    DecayRate,
+    Drive,
+    FloatArray,
+    Form,
+    ModeDamping,
+    ModeFrequency,
+    Modulus,
+    Monomials,
+    RootMeanSquare,
+    StaticRow,
+)
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.rational import Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
 from vibopt.program.resonant import applies, resonant_floor
@@ -30,9 +41,13 @@ class FormBounds:
     @property
     def bounded(self) -> bool:
         """Whether this form has bounds on boxes at all."""
+        if isinstance(self.form, Modulus | StaticRow) and self.model.mixed:
+            return False
         if isinstance(self.form, Modulus):
             several = sum(len(drive.lines) for drive in self.form.drives) > 1
             return not (self.form.combine == "peak" and several)
+        if isinstance(self.form, RootMeanSquare | DecayRate):
+            return False
         return not isinstance(self.form, ModeDamping) or self.model.n_free == 1
 
     def add(self, speeds: dict[str, float]) -> bool:
@@ -69,6 +84,8 @@ class FormBounds:
         For a harmonic form: lower bound of the greatest, upper bound of the least over its speeds.
         """
         form = self.form
+        if not self.bounded:
+            return np.zeros(len(low)), np.full(len(low), np.inf)
         if isinstance(form, Modulus):
             return self._modulus(form, low, high)
         if isinstance(form, Monomials):
@@ -134,7 +151,7 @@ class FormBounds:
     def _corner(
         self, low: FloatArray, high: FloatArray
     ) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-        small, large = self.model.values(low), self.model.values(high)
+        small, large = self.model.extent(low, high)
         return (small, large), (large, small)
 
     def _frequency(self, springs: FloatArray, masses: FloatArray, mode: int) -> FloatArray:
@@ -154,7 +171,7 @@ class FormBounds:
         if not self.bounded:
             return np.zeros(len(low)), np.full(len(low), np.inf)
         model = self.model
-        small, large = model.values(low), model.values(high)
+        small, large = model.extent(low, high)
         square = model.vectors[:, 0] ** 2
 
         def total(values: FloatArray, kind: int) -> FloatArray:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.forms import (
+    DecayRate,
     Drive,
     FloatArray,
     Form,
@@ -23,6 +24,7 @@ from vibopt.forms import (
     Modulus,
     Monomials,
     Output,
+    RootMeanSquare,
     StaticRow,
 )
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
@@ -303,8 +305,8 @@ class SampledProgram:
             log = self._frequency(limit.model, mode)
             self.rows.append((log - low) * (high - log) / (high - low))
 
-    def _first_order(self, model: Model, form: ModeDamping) -> Any:
-        """Log of a modal damping ratio to first order in y about the reference."""
+    def _first_order(self, model: Model, form: ModeDamping | DecayRate | RootMeanSquare) -> Any:
+        """Log of a modal damping ratio, a decay rate or a mean square to first order in y about the reference."""
         import casadi
 
         value = plain_value(model, form, self.reference)

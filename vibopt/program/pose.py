@@ -4,31 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from vibopt.devices.symbols import Symbols
 from vibopt.forms import Form
-from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Axis, Limit, Program, Side
 from vibopt.program.reduce import reduced
-from vibopt.responses import HarmonicResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.natural_frequency import NaturalFrequency
-from vibopt.scene.drives import combine_for, drives_for
+from vibopt.scene.assemble import model_of
+from vibopt.scene.drives import combine_for, drives_for, noises_for
 from vibopt.scene.scene import MINIMISE, Scene
 from vibopt.values import SpeedRange
-
-
-def model_of(scene: Scene) -> Model:
-    """The full mechanical model of a scene, one coordinate a body."""
-    symbols = Symbols({variable.path: i for i, variable in enumerate(scene.variables)})
-    builder = ModelBuilder(len(scene.variables), list(scene.bodies), list(scene.bases))
-    for name, body in scene.bodies.items():
-        body.add_to(builder, name, symbols)
-    only = next(iter(scene.bodies)) if len(scene.bodies) == 1 else None
-    for name, link in scene.links.items():
-        relative = link.relative_to or only
-        mass = scene.bodies[relative].mass_of(relative, symbols) if relative is not None else None
-        link.add_to(builder, name, symbols, mass)
-    return builder.build()
 
 
 def pose(scene: Scene, *, reduce: bool = True) -> Program:
@@ -65,9 +50,10 @@ def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = T
 def form_of(scene: Scene, model: Model, response: Response) -> Form:
     """The form of one response on a model."""
     if isinstance(response, HarmonicResponse):
-        coords = (*scene.bodies, *scene.bases)
-        drives = tuple(model.carry(drive) for drive in drives_for(scene, response, coords))
+        drives = drives_for(scene, response, model.points)
         return response.form(model, drives, combine_for(scene, response))
+    if isinstance(response, RandomResponse):
+        return response.noise_form(model, noises_for(scene, response, model.points))
     return response.form(model, (), "sum")
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus, Output, StaticRow
+from vibopt.forms import FloatArray, Form, Modulus, Output, RootMeanSquare, StaticRow
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 
 _TINY = 1e-13
@@ -25,14 +25,16 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
-    if n == 1 or not isinstance(form, Modulus | StaticRow) or (isinstance(form, Modulus) and form.rigid_link):
+    if n == 1 or not isinstance(form, Modulus | StaticRow | RootMeanSquare):
+        return model
+    if isinstance(form, Modulus) and form.rigid_link:
         return model
     static = isinstance(form, StaticRow)
     root, operators, singles = _operators(model, static=static)
-    reach = _closure(root.T @ np.array(_loads(model, form)).T[:n], operators, singles)
+    reach = closure(root.T @ np.array(_loads(model, form)).T[:n], operators, singles)
     read = [form.row] if isinstance(form, StaticRow) else rows_of(model, form.output)
     seen = reach.T @ (root.T @ np.array(read).T[:n])
-    kept = reach @ _closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
+    kept = reach @ closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
     return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept, drop=True)
 
 
@@ -47,10 +49,13 @@ def reason(declared: int, used: int) -> str:
     return f"{modes} not excited or not observed"
 
 
-def _loads(model: Model, form: Modulus | StaticRow) -> list[FloatArray]:
+def _loads(model: Model, form: Modulus | StaticRow | RootMeanSquare) -> list[FloatArray]:
     if isinstance(form, StaticRow):
-        return [term.vector for term in model.terms if term.kind == INERTIA]
-    loads = [line.vector.real for drive in form.drives for line in drive.lines]
+        return [term.vector for term in model.terms if term.kind == INERTIA and term.static_scale]
+    if isinstance(form, RootMeanSquare):
+        loads = [noise.vector for noise in form.noises]
+    else:
+        loads = [line.vector.real for drive in form.drives for line in drive.lines]
     if any(load[model.n_free :].any() for load in loads):
         loads += [row for row in model.vectors if row[model.n_free :].any()]
     return loads
@@ -60,7 +65,8 @@ def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[
     """M^-1/2 at nominal masses, the fixed operators and the rank-one vectors of variable terms."""
     n = model.n_free
     fixed = ~model.exponents.any(axis=1) if model.n_vars else np.ones(len(model.terms), dtype=bool)
-    p = (model.static_scales if static else model.scales) * np.where(fixed, 1.0, 0.0)
+    scales = np.where(model.kinds == INERTIA, model.scales, model.static_scales) if static else model.scales
+    p = scales * np.where(fixed, 1.0, 0.0)
     mass = model.matrix(INERTIA, p)[:n, :n]
     for t in np.flatnonzero(~fixed & (model.kinds == INERTIA)):
         row = model.vectors[t, :n]
@@ -71,7 +77,7 @@ def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[
     return root, [one for one in operators if one.any()], singles
 
 
-def _closure(start: FloatArray, operators: list[FloatArray], singles: FloatArray) -> FloatArray:
+def closure(start: FloatArray, operators: list[FloatArray], singles: FloatArray) -> FloatArray:
     """Orthonormal basis of the smallest invariant space that holds `start`, shape (n, r)."""
     basis = np.zeros((start.shape[0], 0))
     todo = list(start.T)

@@ -28,7 +28,7 @@ def applies(model: Model, form: Modulus) -> bool:
 
 def resonant_floor(model: Model, form: Modulus, low: FloatArray, high: FloatArray) -> FloatArray:
     """Lower bound of the greatest value on boxes (n_boxes, n_vars), shape (n_boxes,); 0 where it says nothing."""
-    small, large = model.values(low), model.values(high)
+    small, large = model.extent(low, high)
     square = model.vectors[:, 0] ** 2
 
     def total(values: FloatArray, kind: int) -> FloatArray:

@@ -14,22 +14,27 @@ import numpy as np
 
 from vibopt.forms import (
     ComplexArray,
+    DecayRate,
     Drive,
     FloatArray,
     Form,
     Line,
+    ModeDamping,
     ModeFrequency,
     Modulus,
     Monomials,
     Output,
+    RootMeanSquare,
     StaticRow,
 )
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.harmonic import dynamic_stiffness, impedances
+from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, modal_of
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.mechanics.peaks import Extreme, least, peaks
 from vibopt.mechanics.statics import sag
+from vibopt.program.noise import root_mean_square_slope
+from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
 
 _STEP = 1e-6
@@ -75,6 +80,8 @@ def local_extremes(model: Model, form: Form, x: FloatArray, *, least_wanted: boo
         per_drive = [_of_drive(model, form, drive, x, least_wanted, within) for drive in form.drives]
         found = [_together(form, combo) for combo in islice(product(*per_drive), 4 * _MOST)]
         return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:_MOST]
+    if least_wanted and isinstance(form, DecayRate | ModeDamping):
+        return _of_poles(model, form, x)
     return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x))]
 
 
@@ -89,7 +96,25 @@ def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
         return of_mode
     if isinstance(form, StaticRow):
         return _static_slope(model, form, x)
+    if isinstance(form, RootMeanSquare):
+        return root_mean_square_slope(model, form, x)
+    pieces = pole_pieces(model, form, x) if isinstance(form, DecayRate | ModeDamping) else []
+    if pieces and pieces[0][0] > 0.0:
+        return pieces[0][1] / pieces[0][0]
     return _by_differences(lambda at: plain_value(model, form, at), x)
+
+
+def _of_poles(model: Model, form: DecayRate | ModeDamping, x: FloatArray) -> list[Local]:
+    """Every pole near the least decay rate (damping ratio) as a piece of its own, the least first.
+
+    Two poles that meet have no slope where they do; beside that, each has one.
+    """
+    pieces = pole_pieces(model, form, x)
+    if not pieces:
+        return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x))]
+    return [
+        Local(_log(value), slope / value if value > 0.0 else 0.0 * slope, (speed,)) for value, slope, speed in pieces
+    ]
 
 
 def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -144,12 +169,24 @@ def extremes_of(
         if least_wanted:
             return sorted((o for o in found if o.value * within <= min(values)), key=lambda o: o.value)
         return sorted((o for o in found if o.value >= within * max(values)), key=lambda o: -o.value)
-    singular, breaks = singularities(model, form, drive, x)
-    response = DriveResponse(model, form, drive, x)
+    modal = modal_of(model, model.values(x))
+    singular, breaks = singularities(model, form, drive, x, modal)
+    response = DriveResponse(model, form, drive, x, modal)
     if least_wanted:
-        return [least(response, drive.bands, singular, breaks)]
+        return _direct(response, [least(response, drive.bands, singular, breaks)])
     found = peaks(response, drive.bands, singular, breaks, within=within)[:_ENOUGH]
-    return [one for one, real in zip(found, _is_peak(response, drive, found), strict=True) if real]
+    return _direct(response, [one for one, real in zip(found, _is_peak(response, drive, found), strict=True) if real])
+
+
+def _direct(response: DriveResponse, found: list[Extreme]) -> list[Extreme]:
+    """The extremes that count, with values solved directly where they were found through modes."""
+    if response.modal is None or not found:
+        return found
+    kept = found[: 2 * _MOST]
+    values = replace(response, modal=None)(np.array([one.speed for one in kept])).tolist()
+    return [
+        replace(one, value=value) if np.isfinite(one.value) else one for one, value in zip(kept, values, strict=True)
+    ]
 
 
 def _is_peak(response: DriveResponse, drive: Drive, found: list[Extreme]) -> list[bool]:

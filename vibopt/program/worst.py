@@ -8,6 +8,7 @@ import numpy as np
 
 from vibopt.forms import (
     ComplexArray,
+    DecayRate,
     Drive,
     FloatArray,
     Form,
@@ -16,16 +17,18 @@ from vibopt.forms import (
     Modulus,
     Monomials,
     Output,
+    RootMeanSquare,
     StaticRow,
 )
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import modal_of, transfer
 from vibopt.mechanics.modal import WORTH, Modal
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.modes import damping_ratios, natural_frequencies, poles
+from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequencies, poles
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
+from vibopt.program.noise import root_mean_square
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +56,10 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
         return float("inf") if down is None else float(abs(form.row @ down))
     if isinstance(form, ModeFrequency):
         return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
+    if isinstance(form, RootMeanSquare):
+        return root_mean_square(model, form, x)
+    if isinstance(form, DecayRate):
+        return float(decay_rates(model, p).min(initial=np.inf))
     assert isinstance(form, ModeDamping)
     ratios = damping_ratios(model, p)
     return float(ratios[form.mode - 1]) if len(ratios) >= form.mode else float("inf")

@@ -66,6 +66,7 @@ class Response(Table):
     amplitude: ClassVar[bool] = False
     complement: ClassVar[bool] = False
     harmonic: ClassVar[bool] = False
+    random: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod

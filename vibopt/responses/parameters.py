@@ -7,51 +7,48 @@ from typing import ClassVar
 import numpy as np
 
 from vibopt.forms import Combine, Drive, Form, Monomials
-from vibopt.mechanics.machine import Joint, Machine
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.responses.kind import Response
 
 
-def owned_by(model: Model, owner: str, kind: int) -> Monomials:
-    """The terms of one kind that belong to one body or link."""
+def owned_by(model: Model, owner: str, kind: int, *, weighs: bool = False) -> Monomials:
+    """The terms of one kind that belong to one body or link; with `weighs` those on which gravity acts."""
     chosen = [term for term in model.terms if term.owner == owner and term.kind == kind]
+    chosen = [term for term in chosen if term.static_scale or not weighs]
     return Monomials(
         np.array([term.scale for term in chosen]),
         np.array([term.exponents for term in chosen]).reshape(len(chosen), -1),
     )
 
 
-def _joint(machine: Machine, name: str) -> Joint:
-    return next(one for one in machine.joints if one.name == name)
-
-
 class TotalMass(Response):
-    """`response = "total_mass"`: of all bodies [kg]."""
+    """`response = "total_mass"`: of all bodies and absorbers [kg]; what turns has an inertia instead."""
 
     dimension: ClassVar[str] = "mass"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        chosen = [term for term in model.terms if term.kind == INERTIA]
+        chosen = [term for term in model.terms if term.kind == INERTIA and term.static_scale]
         return Monomials(np.array([t.scale for t in chosen]), np.array([t.exponents for t in chosen]))
 
     def measure_static(self, machine: Machine) -> float:
-        return float(sum(machine.masses.values()))
+        return float(sum(machine.weights.values()))
 
 
 class Mass(Response):
-    """`response = "mass"`: of one body [kg]."""
+    """`response = "mass"`: of one body or absorber [kg]."""
 
     of: str
     dimension: ClassVar[str] = "mass"
 
     def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "body")}
+        return {"of": (self.of, "mass")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return owned_by(model, self.of, INERTIA)
+        return owned_by(model, self.of, INERTIA, weighs=True)
 
     def measure_static(self, machine: Machine) -> float:
-        return machine.masses[self.of]
+        return machine.weights[self.of]
 
 
 class OfLink(Response):
@@ -72,7 +69,7 @@ class Stiffness(OfLink):
         return _single(model, self.of, owned_by(model, self.of, STIFFNESS))
 
     def measure_static(self, machine: Machine) -> float:
-        joint = _joint(machine, self.of)
+        joint = machine.joint(self.of)
         return joint.stiffness / joint.count
 
 
@@ -85,7 +82,7 @@ class Damping(OfLink):
         return _single(model, self.of, owned_by(model, self.of, DAMPING))
 
     def measure_static(self, machine: Machine) -> float:
-        joint = _joint(machine, self.of)
+        joint = machine.joint(self.of)
         return joint.damping / joint.count
 
 
@@ -99,7 +96,7 @@ class Count(OfLink):
         return Monomials(np.array([count.scale]), np.array([count.row(model.n_vars)]))
 
     def measure_static(self, machine: Machine) -> float:
-        return _joint(machine, self.of).count
+        return machine.joint(self.of).count
 
 
 def _single(model: Model, link: str, whole: Monomials) -> Monomials:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from vibopt.mechanics.builder import GROUND
-from vibopt.responses import HarmonicResponse
+from vibopt.devices import FAMILIES
+from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.transmitted import Transmissibility
+from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.scene.scene import Scene
@@ -36,8 +37,8 @@ def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes:
     _ranges(scene, path, response, names, mistakes)
     _several(scene, path, response, names, mistakes)
     _ratio(scene, path, response, names, mistakes)
-    if not any(one.startswith(("bodies.", "links.")) for one in broken) and _joined(scene):
-        _reached(scene, path, response, names, mistakes)
+    if not any(one.split(".")[0] in FAMILIES for one in broken) and _joined(scene):
+        reached(scene, path, response, names, mistakes)
 
 
 def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
@@ -158,12 +159,16 @@ def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[st
 
 def _joined(scene: Scene) -> bool:
     """Whether every link ends at something; a link that does not has been reported already."""
-    points = {*scene.bodies, *scene.bases, GROUND}
-    return all(end in points for link in scene.links.values() for end in link.between)
+    points = set(places.points(scene))
+    return all(end in points for two in places.ends(scene).values() for end in two)
 
 
-def _reached(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
-    """A response where nothing arrives is a mistake of the scene, not a limit that holds."""
+def reached(
+    scene: Scene, path: Path, response: HarmonicResponse | RandomResponse, names: tuple[str, ...], mistakes: Mistakes
+) -> bool:
+    """Whether something arrives at a response; where nothing does it is a mistake, and not a limit that holds."""
+    before = len(mistakes.found)
+    moving, ends, near = set(places.moving(scene)), places.ends(scene), places.neighbours(scene)
     moved: set[str] = set()
     todo = [scene.excitations[one].on for one in names]
     while todo:
@@ -171,23 +176,20 @@ def _reached(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
         if here in moved:
             continue
         moved.add(here)
-        for link in scene.links.values():
-            if here in link.between:
-                todo += [end for end in link.between if end in scene.bodies]
-    places = [name for name, _ in response.places().values()]
-    for place in places:
-        if place in scene.links:
-            ends = scene.links[place].between
-            still = not any(end in moved for end in ends)
-        elif place in scene.bodies:
+        todo += [one for one in near.get(here, ()) if one in moving]
+    known = set(places.points(scene)) | set(ends)
+    for place in {name for name, _ in response.places().values()} & known:
+        if place in moving:
             still = place not in moved
+        elif place in ends:
+            still = not any(end in moved for end in ends[place])
         else:
-            touching = [link.between for link in scene.links.values() if place in link.between]
-            still = not any(end in moved for ends in touching for end in ends if end != place)
-        if still and (place in scene.links or place in scene.bodies or place == "ground" or place in scene.bases):
+            still = not any(end in moved for two in ends.values() if place in two for end in two if end != place)
+        if still:
             where = ".".join(str(one) for one in path)
             mistakes.add(
                 path,
                 f"{where} looks at {place}, which {' and '.join(names)} cannot move: no link leads there. Add a "
                 "link, or name another place.",
             )
+    return len(mistakes.found) == before

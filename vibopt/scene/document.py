@@ -12,6 +12,8 @@ from typing import Any
 from vibopt.errors import InputError, way_out
 
 LARGEST = 2_000_000
+FILES = ("mass", "stiffness", "damping", "file")
+"""Keys of a structure that name a file."""
 _PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
 _HINTS = {
@@ -20,6 +22,40 @@ _HINTS = {
     "Illegal character '\\n'": " Close the quotation mark.",
     "Unterminated string": " Close the quotation mark.",
 }
+
+
+class FileText(str):
+    """The name of another file as a problem file gives it, with the folder that it is seen from."""
+
+    __slots__ = ("folder",)
+
+    def __new__(cls, text: str, folder: FilePath | None = None) -> FileText:
+        made = super().__new__(cls, text)
+        made.folder = folder or FilePath()
+        return made
+
+    folder: FilePath
+
+    def __deepcopy__(self, memo: object) -> FileText:
+        return self
+
+
+def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
+    """The document with the names of matrix files seen from the folder of the problem file."""
+    new = dict(document)
+    tables = new.get("structures")
+    if isinstance(tables, Mapping):
+        new["structures"] = {name: _placed(table, folder) for name, table in tables.items()}
+    return new
+
+
+def _placed(table: Any, folder: FilePath) -> Any:
+    if not isinstance(table, Mapping):
+        return table
+    return {
+        key: FileText(value, folder) if key in FILES and isinstance(value, str) else value
+        for key, value in table.items()
+    }
 
 
 def text_of(file: FilePath) -> str:

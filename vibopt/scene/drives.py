@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from vibopt.excitations import Excitation
-from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Line, Piece
-from vibopt.responses import HarmonicResponse
+from vibopt.excitations.white_noise import WhiteNoise
+from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Line, Noise, Piece
+from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.responses.kind import START_UP
 from vibopt.scene.scene import Scene
 from vibopt.values import SpeedRange
@@ -18,9 +19,21 @@ from vibopt.values.speeds import VEHICLE
 _UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
 
 
-def names_for(scene: Scene, response: HarmonicResponse) -> tuple[str, ...]:
-    """Excitations that the response counts: those in `due_to`, else all."""
-    return response.due_to if response.due_to is not None else tuple(scene.excitations)
+def names_for(scene: Scene, response: HarmonicResponse | RandomResponse) -> tuple[str, ...]:
+    """Excitations that the response counts: those in `due_to`, else all of its sort, steady or random."""
+    if response.due_to is not None:
+        return response.due_to
+    return tuple(name for name, one in scene.excitations.items() if one.random == response.random)
+
+
+def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
+    """The white noises that the response counts; `points` are rows of the model by name, (n_coords,) each."""
+    noises = []
+    for name in names_for(scene, response):
+        excitation = scene.excitations[name]
+        assert isinstance(excitation, WhiteNoise)
+        noises.append(Noise(name, points[excitation.on], excitation.density.value))
+    return tuple(noises)
 
 
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:
@@ -44,12 +57,12 @@ def bands_for(scene: Scene, response: HarmonicResponse, name: str) -> tuple[Band
     return given.bands
 
 
-def drives_for(scene: Scene, response: HarmonicResponse, coords: tuple[str, ...]) -> tuple[Drive, ...]:
-    """The excitations as the response sees them, in model coordinates `coords`."""
+def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, FloatArray]) -> tuple[Drive, ...]:
+    """The excitations as the response sees them; `points` are rows of the model by name, (n_coords,) each."""
     drives = []
     for name in names_for(scene, response):
         excitation = scene.excitations[name]
-        lines = excitation.lines(_direction(excitation, coords))
+        lines = excitation.lines(points[excitation.on])
         if response.normalised:
             lines = tuple(replace(line, amplitude=_UNIT) for line in lines)
         drives.append(Drive(name, lines, bands_for(scene, response, name)))
@@ -69,10 +82,4 @@ def line_count(scene: Scene, response: HarmonicResponse) -> int:
     return sum(len(scene.excitations[name].lines(one)) for name in names_for(scene, response))
 
 
-def _direction(excitation: Excitation, coords: tuple[str, ...]) -> FloatArray:
-    row = np.zeros(len(coords))
-    row[coords.index(excitation.on)] = 1.0
-    return row
-
-
-__all__ = ["Line", "bands_for", "combine_for", "drives_for", "line_count", "names_for", "speeds_for"]
+__all__ = ["Line", "bands_for", "combine_for", "drives_for", "line_count", "names_for", "noises_for", "speeds_for"]

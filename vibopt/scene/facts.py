@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from vibopt.devices import FAMILIES
 from vibopt.errors import InputError, way_out
 from vibopt.excitations import Excitation
+from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
 from vibopt.units import Quantity, read_quantity, to_unit
@@ -31,13 +33,21 @@ class FactAt:
 
 def facts(scene: Scene) -> Iterator[FactAt]:
     """Every number of the scene that is a fact: properties, excitations, single speeds, bounds."""
-    for family in ("bodies", "links", "excitations", "limits"):
+    for family in (*FAMILIES, "excitations", "limits"):
         tables: dict[str, Table] = getattr(scene, family)
         for name, table in tables.items():
-            for key in type(table).model_fields:
-                found = _fact(f"{family}.{name}.{key}", table, key)
-                if found is not None:
-                    yield found
+            yield from _facts(f"{family}.{name}", table)
+
+
+def _facts(path: str, table: Table) -> Iterator[FactAt]:
+    """Facts of a table, and of the tables in it."""
+    for key in type(table).model_fields:
+        inner = getattr(table, key)
+        if isinstance(inner, Table):
+            yield from _facts(f"{path}.{key}", inner)
+        found = _fact(f"{path}.{key}", table, key)
+        if found is not None:
+            yield found
 
 
 def fact_at(scene: Scene, path: str) -> FactAt:
@@ -61,6 +71,8 @@ def fact_at(scene: Scene, path: str) -> FactAt:
 
 def _fact(path: str, table: Table, key: str) -> FactAt | None:
     value = getattr(table, key)
+    if isinstance(value, Fact) and isinstance(table, WhiteNoise):
+        return FactAt(path, value.value, value.unit, table.quantity)
     if isinstance(value, Fact):
         rule = rule_of(type(table), key)
         if rule is not None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from vibopt.errors import InputError, way_out
 from vibopt.scene.locate import Locator
@@ -76,12 +76,32 @@ class Mistakes:
             raise InputError([message for _, message in sorted(self.found, key=lambda one: one[0])])
 
 
-def take(error: ValidationError, base: Path, table: object, mistakes: Mistakes, known: list[str]) -> None:
-    """Translate the errors of pydantic into our sentences."""
+def take(
+    error: ValidationError, base: Path, table: object, mistakes: Mistakes, kind: type[BaseModel] | list[str]
+) -> None:
+    """Translate the errors of pydantic into our sentences; `kind` is the table that was read, or its keys."""
     for one in error.errors(include_url=False):
         inner: Path = tuple(step for step in one["loc"] if not _is_tag(step))
         path = base + inner
-        _take_one(one, path, given_at(table, inner), mistakes, known)
+        _take_one(one, path, given_at(table, inner), mistakes, _known(kind, inner))
+
+
+def _known(kind: type[BaseModel] | list[str], inner: Path) -> list[str]:
+    """Keys of the table, or of the table in it, in which `inner` ends."""
+    if isinstance(kind, list):
+        return kind
+    for step in inner[:-1]:
+        field = kind.model_fields.get(str(step))
+        tables = _tables(field.annotation if field else None)
+        kind = tables[0] if tables else kind
+    return list(kind.model_fields)
+
+
+def _tables(annotation: Any) -> list[type[BaseModel]]:
+    """Kinds of table that an annotation speaks of."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [one for part in get_args(annotation) for one in _tables(part)]
 
 
 def _is_tag(step: Any) -> bool:

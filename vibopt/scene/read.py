@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
 from pydantic import ValidationError
 
-from vibopt.devices import FAMILIES, BaseTable, BodyTable, LinkTable
+from vibopt.devices import FAMILIES
 from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import Response
 from vibopt.scene.check import check
-from vibopt.scene.document import changed, parsed, text_of
+from vibopt.scene.document import changed, parsed, placed, text_of
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes, take
+from vibopt.scene.notes import tuning_notes
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
+from vibopt.scene.settle import MOST, combinations, open_places, settled
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact
 
@@ -26,16 +29,14 @@ _TOP = [
     "title",
     "statement",
     "source",
-    "bodies",
-    "bases",
-    "links",
+    *FAMILIES,
     "excitations",
     "limits",
     "measures",
     "goal",
     "expected",
 ]
-_LATER = ["absorbers", "planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
+_LATER = ["planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
 
 
 def read(path: str | FilePath) -> Scene:
@@ -52,7 +53,8 @@ def read(path: str | FilePath) -> Scene:
         The file cannot be read, or what it says is wrong; the text lists all mistakes with lines.
     """
     file = FilePath(path)
-    return from_text(text_of(file), name=file.name)
+    text = text_of(file)
+    return from_dict(placed(parsed(text, file.name), file.parent), name=file.name, locator=Locator(text))
 
 
 def from_text(text: str, *, name: str = "scene") -> Scene:
@@ -65,9 +67,25 @@ def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Loca
     mistakes = Mistakes(name, locator)
     parts = _Parts(document, mistakes)
     scene = parts.scene(name, locator)
-    check(scene, mistakes, parts.broken)
+    _check(scene, mistakes, parts.broken)
     mistakes.raise_any()
-    return scene
+    return replace(scene, notes=(*scene.notes, *tuning_notes(scene)))
+
+
+def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
+    """Check the scene, or each that it may become where places are left open."""
+    if not open_places(scene):
+        check(scene, mistakes, broken)
+    elif combinations(scene) > MOST:
+        path = next(iter(open_places(scene)))
+        mistakes.add(
+            tuple(path.split(".")),
+            f"{path}: {combinations(scene)} combinations of places are more than the {MOST} that are looked at one by "
+            "one. Name fewer places.",
+        )
+    else:
+        for _, one in settled(scene):
+            check(one, mistakes, broken)
 
 
 def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
@@ -93,9 +111,7 @@ class _Parts:
 
     def scene(self, name: str, locator: Locator | None) -> Scene:
         self._top()
-        bodies: dict[str, BodyTable] = self._family("bodies", FAMILIES["bodies"])
-        bases: dict[str, BaseTable] = self._family("bases", FAMILIES["bases"])
-        links: dict[str, LinkTable] = self._family("links", FAMILIES["links"])
+        devices: dict[str, Any] = {family: self._family(family, kind) for family, kind in FAMILIES.items()}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
         limits: dict[str, Response] = self._kinds("limits", "response", RESPONSES)
         measures: dict[str, Response] = self._kinds("measures", "response", RESPONSES)
@@ -104,9 +120,7 @@ class _Parts:
             name=name,
             title=self._text("title", name),
             statement=self._text("statement", ""),
-            bodies=bodies,
-            bases=bases,
-            links=links,
+            **devices,
             excitations=excitations,
             limits=limits,
             measures=measures,
@@ -190,20 +204,22 @@ class _Parts:
         try:
             return kind.model_validate(table)
         except ValidationError as error:
-            take(error, path, table, self.mistakes, list(kind.model_fields))
+            take(error, path, table, self.mistakes, kind)
             self.broken.add(".".join(path))
             return None
 
     def _values(self, path: tuple[str, ...], made: Table) -> None:
-        """Note the design variables and the readings of a table's values."""
+        """Note the design variables and the readings of a table's values, those of tables in it too."""
         for key in type(made).model_fields:
-            value = getattr(made, key)
+            value, inner = getattr(made, key), (*path, key)
+            if isinstance(value, Table):
+                self._values(inner, value)
             if isinstance(value, (Fact, Choice)) and value.echo:
-                self.notes.append(f"{'.'.join((*path, key))}: {value.echo}")
+                self.notes.append(f"{'.'.join(inner)}: {value.echo}")
             if isinstance(value, Choice):
                 rule = rule_of(type(made), key)
                 dimension = rule.dimension if rule is not None else "ratio"
-                self.variables.append(Variable(".".join((*path, key)), value, dimension))
+                self.variables.append(Variable(".".join(inner), value, dimension))
 
     def _goal(self) -> tuple[Goal | None, str | None]:
         table = self.document.get("goal")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from vibopt.devices import BaseTable, BodyTable, LinkTable
+from vibopt.devices import AbsorberTable, BaseTable, BodyTable, LinkTable, StructureTable
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
 from vibopt.scene.locate import Locator
@@ -60,7 +60,8 @@ class Scene:
     """Everything a problem file says.  Build one with `read`, `from_dict` or the Python API.
 
     `find_all` names the excitation whose speeds are asked for; `notes` are readings and assumptions
-    that are repeated in every output.
+    that are repeated in every output.  `asked` is the scene as it was asked, where places left open in it
+    have been settled here.
     """
 
     name: str
@@ -79,6 +80,9 @@ class Scene:
     document: Mapping[str, Any]
     notes: tuple[str, ...] = ()
     locator: Locator | None = field(default=None, compare=False, repr=False)
+    absorbers: dict[str, AbsorberTable] = field(default_factory=dict)
+    structures: dict[str, StructureTable] = field(default_factory=dict)
+    asked: Scene | None = field(default=None, compare=False, repr=False)
 
     @property
     def is_analysis(self) -> bool:

@@ -44,5 +44,8 @@ def far_end(program: Program, axis: Axis) -> float:
         or 1e3
     )
     key = axis.path.rsplit(".", 1)[-1]
-    scale = {"stiffness": mass * fastest**2, "damping": mass * fastest, "mass": mass}.get(key, 1e-5)
+    springs, dampers = mass * fastest**2, mass * fastest
+    scales = {"stiffness": springs, "damping": dampers, "mass": mass, "inertia": mass, "frequency": fastest}
+    scales |= {"torsional_stiffness": springs, "torsional_damping": dampers}
+    scale = scales.get(key, 1e-5)
     return FAR * scale

@@ -32,9 +32,9 @@ def choose(program: Program, name: str | None) -> Method:
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
             return exact
-    from vibopt.solve.nlp import Nlp, sampleable
+    from vibopt.solve.nlp import Nlp, blind
 
-    if program.aim is not None and not sampleable(program) and Nlp().refuses(program) is None:
+    if blind(program):
         return Nlp()
     from vibopt.solve.plane.method import DiscsOfOneLink
 

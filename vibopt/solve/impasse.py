@@ -25,12 +25,14 @@ def physical_words(scene: Scene, clash: Impossible) -> str:
     limit = scene.limits[motion]
     assert isinstance(limit, HarmonicResponse)
     excitation = scene.excitations[names_for(scene, limit)[0]]
+    load, heavy = ("moment", "inertia") if limit.dimension == "angle" else ("force", "mass")
     at = show(excitation.from_rotation(clash.speed), excitation.speed.unit, excitation.speed.dimension)
     return (
-        f"At {at} the machine is shaken by {show(clash.force, '', 'force')}. {force} lets at most "
-        f"{show(clash.transmitted, '', 'force')} through, and {motion} lets inertia carry at most "
-        f"{show(clash.inertia, '', 'force')}: no stiffness and no damping can do it. "
-        f"A mass of at least {show(clash.needed, '', 'mass')} instead of {show(clash.mass, '', 'mass')} could."
+        f"At {at} the machine is shaken by {show(clash.force, '', load)}. {force} lets at most "
+        f"{show(clash.transmitted, '', load)} through, and {motion} lets inertia carry at most "
+        f"{show(clash.inertia, '', load)}: no stiffness and no damping can do it. "
+        f"{'An inertia' if heavy == 'inertia' else 'A mass'} of at least {show(clash.needed, '', heavy)} instead of "
+        f"{show(clash.mass, '', heavy)} could."
     )
 
 

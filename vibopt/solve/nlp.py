@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.forms import DecayRate, FloatArray, ModeDamping, Modulus, RootMeanSquare
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
 from vibopt.solve.branch import Judge
+from vibopt.solve.coalesce import polished
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.sharpen import Exact, Point, Sharpener
 from vibopt.solve.starts import corners, log_box, starts
@@ -69,6 +70,20 @@ class Nlp:
         return run.answer()
 
 
+def sampleable(program: Program) -> bool:
+    """Whether the sampled program says more than first slopes at one design: no poles and no mean squares in it."""
+    return not any(
+        isinstance(part.form, DecayRate | RootMeanSquare)
+        or (isinstance(part.form, ModeDamping) and part.model.n_free > 1)
+        for part in program.parts
+    )
+
+
+def blind(program: Program) -> bool:
+    """Whether starts and exact slopes are all there is: a goal, continuous variables, and forms without bounds."""
+    return program.aim is not None and not sampleable(program) and Nlp().refuses(program) is None
+
+
 @dataclass
 class _Run:
     program: Program
@@ -86,8 +101,8 @@ class _Run:
 
     def answer(self) -> Found:
         begun = self._starts()
-        reached = self._sampled(begun)
-        if not any(self._promising(y) for y in reached):
+        reached = self._sampled(begun) if sampleable(self.program) else list(begun)
+        if sampleable(self.program) and not any(self._promising(y) for y in reached):
             reached = self._sampled(begun, elastic=True)
         good = (
             self._good(self._sharpened(reached))
@@ -98,6 +113,11 @@ class _Run:
         if not good:
             return self._nothing(len(begun))
         goal, y = min(good)
+        if goal == np.inf:
+            claim = "the goal is infinite at every design that was looked at"
+            return Found(
+                "feasible", self._x(np.array(y)), claim, self.method.name, details=self._details(len(begun), 0)
+            )
         agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
         claim = f"best of {len(begun)} starts, {agreed} agreed"
         x, details = self._x(np.array(y)), self._details(len(begun), agreed)
@@ -180,7 +200,9 @@ class _Run:
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)
-        return point.y
+        return polished(
+            self.program, point.y, (self.low, self.high), self._feasible, lambda y: self.judge.goal(self._x(y)).value
+        )
 
     def _x(self, y: FloatArray) -> FloatArray:
         """Design at y: exactly on the ends of its ranges where it is next to them."""

@@ -121,4 +121,4 @@ def _common(first: tuple[Band, ...], second: tuple[Band, ...]) -> FloatArray:
 
 def _greatest_mass(program: Program) -> float:
     chosen = program.model.kinds == INERTIA
-    return float(program.model.values(program.high)[chosen].sum())
+    return float(program.model.extent(program.low, program.high)[1][chosen].sum())

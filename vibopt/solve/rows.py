@@ -11,7 +11,17 @@ from typing import TypeVar
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms import (
+    ComplexArray,
+    DecayRate,
+    FloatArray,
+    ModeDamping,
+    ModeFrequency,
+    Modulus,
+    Monomials,
+    RootMeanSquare,
+    StaticRow,
+)
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.onemass import numerator
 from vibopt.program.program import Aim, Limit, Program
@@ -21,8 +31,10 @@ _Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)
 
 
 def single_lines(limit: Limit) -> bool:
-    """Whether a limit is one harmonic of one excitation, or knows no speeds."""
+    """Whether a limit is one harmonic of one excitation, or knows neither speeds nor poles nor noise."""
     form = limit.form
+    if isinstance(form, DecayRate | RootMeanSquare):
+        return False
     if isinstance(form, Modulus):
         return (
             len(form.drives) == 1
@@ -76,7 +88,7 @@ class LineRows:
             return [sign * self._mode(limit)]
         made = sample(limit, speeds, np.array([self.reference]))
         degree = made.groups.degrees[0]
-        nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0][: degree + 1])
+        nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0, *np.arange(0.25, 3.0, 0.5)])[: degree + 1]
         y = nodes * self.reference ** (1.0 / self.root)
         top, bottom = made.at((y**self.root)[:, None])
         inverse = np.linalg.inv(np.vander(nodes, degree + 1, increasing=True))
@@ -105,7 +117,7 @@ class LineRows:
         return _plus(np.convolve(c, c), -4.0 * limit.bound**2 * np.convolve(k, m))
 
     def _total(self, model: Model, kind: int) -> FloatArray:
-        row = np.zeros(5)
+        row = np.zeros(round(self.root * float(model.exponents.max(initial=0.0))) + 1)
         for term in model.terms:
             if term.kind == kind:
                 power = round(float(term.exponents[0]) * self.root)
@@ -115,7 +127,7 @@ class LineRows:
     def accepts(self, limit: Limit) -> bool:
         """Whether the limit is a polynomial inequality."""
         form = limit.form
-        if not single_lines(limit):
+        if not single_lines(limit) or (limit.model.exponents < 0.0).any():
             return False
         if isinstance(form, ModeFrequency | ModeDamping):
             return limit.model.n_free == 1 and form.mode == 1
@@ -169,7 +181,7 @@ class PlaneRows:
     def accepts(self, limit: Limit) -> bool:
         """Whether the limit is a row linear in c^2."""
         form = limit.form
-        if not single_lines(limit):
+        if not single_lines(limit) or (limit.model.exponents < 0.0).any():
             return False
         if isinstance(form, Monomials):
             return len(form.scale) == 1 and self._single(form) is not None
@@ -177,6 +189,7 @@ class PlaneRows:
             return form.mode == 1 and not _fixed(self.program.model, DAMPING)
         if isinstance(form, StaticRow):
             return True
+        assert isinstance(form, Modulus)
         speeds = np.array([max(form.drives[0].bands[0].high, 1e-3)])
         return self._modulus(limit, speeds) is not None
 
@@ -278,7 +291,9 @@ def direction(aim: Aim, model: Model, index: int) -> float | None:
     the stiffer it is held.
     """
     form = aim.form
-    kinds = {term.kind for term in model.terms if term.exponents[index] > 0.0}
+    kinds = {term.kind for term in model.terms if term.exponents[index]}
+    if isinstance(form, ModeFrequency | StaticRow) and any(term.exponents[index] < 0.0 for term in model.terms):
+        return None
     others = [i for i in range(model.n_vars) if i != index]
     if isinstance(form, Monomials):
         one = form.exponents[:, index]

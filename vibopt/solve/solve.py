@@ -9,12 +9,14 @@ from vibopt.design.checked import checked_limits, checked_measures, chosen_of, g
 from vibopt.design.design import Design, Shown, Used
 from vibopt.design.notes import notes_of
 from vibopt.forms import Monomials
+from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.scene import Scene
+from vibopt.scene.settle import open_places
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Progress
@@ -47,6 +49,10 @@ def solve(scene: Scene, *, method: str | None = None, progress: Progress | None 
     InputError
         The forced method does not exist, or does not take this scene.
     """
+    if open_places(scene):
+        from vibopt.solve.places import best_place
+
+        return best_place(scene, lambda one: solve(one, method=method, progress=progress, explain=False), progress)
     clock = _Clock()
     program = pose(scene)
     clock.stage("pose")
@@ -118,17 +124,20 @@ class _Clock:
 
 
 def _used(program: Program) -> Used:
-    declared = program.model.n_free
-    used = program.used_dof
-    return Used(declared, used, reason(declared, used))
+    return _used_of(program.model, program.used_dof)
+
+
+def _used_of(model: Model, used: int) -> Used:
+    """Degrees of freedom declared and used; what structures leave out has reasons of its own."""
+    own = reason(model.n_free, used)
+    why = "; ".join([*model.remarks, *([own] if own and used < model.n_free else [])]) if model.remarks else own
+    return Used(model.n_free + model.left_out, used, why)
 
 
 def _used_by(scene: Scene, program: Program) -> Used:
-    declared = program.model.n_free
     needs = [on_needed(scene, program.model, one) for one in (*scene.limits.values(), *scene.measures.values())]
     used = max((model.n_free for model, form in needs if not isinstance(form, Monomials)), default=program.used_dof)
-    used = max(used, program.used_dof)
-    return Used(declared, used, reason(declared, used))
+    return _used_of(program.model, max(used, program.used_dof))
 
 
 def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:

@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
+from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Axis, Program
 
@@ -74,7 +75,9 @@ def natural_size(program: Program, axis: Axis) -> float:
     word = axis.path.rsplit(".", 1)[-1]
     mass, speed = _typical_mass(program), _typical_speed(program)
     sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass}
-    sizes |= {"damping_ratio": 0.1, "loss_factor": 0.1}
+    sizes |= {"torsional_stiffness": mass * speed**2, "torsional_damping": mass * speed, "inertia": mass}
+    sizes |= {"damping_ratio": 0.1, "loss_factor": 0.1, "mass_ratio": 0.1, "tuning": 1.0, "frequency": speed}
+    sizes |= {"length": GRAVITY / speed**2} if axis.path.count(".") == 2 else {"length": 1.0, "diameter": 0.1}
     return sizes.get(word, 1.0)
 
 

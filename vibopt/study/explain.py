@@ -13,6 +13,7 @@ from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.box import closed
 from vibopt.solve.method import Method, Progress
+from vibopt.solve.nlp import blind
 from vibopt.study.prices import priced
 
 
@@ -71,7 +72,7 @@ def explain(scene: Scene, *, method: str | None = None, progress: Progress | Non
     """
     design = solve(scene, method=method, progress=progress)
     design = priced(design, until=sum(design.timings.values()) < _QUICK)
-    program = pose(scene)
+    program = pose(design.scene)
     return Explanation(
         design,
         tuple(_model(design, program)),
@@ -105,6 +106,8 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
     considered = []
     for one in _in_order():
         refusal = one.refuses(finite)
+        if refusal is None and one.name == "branch_and_bound" and blind(finite):
+            refusal = "poles and mean squares have no bounds on boxes of designs."
         considered.append(Considered(one.name, refusal is None, refusal or one.summary))
         if refusal is None:
             break

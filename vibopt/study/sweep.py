@@ -12,6 +12,7 @@ from vibopt.forms import FloatArray
 from vibopt.scene.facts import FactAt, fact_at, read_fact
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
+from vibopt.scene.settle import open_places
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
@@ -100,11 +101,11 @@ def sweep(
     fact = replace(fact, unit=high.unit)
     values = np.array(_values(fact, low.value, high.value, points))
     base = scene
-    if keep_design and scene.variables:
+    if keep_design and (scene.variables or open_places(scene)):
         design = solve(scene)
-        if not design.x:
+        if not design.x and not design.places:
             raise InputError(f"{scene.name}: there is no design to keep: {design.status}. Solve the scene first.")
-        base = frozen(scene, design.x)
+        base = frozen(design.scene, design.x)
     name = scene.goal.name if scene.goal is not None and not keep_design else ""
     return Sweep(scene, fact, _answered(base, fact, values, progress), name, keep_design)
 

@@ -184,6 +184,9 @@ def _compared(design: Design, path: str, given: object) -> tuple[str, float | No
         return design.status, None
     if path == "set":
         return _compared_set(design, given)
+    placed = design.places.get(path.removeprefix("variables."))
+    if placed is not None:
+        return placed.value, None
     shown, dimension, amplitude = _find(design, path)
     right, unit = _read(given, dimension, amplitude)
     return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)

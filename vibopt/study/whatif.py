@@ -10,6 +10,7 @@ from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
+from vibopt.scene.settle import open_places
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
@@ -69,9 +70,9 @@ def whatif(
     before = solve(scene, progress=progress)
     if not keep_design:
         return WhatIf(changes, before, solve(changed, progress=progress), keep_design)
-    if scene.variables and not before.x:
+    if (scene.variables and not before.x) or (open_places(scene) and not before.places):
         raise InputError(f"{scene.name}: there is no design to keep: {before.status}. Solve the scene first.")
-    kept = frozen(scene, before.x) if scene.variables else scene
+    kept = frozen(before.scene, before.x) if scene.variables or before.places else scene
     after = solve(with_changes(kept, changes))
     held = {name for name, one in before.limits.items() if one.met}
     breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)

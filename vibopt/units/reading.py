@@ -18,7 +18,7 @@ LARGEST = 1e30
 BARE = ("ratio", "count")
 """Dimensions whose values may be bare numbers."""
 
-_VALUE = re.compile(rf"({complaints.NUMBER})(?!\s*(?:[\d,.'_]|[-–—]\s*\d|to\s*\d))\s*(.*)", re.DOTALL)
+_VALUE = re.compile(rf"({complaints.NUMBER})(?=\s+1/[A-Za-z]|(?!\s*(?:[\d,.'_]|[-–—]\s*\d|to\s*\d)))\s*(.*)", re.DOTALL)
 _WORD_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity|infinite)\b", re.IGNORECASE)
 
 

@@ -16,7 +16,11 @@ READINGS: dict[str, dict[str, str]] = {
     "force": _POUND_FORCE,
     "stiffness": _POUND_FORCE,
     "damping": _POUND_FORCE,
+    "torsional_stiffness": _POUND_FORCE,
+    "torsional_damping": _POUND_FORCE,
     "acceleration": {"g": "gn", "mg": "mgn"},
+    "force_density": _POUND_FORCE,
+    "acceleration_density": {"g": "gn", "mg": "mgn"},
 }
 """Symbols that mean something else in some places; tried only if their plain meaning does not fit."""
 

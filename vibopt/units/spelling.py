@@ -16,11 +16,14 @@ _SIGNS = str.maketrans(
         "−": "-",
         "²": "^2",
         "³": "^3",
+        "⁴": "^4",
         "°": "deg",
         "%": "percent",
     }
 )
-_TOKEN = re.compile(r"([A-Za-z]+)(?:\s*(?:\*\*|\^)\s*(-?[1-9])|([23])(?!\d))?|([*/()-])|(1)(?![\d.])|\s+")
+_TOKEN = re.compile(
+    r"([A-Za-z]+)(?:\s*(?:\*\*|\^)\s*(-?[1-9])|([234])(?!\d))?|([*/(-])|(\))(?:\s*(?:\*\*|\^)\s*([1-9]))?|(1)(?![\d.])|\s+"
+)
 
 _DETECTORS: dict[str, Detector] = {
     **dict.fromkeys(("pk", "peak", "0-p", "0-pk", "0-peak", "zero-to-peak"), "pk"),
@@ -45,19 +48,19 @@ def split_detector(unit: str) -> tuple[str, Detector | None, str]:
 def expression(unit: str) -> str | None:
     """A unit text in pint's notation, "kN·s/m" as "kN*s/m"; None if it is no product of known units, "" for no unit.
 
-    A space, `*`, `·` and `-` multiply; `^2`, `**2`, `²` and a plain 2 or 3 behind a symbol are powers.
+    A space, `*`, `·` and `-` multiply; `^2`, `**2`, `²` and a plain 2, 3 or 4 behind a symbol are powers.
     """
     tokens = _tokens(_ascii(unit))
     if tokens is None:
         return None
     written, operand_next, depth = "", True, 0
     for token in tokens:
-        if token in ("*", "/", ")"):
+        if token in ("*", "/") or token[0] == ")":
             if operand_next:
                 return None
         elif not operand_next:
             written += "*"
-        depth += (token == "(") - (token == ")")
+        depth += (token == "(") - (token[0] == ")")
         if depth < 0:
             return None
         written += token
@@ -74,11 +77,13 @@ def _tokens(text: str) -> list[str] | None:
         if not found:
             return None
         position = found.end()
-        symbol, power, digit, sign, one = found.groups()
+        symbol, power, digit, sign, close, raised, one = found.groups()
         if (symbol and symbol not in symbols()) or (one and tokens):
             return None
         if symbol:
             tokens.append(f"{symbol}**{power or digit}" if power or digit else symbol)
+        elif close:
+            tokens.append(f"){'**' if raised else ''}{raised or ''}")
         elif sign or one:
             tokens.append("*" if sign == "-" else sign or one)
     return tokens

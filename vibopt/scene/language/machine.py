@@ -14,22 +14,94 @@ from vibopt.scene.scene import Scene
 
 
 class BodyWords(TypedDict, total=False):
-    """Keys of `[bodies.NAME]`: mass [kg], or weight on earth [N]."""
+    """Keys of `[bodies.NAME]`: mass [kg], or weight on earth [N]; inertia [kg m^2] or disc of one that turns.
+
+    disc
+        {"mass": ..., "diameter": ...}.
+    rolling
+        {"inertia": ..., "radius": ...} of a body that rolls as it moves.
+    """
 
     mass: Given
     weight: Bound
+    inertia: Given
+    disc: Mapping[str, Bound]
+    rolling: Mapping[str, Bound]
 
 
 class LinkWords(TypedDict, total=False):
-    """Keys of `[links.NAME]`; values are those of one single mount."""
+    """Keys of `[links.NAME]`; values are those of one single mount, or of one single shaft.
+
+    shaft
+        {"length": ..., "diameter": ..., "shear_modulus": ...}, and inner_diameter or inner_ratio.
+    beam
+        {"kind": ..., "length": ..., "modulus": ...}, at, and second_moment, diameter, or width and height.
+    """
 
     stiffness: Given
+    torsional_stiffness: Given
+    shaft: Mapping[str, object]
+    beam: Mapping[str, Bound]
     damping: Given
+    torsional_damping: Given
     damping_ratio: Given
     relative_to: str
     loss_factor: Given
     count: Given
     dynamic_to_static: Bound
+
+
+class StructureWords(TypedDict, total=False):
+    """Keys of `[structures.NAME]`: modes, or the names of matrix files.
+
+    modes
+        Tables of frequency, damping_ratio, modal_mass and shape (a value per point).
+    mass, stiffness, damping, file
+        Files with one matrix each (.mtx, .npz), or one .npz with M, K and C.
+    points
+        Coordinate number of each point, from 0.
+    loss_factor
+        Of the whole stiffness.
+    """
+
+    modes: Sequence[Mapping[str, object]]
+    mass: str
+    stiffness: str
+    damping: str
+    file: str
+    points: Mapping[str, int]
+    loss_factor: Bound
+
+
+class AbsorberWords(TypedDict, total=False):
+    """Keys of `[absorbers.NAME]`: one way each to say mass, spring and damper.
+
+    mass, mass_ratio, inertia, disc
+        Mass [kg]; its ratio to the mass of what it sits on (or of `relative_to`); or, about an axis, [kg m^2].
+    stiffness, frequency, tuning, length, torsional_stiffness, shaft
+        Spring [N/m]; own frequency; own frequency over `tuning_to` or over natural frequency number `mode`
+        without absorbers; length of a pendulum [m]; [N m/rad]; a shaft.
+    damping, damping_ratio, loss_factor, torsional_damping
+        Damper [N s/m]; of critical of its own mass; structural; [N m s/rad].
+    """
+
+    mass: Given
+    mass_ratio: Given
+    relative_to: str
+    inertia: Given
+    disc: Mapping[str, Bound]
+    stiffness: Given
+    frequency: Given
+    tuning: Given
+    tuning_to: Bound
+    mode: int
+    length: Given
+    torsional_stiffness: Given
+    shaft: Mapping[str, object]
+    damping: Given
+    damping_ratio: Given
+    loss_factor: Given
+    torsional_damping: Given
 
 
 class Varied(TypedDict, total=False):
@@ -88,7 +160,7 @@ class Machine(Responses):
         self._families: dict[str, dict[str, object]] = {}
 
     def body(self, name: str, **words: Unpack[BodyWords]) -> None:
-        """A rigid body.  Words: mass or weight."""
+        """A rigid body.  Words: mass or weight; inertia or disc where it turns; rolling."""
         self._add("bodies", name, words)
 
     def base(self, name: str) -> None:
@@ -98,13 +170,34 @@ class Machine(Responses):
     def link(self, name: str, *, between: Sequence[str], **words: Unpack[LinkWords]) -> None:
         """Springs and dampers, alike and in parallel, `between` two points.
 
-        Words: stiffness and one of damping, damping_ratio (with relative_to), loss_factor; count; dynamic_to_static.
+        Words: stiffness (or beam) and one of damping, damping_ratio (with relative_to), loss_factor; count;
+        dynamic_to_static; between bodies that turn torsional_stiffness (or shaft) and torsional_damping.
         """
         self._add("links", name, dict(between=between, **words))
+
+    def structure(self, name: str, **words: Unpack[StructureWords]) -> None:
+        """A structure with named points, which act as bodies do.
+
+        Words: modes; or mass, stiffness and damping (or file), points, loss_factor.  Files are seen from the folder
+        in which Python runs.
+        """
+        self._add("structures", name, words)
+
+    def absorber(self, name: str, *, on: str | Mapping[str, object], **words: Unpack[AbsorberWords]) -> None:
+        """A small mass on a spring and a damper, `on` a body, an absorber, or the best `one_of("a", "b")`.
+
+        Words: mass, mass_ratio; stiffness, frequency, tuning, length; damping, damping_ratio, loss_factor; and those
+        about an axis.
+        """
+        self._add("absorbers", name, dict(on=on, **words))
 
     def force(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[Varied]) -> None:
         """A harmonic force on a body, peak [N].  Words: varies, amplitude_at."""
         self._add("excitations", name, dict(kind="force", on=on, amplitude=amplitude, speed=speed, **words))
+
+    def moment(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[Varied]) -> None:
+        """A harmonic moment on a body that turns, peak [N m].  Words: varies, amplitude_at."""
+        self._add("excitations", name, dict(kind="moment", on=on, amplitude=amplitude, speed=speed, **words))
 
     def unbalance(self, name: str, *, on: str, speed: Speeds, **words: Unpack[UnbalanceWords]) -> None:
         """A rotating unbalance on a body.  Words: unbalance, or rotating_mass and radius."""
@@ -126,6 +219,10 @@ class Machine(Responses):
     def road(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[RoadWords]) -> None:
         """A wavy road under a base, amplitude peak [m], at a speed of the vehicle.  Words: wavelength or wavenumber."""
         self._add("excitations", name, dict(kind="road", on=on, amplitude=amplitude, speed=speed, **words))
+
+    def white_noise(self, name: str, *, on: str, density: Bound) -> None:
+        """White noise: a force on a body ("100 N²/Hz") or the acceleration of a base, one-sided density per Hz."""
+        self._add("excitations", name, {"kind": "white_noise", "on": on, "density": density})
 
     def scene(
         self,

@@ -37,6 +37,12 @@ class Looked(Shown, total=False):
     combine: str
 
 
+class Random(Shown, total=False):
+    """White noises that count; without `due_to` all."""
+
+    due_to: Sequence[str]
+
+
 class Responses:
     """What can be limited, measured or made best."""
 
@@ -69,6 +75,30 @@ class Responses:
     def relative_displacement(self, *, across: str, **words: Unpack[Looked]) -> Measure:
         """Relative motion of the two ends of a link [m]."""
         return Measure("relative_displacement", across=across, **words)
+
+    def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
+        """Root mean square motion of a body under white noise, absolute [m]."""
+        return Measure("rms_displacement", of=of, **words)
+
+    def rms_velocity(self, *, of: str, **words: Unpack[Random]) -> Measure:
+        """Root mean square velocity of a body under white noise, absolute [m/s]."""
+        return Measure("rms_velocity", of=of, **words)
+
+    def rms_acceleration(self, *, of: str, **words: Unpack[Random]) -> Measure:
+        """Root mean square acceleration of a body under white noise, absolute [m/s^2]."""
+        return Measure("rms_acceleration", of=of, **words)
+
+    def rms_relative_displacement(self, *, across: str, **words: Unpack[Random]) -> Measure:
+        """Root mean square of the relative motion of the two ends of a link [m]."""
+        return Measure("rms_relative_displacement", across=across, **words)
+
+    def rms_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[Random]) -> Measure:
+        """Root mean square force: total over all links `into` a place, or in each mount of a link [N]."""
+        return Measure("rms_force", into=into, through=through, **words)
+
+    def decay_rate(self, **words: Unpack[Shown]) -> Measure:
+        """Least decay rate of all modes, rigid motion left out [1/s]."""
+        return Measure("decay_rate", **words)
 
     def insertion_loss(self, *, across: str, **words: Unpack[Looked]) -> Measure:
         """Motion of the receiver with the link rigid over that with the link; a ratio, usually in dB."""
@@ -109,3 +139,49 @@ class Responses:
     def count(self, *, of: str, **words: Unpack[Shown]) -> Measure:
         """Number of mounts in a link."""
         return Measure("count", of=of, **words)
+
+    def rotation(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """Rotation of a body that turns, absolute [rad]."""
+        return Measure("rotation", of=of, **words)
+
+    def twist(self, *, across: str, **words: Unpack[Looked]) -> Measure:
+        """Rotation of the two ends of a link against each other [rad]."""
+        return Measure("twist", across=across, **words)
+
+    def transmitted_moment(
+        self, *, into: str | None = None, through: str | None = None, **words: Unpack[Looked]
+    ) -> Measure:
+        """Dynamic moment: total over all links `into` a place, or in each shaft of a link [N m]."""
+        return Measure("transmitted_moment", into=into, through=through, **words)
+
+    def inertia(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Moment of inertia of a body that turns [kg m^2]."""
+        return Measure("inertia", of=of, **words)
+
+    def torsional_stiffness(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Stiffness of one single shaft of a link [N m/rad]."""
+        return Measure("torsional_stiffness", of=of, **words)
+
+    def torsional_damping(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Viscous damping of one single damper of a link [N m s/rad]."""
+        return Measure("torsional_damping", of=of, **words)
+
+    def stroke(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """Motion of an absorber against what it sits on [m]."""
+        return Measure("stroke", of=of, **words)
+
+    def own_frequency(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Root of k/m of an absorber [rad/s]."""
+        return Measure("own_frequency", of=of, **words)
+
+    def mass_ratio(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Mass of an absorber over that of what it refers to."""
+        return Measure("mass_ratio", of=of, **words)
+
+    def tuning(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Own frequency of an absorber over the frequency that it refers to."""
+        return Measure("tuning", of=of, **words)
+
+    def absorber_mass(self, **words: Unpack[Shown]) -> Measure:
+        """Mass of all absorbers together [kg]."""
+        return Measure("absorber_mass", **words)

@@ -15,7 +15,7 @@ from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
-from vibopt.study.many.built import machines, shaking
+from vibopt.study.many.built import is_plain, machines, shaking
 from vibopt.study.many.check import margins, plain
 from vibopt.study.many.lower import Question, RefusedError, question
 from vibopt.study.many.numbers import follow
@@ -31,7 +31,7 @@ def columns(
 
     A point has the status "" where nothing was proven, or its check on the built machine failed.
     """
-    if scene.find_all is not None or len(scene.bodies) != 1 or not values[0] < values[-1]:
+    if scene.find_all is not None or not is_plain(scene) or not values[0] < values[-1]:
         return None
 
     @lru_cache(maxsize=16)

@@ -44,6 +44,19 @@ class Machines:
         return np.asarray(sum((getattr(link, quantity) for link in chosen), np.zeros(())))
 
 
+def is_plain(scene: Scene) -> bool:
+    """Whether the scene is one body that moves along a line, on links that give stiffness and damping outright."""
+    springs = ("torsional_stiffness", "torsional_damping", "shaft", "beam")
+    return (
+        len(scene.bodies) == 1
+        and not scene.absorbers
+        and not scene.structures
+        and all(one.mass is not None or one.weight is not None for one in scene.bodies.values())
+        and all(one.rolling is None for one in scene.bodies.values())
+        and all(getattr(link, key) is None for link in scene.links.values() for key in springs)
+    )
+
+
 def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
     """The machines of a scene whose values at the paths in `known` (variables, the varied fact) are given [SI].
 
@@ -52,7 +65,7 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
     RefusedError
         There is more than one body.
     """
-    if len(scene.bodies) != 1:
+    if not is_plain(scene):
         raise RefusedError
 
     def number(path: str, value: Fact | Choice | None, default: float = 0.0) -> FloatArray:
@@ -63,7 +76,7 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
         return np.array(default if value is None else value.value)
 
     body = next(iter(scene.bodies))
-    mass = number(f"bodies.{body}.mass", scene.bodies[body].inertia)
+    mass = number(f"bodies.{body}.mass", scene.bodies[body].quantity[1])
     if f"bodies.{body}.weight" in known:
         mass = known[f"bodies.{body}.weight"] / GRAVITY
     links = {}

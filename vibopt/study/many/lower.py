@@ -150,6 +150,8 @@ def _row(program: Program, limit: Limit, index: int, order: tuple[int, ...], num
         return RowKind(limit.name, "static", sign)
     if isinstance(form, Monomials):
         return _monomial(limit.name, form, sign, index, numbers)
+    if not isinstance(form, Modulus):
+        raise RefusedError
     return _harmonic(limit, form, sign, index, order, numbers)
 
 

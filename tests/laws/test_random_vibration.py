@@ -1,0 +1,274 @@
+"""Random vibration and decay rates against matrices written by hand, in state space and in time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import vibopt as vo
+from vibopt.design.certify import measure
+from vibopt.program.pose import on_needed, pose
+from vibopt.program.slopes import plain_slope
+from vibopt.program.worst import plain_value
+
+Array = NDArray[np.float64]
+NAMES = ("a", "b", "c")
+
+
+class Chain:
+    """Bodies one on the other, the first on a support, and a last link back to it or to the first body."""
+
+    def __init__(self, seed: int, support: str) -> None:
+        rng = np.random.default_rng(seed)
+        self.support = support
+        self.n = int(rng.integers(1, 4))
+        self.masses = 10.0 ** rng.uniform(-1, 2, self.n)
+        pairs = [(i - 1, i) for i in range(self.n)] + ([(-1, self.n - 1)] if rng.random() < 0.4 else [])
+        self.links = [
+            (i, j, float(10.0 ** rng.uniform(2, 5)), float(10.0 ** rng.uniform(0, 2.5)), int(rng.integers(1, 4)))
+            for i, j in pairs
+        ]
+        self.on = int(rng.integers(self.n))
+        self.density = float(10.0 ** rng.uniform(-2, 3))
+
+    def document(self, measures: dict[str, Any]) -> dict[str, Any]:
+        bases = {"base": {}} if self.support == "base" else {}
+        shaker = (
+            {"on": "base", "density": f"{self.density!r} (m/s²)²/Hz"}
+            if bases
+            else {"on": NAMES[self.on], "density": f"{self.density!r} N²/Hz"}
+        )
+        return {
+            "bodies": {name: {"mass": f"{mass!r} kg"} for name, mass in zip(NAMES, self.masses.tolist(), strict=False)},
+            "bases": bases,
+            "links": {
+                f"l{k}": {
+                    "between": [self.support if i < 0 else NAMES[i], NAMES[j]],
+                    "stiffness": f"{stiffness!r} N/m",
+                    "damping": f"{damping!r} N s/m",
+                    "count": count,
+                }
+                for k, (i, j, stiffness, damping, count) in enumerate(self.links)
+            },
+            "excitations": {"noise": {"kind": "white_noise", **shaker}},
+            "measures": measures,
+        }
+
+    def rows(self) -> Array:
+        table = np.zeros((len(self.links), self.n))
+        for k, (i, j, *_) in enumerate(self.links):
+            table[k, j] += 1.0
+            if i >= 0:
+                table[k, i] -= 1.0
+        return table
+
+    def state(self) -> tuple[Array, Array]:
+        """A, and B of the force or of the base's acceleration in coordinates relative to it."""
+        table = self.rows()
+        k = table.T @ np.diag([one[2] * one[4] for one in self.links]) @ table
+        c = table.T @ np.diag([one[3] * one[4] for one in self.links]) @ table
+        over = np.diag(1.0 / self.masses)
+        a = np.block([[np.zeros((self.n, self.n)), np.eye(self.n)], [-over @ k, -over @ c]])
+        b = np.zeros(2 * self.n)
+        b[self.n :] = -1.0 if self.support == "base" else over[:, self.on]
+        return a, b
+
+    def rms(self, c: Array) -> float:
+        """Root mean square of c x by the Kronecker form of the Lyapunov equation."""
+        a, b = self.state()
+        eye = np.eye(len(a))
+        whole = np.kron(a, eye) + np.kron(eye, a)
+        p = np.linalg.solve(whole, -0.5 * self.density * np.outer(b, b).ravel()).reshape(a.shape)
+        return float(np.sqrt(c @ p @ c))
+
+
+def _readings(chain: Chain) -> dict[str, tuple[dict[str, Any], Array]]:
+    n, body = chain.n, chain.n - 1
+    table, nothing = chain.rows(), np.zeros(chain.n)
+    a, _ = chain.state()
+    _, _, stiffness, damping, _ = chain.links[-1]
+    across = table[-1]
+    asked = {
+        "across": ({"response": "rms_relative_displacement", "across": f"l{len(chain.links) - 1}"}, [across, nothing]),
+        "through": (
+            {"response": "rms_force", "through": f"l{len(chain.links) - 1}"},
+            [stiffness * across, damping * across],
+        ),
+    }
+    own = np.eye(n)[body]
+    if chain.support == "ground":
+        asked["move"] = ({"response": "rms_displacement", "of": NAMES[body]}, [own, nothing])
+        asked["speed"] = ({"response": "rms_velocity", "of": NAMES[body]}, [nothing, own])
+        total = sum(one[2] * one[4] * table[k] for k, one in enumerate(chain.links) if one[0] < 0)
+        dash = sum(one[3] * one[4] * table[k] for k, one in enumerate(chain.links) if one[0] < 0)
+        asked["floor"] = ({"response": "rms_force", "into": "ground"}, [total, dash])
+    if chain.support == "base" or chain.on != body:
+        asked["shock"] = ({"response": "rms_acceleration", "of": NAMES[body]}, list(np.split(a[n + body], 2)))
+    return {name: (words, np.concatenate(parts)) for name, (words, parts) in asked.items()}
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), support=st.sampled_from(["ground", "base"]))
+def test_a_mean_square_is_that_of_the_matrices_and_of_the_built_machine(seed: int, support: str) -> None:
+    chain = Chain(seed, support)
+    readings = _readings(chain)
+    scene = vo.from_dict(chain.document({name: words for name, (words, _) in readings.items()}))
+    program = pose(scene)
+    for name, response in scene.measures.items():
+        wanted = chain.rms(readings[name][1])
+        model, form = on_needed(scene, program.model, response)
+        value = plain_value(model, form, np.zeros(0))
+        assert value == pytest.approx(wanted, rel=1e-5)  # the Kronecker form loses digits to fast and slow poles
+        assert measure(scene, {}, response).value == pytest.approx(value, rel=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), support=st.sampled_from(["ground", "base"]))
+def test_slopes_are_those_of_the_values(seed: int, support: str) -> None:
+    chain = Chain(seed, support)
+    document = chain.document({})
+    document["measures"] = {name: words for name, (words, _) in _readings(chain).items()}
+    document["measures"]["decay"] = {"response": "decay_rate"}
+    paths = [("bodies", "a", "mass"), ("links", "l0", "stiffness"), ("links", "l0", "damping")]
+    x = []
+    for family, name, key in paths:
+        number, unit = document[family][name][key].split(" ", 1)
+        x.append(float(number))
+        document[family][name][key] = {"from": f"{0.5 * x[-1]!r} {unit}", "to": f"{2.0 * x[-1]!r} {unit}"}
+    document["goal"] = {"minimise": "mass", "of": "a"}
+    scene = vo.from_dict(document)
+    order = [paths.index(tuple(one.path.split("."))) for one in scene.variables]  # type: ignore[arg-type]
+    at = np.array(x)[order]
+    program = pose(scene)
+    for response in scene.measures.values():
+        model, form = on_needed(scene, program.model, response)
+        slope = plain_slope(model, form, at)
+        tight = 2e-3 if response.response == "decay_rate" else 2e-5  # of slow poles beside fast ones
+        step = 1e-5
+        for i in range(len(at)):
+            up, down = at.copy(), at.copy()
+            up[i] *= np.exp(step)
+            down[i] *= np.exp(-step)
+            ends = [np.log(plain_value(model, form, one)) for one in (up, down)]
+            assert slope[i] == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=2e-4, abs=tight)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_the_decay_rate_is_that_of_the_slowest_pole(seed: int) -> None:
+    chain = Chain(seed, "ground")
+    scene = vo.from_dict(chain.document({"decay": {"response": "decay_rate"}}))
+    rates = np.linalg.eigvals(chain.state()[0])
+    gaps = np.abs(rates[:, None] - rates[None, :]) + np.abs(rates).max() * np.eye(len(rates))
+    assume(gaps.min() > 1e-4 * np.abs(rates).max())
+    wanted = float(-rates.real.max())
+    model, form = on_needed(scene, pose(scene).model, scene.measures["decay"])
+    size = float(np.abs(rates).max())
+    assert plain_value(model, form, np.zeros(0)) == pytest.approx(wanted, rel=1e-8, abs=1e-11 * size)
+    assert measure(scene, {}, scene.measures["decay"]).value == pytest.approx(wanted, rel=1e-8, abs=1e-11 * size)
+
+
+def _value(document: dict[str, Any]) -> float:
+    scene = vo.from_dict(document)
+    return float(measure(scene, {}, next(iter(scene.measures.values()))).value)
+
+
+def _one(**noise: Any) -> dict[str, Any]:
+    return {
+        "bodies": {"m": {"mass": "2 kg"}},
+        "bases": {"b": {}},
+        "links": {"l": {"between": ["b", "m"], "stiffness": "8 kN/m", "damping": "5 N s/m"}},
+        "excitations": {"w": {"kind": "white_noise", **noise}},
+    }
+
+
+def test_units_of_density_and_scales() -> None:
+    shock = {"x": {"response": "rms_acceleration", "of": "m"}}
+    a = _value({**_one(on="b", density="1 (m/s²)²/Hz"), "measures": shock})
+    assert _value({**_one(on="b", density="4 m^2/s^4/Hz"), "measures": shock}) == pytest.approx(2.0 * a, rel=1e-12)
+    mine = _value({**_one(on="b", density="4e6 (mm/s^2)^2/Hz"), "measures": shock})
+    assert mine == pytest.approx(2.0 * a, rel=1e-12)
+    assert _value({**_one(on="b", density="1 g²/Hz"), "measures": shock}) == pytest.approx(9.80665 * a, rel=1e-12)
+    move = {"x": {"response": "rms_displacement", "of": "m"}}
+    x = _value({**_one(on="m", density="1 N²/Hz"), "measures": move})
+    assert x == pytest.approx(np.sqrt(1.0 / (4.0 * 5.0 * 8000.0)), rel=1e-12)
+    assert _value({**_one(on="m", density="1 lbf²/Hz"), "measures": move}) == pytest.approx(
+        4.4482216152605 * x, rel=1e-12
+    )
+    both = _one(on="m", density="1 N²/Hz")
+    both["excitations"]["v"] = {"kind": "white_noise", "on": "m", "density": "3 N²/Hz"}
+    assert _value({**both, "measures": move}) == pytest.approx(2.0 * x, rel=1e-12)
+    alone = {"x": {**move["x"], "due_to": ["w"]}}
+    assert _value({**both, "measures": alone}) == pytest.approx(x, rel=1e-12)
+
+
+def test_a_simulation_in_time_shows_the_same_mean_square() -> None:
+    mass, stiffness, damping, density, step = 2.0, 800.0, 12.0, 5.0, 2e-3
+    document = {
+        "bodies": {"m": {"mass": f"{mass} kg"}},
+        "links": {"l": {"between": ["m", "ground"], "stiffness": f"{stiffness} N/m", "damping": f"{damping} N s/m"}},
+        "excitations": {"w": {"kind": "white_noise", "on": "m", "density": f"{density} N²/Hz"}},
+        "measures": {"x": {"response": "rms_displacement", "of": "m"}},
+    }
+    rng = np.random.default_rng(20)
+    x, v = np.zeros(6000), np.zeros(6000)
+    total = []
+    for i in range(1500):
+        force = rng.normal(0.0, np.sqrt(0.5 * density / step), len(x))
+        v = v + step * (force - stiffness * x - damping * v) / mass
+        x = x + step * v
+        if i >= 1000:
+            total.append(np.mean(x**2))
+    assert _value(document) == pytest.approx(np.sqrt(np.mean(total)), rel=0.02)
+
+
+def test_what_has_no_end_is_infinite_on_both_roads_and_says_why() -> None:
+    document = _one(on="m", density="1 N²/Hz")
+    document["links"]["l"].pop("damping")
+    document["measures"] = {"x": {"response": "rms_displacement", "of": "m"}}
+    design = vo.solve(vo.from_dict(document))
+    assert design.measures["x"].value.shown == "infinite"
+    assert design.notes == (
+        "measures.x: rms_displacement is infinite, for an undamped mode at 10.07 Hz is shaken by w, and nothing "
+        "stops it.",
+    )
+    document = _one(on="b", density="1 (m/s²)²/Hz")
+    document["links"]["g"] = {"between": ["m", "ground"], "stiffness": "1 kN/m"}
+    document["measures"] = {"x": {"response": "rms_relative_displacement", "across": "l"}}
+    design = vo.solve(vo.from_dict(document))
+    assert design.measures["x"].value.shown == "infinite"
+    assert design.notes == (
+        "measures.x: rms_relative_displacement is infinite, for what the noise of w pushes drifts away without end.",
+    )
+    scene = vo.from_dict(document)
+    model, form = on_needed(scene, pose(scene).model, scene.measures["x"])
+    assert plain_value(model, form, np.zeros(0)) == np.inf
+
+
+def test_an_undamped_mode_that_is_not_shaken_does_no_harm() -> None:
+    document: dict[str, Any] = {
+        "bodies": {name: {"mass": "1 kg"} for name in "abc"},
+        "links": {
+            "ab": {"between": ["a", "b"], "stiffness": "1 kN/m"},
+            "cb": {"between": ["c", "b"], "stiffness": "1 kN/m"},
+            "foot": {"between": ["b", "ground"], "stiffness": "1 kN/m", "damping": "2 N s/m"},
+        },
+        "excitations": {"w": {"kind": "white_noise", "on": "b", "density": "1 N²/Hz"}},
+        "measures": {"x": {"response": "rms_displacement", "of": "b"}},
+    }
+    scene = vo.from_dict(document)
+    full = pose(scene, reduce=False)
+    model, form = on_needed(scene, full.model, scene.measures["x"], reduce=False)
+    value = plain_value(model, form, np.zeros(0))
+    assert np.isfinite(value)
+    assert measure(scene, {}, scene.measures["x"]).value == pytest.approx(value, rel=1e-9)
+    there = {**document, "measures": {"x": {"response": "rms_displacement", "of": "a"}}}
+    document["excitations"] = {"w": {"kind": "white_noise", "on": "a", "density": "1 N²/Hz"}}
+    assert _value(document) == pytest.approx(_value(there), rel=1e-9)
+    document["measures"] = {"x": {"response": "rms_displacement", "of": "a"}}
+    assert vo.solve(vo.from_dict(document)).measures["x"].value.value == np.inf

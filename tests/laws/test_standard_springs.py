@@ -1,0 +1,71 @@
+"""Shafts, discs and beams: the form of the optimiser, the built machine, and handbook formulas."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vibopt.design.certify import measure
+from vibopt.program.pose import pose
+from vibopt.program.worst import worst
+from vibopt.scene.read import from_dict
+
+E, L, AREA = 207e9, 2.0, 80e-8
+BEAMS = {
+    "middle": ({"kind": "simply_supported"}, 48.0 * E * AREA / L**3),
+    "tip": ({"kind": "cantilever"}, 3.0 * E * AREA / L**3),
+    "both ends held": ({"kind": "fixed"}, 192.0 * E * AREA / L**3),
+    "one end pinned": ({"kind": "fixed_pinned"}, 768.0 * E * AREA / (7.0 * L**3)),
+    "off centre": ({"kind": "simply_supported", "at": "0.5 m"}, 3.0 * E * AREA * L / (0.5 * 1.5) ** 2),
+    "short of the tip": ({"kind": "cantilever", "at": "0.5 m"}, 3.0 * E * AREA / 0.5**3),
+}
+
+
+def both(scene_words: dict[str, Any], response: dict[str, Any], chosen: dict[str, float]) -> tuple[float, float]:
+    """What the form says, and what the built machine measures."""
+    scene = from_dict({"title": "drawn", **scene_words, "limits": {"asked": response}})
+    limit = pose(scene).limits[0]
+    x = np.array([chosen[one.path] for one in scene.variables])
+    return worst(limit.model, limit.form, x).value, measure(scene, chosen, scene.limits["asked"]).value
+
+
+@pytest.mark.parametrize(("beam", "right"), BEAMS.values(), ids=BEAMS)
+def test_beams_are_as_stiff_as_the_handbook_says(beam: dict[str, str], right: float) -> None:
+    words = {**beam, "length": "2 m", "modulus": "207 GPa", "second_moment": "80 cm4"}
+    scene = {"bodies": {"load": {"mass": "1 kg"}}, "links": {"beam": {"between": ["load", "ground"], "beam": words}}}
+    found = both(scene, {"response": "stiffness", "of": "beam", "at_least": "1 N/m"}, {})
+    assert found == pytest.approx((right, right), rel=1e-11)
+
+
+def test_a_hollow_shaft_of_any_size_is_as_stiff_as_the_handbook_says() -> None:
+    shaft = {"length": "1 m", "diameter": {"from": "1 cm", "to": "9 cm"}, "inner_ratio": 0.5, "shear_modulus": "80 GPa"}
+    scene = {
+        "bodies": {"disc": {"disc": {"mass": "45 kg", "diameter": "0.38 m"}}},
+        "links": {"rod": {"between": ["disc", "ground"], "shaft": shaft}},
+        "goal": {"minimise": "torsional_stiffness", "of": "rod"},
+    }
+    chosen = {"links.rod.shaft.diameter": 0.05}
+    right = np.pi * 80e9 * (0.05**4 - 0.025**4) / 32.0
+    found = both(scene, {"response": "torsional_stiffness", "of": "rod", "at_least": "1 N m/rad"}, chosen)
+    assert found == pytest.approx((right, right), rel=1e-12)
+    own = np.sqrt(right / (45.0 * 0.38**2 / 8.0))
+    found = both(scene, {"response": "natural_frequency", "at_least": "1 Hz"}, chosen)
+    assert found == pytest.approx((own, own), rel=1e-12)
+
+
+def test_a_body_that_rolls_is_heavier_in_motion_than_in_weight() -> None:
+    roller = {"mass": "20 kg", "rolling": {"inertia": "0.4 kg m2", "radius": "0.2 m"}}
+    scene = {
+        "bodies": {"roller": roller},
+        "links": {"spring": {"between": ["roller", "ground"], "stiffness": "3 kN/m"}},
+    }
+    own = np.sqrt(3000.0 / 30.0)
+    assert both(scene, {"response": "natural_frequency", "at_least": "1 Hz"}, {}) == pytest.approx(
+        (own, own), rel=1e-14
+    )
+    assert both(scene, {"response": "total_mass", "at_most": "1 t"}, {}) == pytest.approx((20.0, 20.0), rel=1e-14)
+    sag = 20.0 * 9.80665 / 3000.0
+    found = both(scene, {"response": "static_deflection", "of": "roller", "at_most": "1 m"}, {})
+    assert found == pytest.approx((sag, sag), rel=1e-13)

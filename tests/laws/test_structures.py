@@ -1,0 +1,245 @@
+"""Large structures: what the points need of them, against recurrences in 40 digits and dense solutions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+
+from rods import BEAM, ROD, beam, rod, rod_receptance
+from vibopt.forms import Amplitude, Band, Drive, Line, Modulus, Output, Piece
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.host import Coordinates, Matrices, digits_lost, of_modes, reduced_host
+from vibopt.mechanics.host.matrices import Dashed, negative_count
+from vibopt.mechanics.hosted import Carrier, HostedMachine
+from vibopt.mechanics.machine import Joint
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.monomial import Monomial
+from vibopt.mechanics.receptance import Attached, Host
+from vibopt.program import slopes
+from vibopt.program.slopes import line_slope
+from vibopt.responses.rows import across_link, at_point, link_forces
+
+FIRST = 0.5 * np.pi * np.sqrt(ROD["stiffness"] / ROD["mass"]) / ROD["length"]
+"""First natural frequency of the continuous rod [rad/s]."""
+FLAT = Amplitude((Piece(Band(0.0, 1e9), 1.0),))
+
+
+@pytest.mark.parametrize("n", [3, 100, 10_000, 100_000])
+def test_receptances_of_a_rod_are_those_of_its_recurrence(n: int) -> None:
+    made = reduced_host(rod(n), {"end": n - 1, "middle": n // 2}, 9.7 * FIRST)
+    assert made.error < 1e-10
+    assert made.coordinates.count <= 40
+    for part in (0.0, 0.1, 0.6, 1.9, 4.4, 7.5, 9.6):
+        found = made.coordinates.receptances(np.array([part * FIRST]))[0]
+        for column, node in enumerate((n, n // 2 + 1)):
+            assert found[column, 0].real == pytest.approx(rod_receptance(n, node, part * FIRST), rel=1e-10)
+
+
+def test_a_rod_of_many_elements_is_a_continuous_rod() -> None:
+    made = reduced_host(rod(10_000), {"end": 9_999}, 9.7 * FIRST)
+    omega = np.array([0.3, 2.2, 5.5]) * FIRST
+    wave = omega * np.sqrt(ROD["mass"] / ROD["stiffness"])
+    exact = np.tan(wave * ROD["length"]) / (ROD["stiffness"] * wave)
+    assert made.coordinates.receptances(omega)[:, 0, 0].real == pytest.approx(exact, rel=1e-5)
+
+
+def test_damping_of_any_kind_is_carried() -> None:
+    plain = rod(60, mass_damping=2.0, stiffness_damping=1e-6)
+    dashpot = sparse.csc_array(([8e4], ([30], [30])), shape=plain.mass.shape)
+    damped = Matrices(plain.mass, (plain.damping + dashpot).tocsc(), plain.stiffness, loss_factor=0.01)
+    places = [59, 20]
+    made = reduced_host(damped, dict(zip("ab", places, strict=True)), 8.0 * FIRST)
+    assert made.error < 1e-10
+    omega = np.linspace(0.1, 8.0, 40) * FIRST
+    w = omega[:, None, None]
+    stiff = damped.stiffness.toarray() * (1 + 0.01j) - w**2 * damped.mass.toarray() + 1j * w * damped.damping.toarray()
+    exact = np.linalg.inv(stiff)[:, places][:, :, places]
+    assert made.coordinates.receptances(omega) == pytest.approx(exact, rel=1e-9, abs=1e-9 * np.abs(exact).min())
+
+
+def test_what_nothing_holds_keeps_its_rigid_motion() -> None:
+    made = reduced_host(rod(400, held=False), {"left": 0, "right": 400}, 6.0 * FIRST)
+    assert made.error < 1e-10
+    assert np.sqrt(made.coordinates.stiffness[0]) < 1e-4 * FIRST
+    first = np.sqrt(made.coordinates.stiffness[1])
+    assert first == pytest.approx(2.0 * FIRST, rel=1e-4)
+
+
+def test_asked_for_modes_are_there_even_where_no_point_sees_them() -> None:
+    free = rod(400, held=False)
+    seen = reduced_host(free, {"middle": 200}, 0.5 * FIRST)
+    asked = reduced_host(free, {"middle": 200}, 0.5 * FIRST, modes=4)
+    whole = np.sqrt(np.maximum(np.linalg.eigvalsh(_scaled(free)), 0.0))[:4]
+    assert np.sqrt(asked.coordinates.stiffness[1:4]) == pytest.approx(whole[1:], rel=1e-9)
+    assert not np.isclose(np.sqrt(seen.coordinates.stiffness[1]), whole[1], rtol=1e-3)
+
+
+def _scaled(of: Matrices) -> np.ndarray:
+    root = np.linalg.inv(np.linalg.cholesky(of.mass.toarray()))
+    return root @ of.stiffness.toarray() @ root.T
+
+
+def test_signs_of_pivots_count_negative_eigenvalues() -> None:
+    of = rod(50)
+    for part, below in ((0.5, 0), (2.0, 1), (4.0, 2), (6.2, 3)):
+        assert negative_count(of.stiffness - (part * FIRST) ** 2 * of.mass) == below
+
+
+@pytest.mark.parametrize(("n", "least", "most"), [(10, 0.0, 1e-11), (300, 1e-8, 1e-6), (10_000, 1e-3, 1.0)])
+def test_a_beam_of_too_many_elements_is_noticed(n: int, least: float, most: float) -> None:
+    lost = digits_lost(beam(n), [2 * n - 2], 1.0)
+    assert least <= lost.worst <= most
+
+
+def test_a_plain_solution_of_the_finest_beam_is_as_wrong_as_said() -> None:
+    lost = digits_lost(beam(10_000), [19_998], 1.0)
+    exact = BEAM["length"] ** 3 / (3.0 * BEAM["stiffness"])
+    plain = Dashed(beam(10_000), np.array([19_998]), 0.0).receptances(np.zeros(1), refined=False)[0, 0, 0].real
+    assert abs(plain / exact - 1.0) > 1e-4
+    assert lost.arithmetic == pytest.approx(abs(plain / exact - 1.0), rel=0.5)
+
+
+def test_lost_digits_are_those_of_rounding_every_entry() -> None:
+    of, tip = beam(300), 598
+    lost = digits_lost(of, [tip], 1.0)
+    plain = reduced_host(of, {"tip": tip}, 1.0).coordinates.receptances(np.zeros(1))[0, 0, 0].real
+    moved = []
+    signs = np.random.default_rng(1)
+    for _ in range(12):
+        upper = sparse.triu(of.stiffness).tocsc()
+        upper.data = upper.data * (1.0 + 2.0**-47 * signs.uniform(-1, 1, len(upper.data)))
+        whole = (upper + sparse.triu(upper, 1).T).tocsc()
+        rounded = Matrices(of.mass, of.damping, whole)
+        moved.append(reduced_host(rounded, {"tip": tip}, 1.0).coordinates.receptances(np.zeros(1))[0, 0, 0].real)
+    spread = float(np.sqrt(np.mean((np.array(moved) / plain - 1.0) ** 2))) * 2.0**-6
+    assert 0.3 < lost.rounding / spread < 3.0
+
+
+def _carrying(at: Coordinates, *, series: bool = False) -> Model:
+    """Two absorbers, six variables: mass, frequency and damping ratio of each, on a structure between points."""
+    builder = ModelBuilder(6)
+    names = [f"host {i}" for i in range(at.count)]
+    for name in names:
+        builder.add_coordinate(name)
+    for point, row in at.points.items():
+        builder.add_point(point, dict(zip(names, row.tolist(), strict=True)))
+    for absorber in ("one", "two"):
+        builder.add_coordinate(absorber)
+        builder.add_point(absorber, {absorber: 1.0})
+    builder.add_base("floor")
+    for name, mass, stiffness, c in zip(names, at.mass, at.stiffness, np.diag(at.damping), strict=True):
+        builder.add_term(INERTIA, {name: 1.0}, Monomial(float(mass)), "host")
+        builder.add_term(STIFFNESS, {name: 1.0}, Monomial(float(stiffness)), "host")
+        builder.add_term(DAMPING, {name: 1.0}, Monomial(float(c)), "host")
+    builder.add_link("mount", ("floor", next(iter(at.points))), Monomial(1.0))
+    builder.add_stiffness("mount", Monomial(3e7))
+    below = ["a", "one" if series else "b"]
+    for i, (absorber, on) in enumerate(zip(("one", "two"), below, strict=True)):
+        m, w, z = 3 * i, 3 * i + 1, 3 * i + 2
+        builder.add_inertia(absorber, Monomial(1.0, {m: 1.0}))
+        builder.add_link(f"spring {absorber}", (on, absorber), Monomial(1.0))
+        builder.add_stiffness(f"spring {absorber}", Monomial(1.0, {m: 1.0, w: 2.0}))
+        builder.add_damping(f"spring {absorber}", Monomial(2.0, {m: 1.0, w: 1.0, z: 1.0}))
+    return builder.build()
+
+
+def _design(at: Coordinates) -> np.ndarray:
+    low = np.sqrt(at.stiffness[at.stiffness > 0][:2])
+    return np.array([20.0, low[0], 0.1, 9.0, low[-1], 0.03])
+
+
+def _hosts() -> dict[str, Coordinates]:
+    return {
+        "damped": reduced_host(rod(80, mass_damping=9.0), {"a": 79, "b": 40}, 6.0 * FIRST).coordinates,
+        "undamped": reduced_host(rod(80), {"a": 79, "b": 40}, 6.0 * FIRST).coordinates,
+    }
+
+
+@pytest.mark.parametrize("series", [False, True], ids=["parallel", "series"])
+@pytest.mark.parametrize("host", ["damped", "undamped"])
+@pytest.mark.parametrize("read", ["point", "absorber", "stroke", "force"])
+@pytest.mark.parametrize("on", ["a", "b", "two", "floor"])
+def test_designs_from_receptances_are_those_of_the_whole_model(host: str, series: bool, read: str, on: str) -> None:
+    at = _hosts()[host]
+    model = _carrying(at, series=series)
+    outputs: dict[str, Output] = {
+        "point": at_point(model, "b", 2),
+        "absorber": at_point(model, "one", 1),
+        "stroke": across_link(model, "spring two"),
+        "force": link_forces(model, {"spring one": 1.0, "mount": -1.0}),
+    }
+    line = Line(1.0, model.points[on].astype(complex), FLAT)
+    speeds = np.linspace(0.0, 5.9, 60) * FIRST
+    few = Attached.of(model, outputs[read], line, speeds)
+    x = _design(at) * np.array([1.0, 0.97, 1.1, 1.0, 1.05, 1.0])
+    value, slope = few.slopes(x)
+    whole, whole_slope = line_slope(model, outputs[read], line, x, speeds)
+    assert np.abs(value - whole).max() < 1e-9 * np.abs(whole).max()
+    assert np.abs(slope - whole_slope).max() < 1e-9 * np.abs(whole_slope).max()
+    assert np.abs(few.response(x) - value).max() <= 1e-13 * np.abs(value).max()
+
+
+def test_a_speed_on_an_undamped_resonance_of_the_structure_does_no_harm() -> None:
+    at = of_modes(np.array([10.0]), np.zeros(1), np.array([100.0]), {"a": np.ones(1), "b": np.ones(1)})
+    model = _carrying(at)
+    line = Line(1.0, model.points["a"].astype(complex), FLAT)
+    x = np.array([5.0, 10.0, 0.0 + 1e-3, 2.0, 14.0, 0.02])
+    speeds = np.array([10.0, 10.0 * (1 + 1e-9)])
+    found = Attached.of(model, at_point(model, "a"), line, speeds).slopes(x)[0]
+    whole = line_slope(model, at_point(model, "a"), line, x, speeds)[0]
+    assert found == pytest.approx(whole, rel=1e-10)
+
+
+def test_two_roads_to_receptances_of_points_agree() -> None:
+    """Points of sparse matrices with dampers, against modal coordinates with the same dampers."""
+    of, places, dash = rod(300), np.array([299, 150]), 5e4
+    omega = np.linspace(0.0, 5.0, 12) * FIRST
+    direct = Dashed(of, places, dash).receptances(omega)
+    at = reduced_host(of, {"a": 299, "b": 150}, 5.0 * FIRST).coordinates
+    assert at.receptances(omega, dash) == pytest.approx(direct, rel=1e-9)
+    table = Host.of_points(direct, 0, 1, dash)
+    assert table.direct == pytest.approx(direct[:, 1, 0], rel=1e-15)
+
+
+@pytest.mark.parametrize("full", [False, True], ids=["enough", "full"])
+@pytest.mark.parametrize("damped", [True, False], ids=["damped", "undamped"])
+def test_the_built_machine_moves_as_the_model(full: bool, damped: bool) -> None:
+    of = rod(300, mass_damping=6.0 if damped else 0.0)
+    at = reduced_host(of, {"a": 299, "b": 150}, 6.0 * FIRST).coordinates
+    model, x = _carrying(at), _design(at)
+    joints = tuple(
+        Joint(f"spring {name}", (on, name), m * w * w, 2.0 * m * w * z, 0.0, m * w * w, 1.0)
+        for name, on, (m, w, z) in (("one", "a", x[:3]), ("two", "b", x[3:]))
+    )
+    mount = Joint("mount", ("floor", "a"), 3e7, 0.0, 0.0, 3e7, 1.0)
+    masses = {"one": float(x[0]), "two": float(x[3])}
+    carrier = Carrier(at, of, np.array([299, 150]))
+    built = HostedMachine(masses, (*joints, mount), ("floor",), masses, carriers={"rod": carrier}, full=full)
+    speeds = np.concatenate([np.linspace(0.1, 5.9, 7) * FIRST, np.sqrt(at.stiffness[:2])])
+    for on, forces in (("b", {"b": np.ones(9, complex)}), ("floor", {})):
+        motion = built.shake(speeds, forces, {"floor": np.ones(9, complex)} if on == "floor" else {})
+        for point in ("a", "b", "two"):
+            line = Line(1.0, model.points[on].astype(complex), FLAT)
+            whole = line_slope(model, at_point(model, point), line, x, speeds)[0]
+            assert motion.points[point] == pytest.approx(whole, rel=1e-8)
+    poles = np.sort(np.abs(built.natural_frequencies()))[:4]
+    mass, _, stiffness, _ = built.matrices()
+    assert poles**2 == pytest.approx(np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real)[:4], rel=1e-8)
+
+
+@pytest.mark.parametrize("least_wanted", [False, True], ids=["greatest", "least"])
+def test_peaks_found_through_modes_are_those_of_direct_solutions(
+    least_wanted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = _carrying(_hosts()["damped"])
+    drive = Drive("shaker", (Line(1.0, model.points["b"].astype(complex), FLAT),), (Band(0.2 * FIRST, 5.0 * FIRST),))
+    form = Modulus(at_point(model, "a"), (drive,), "sum")
+    x = _design(_hosts()["damped"])
+    quick = slopes.local_extremes(model, form, x, least_wanted=least_wanted)
+    monkeypatch.setattr(slopes, "modal_of", lambda *_: None)
+    direct = slopes.local_extremes(model, form, x, least_wanted=least_wanted)
+    assert len(quick) == len(direct)
+    for one, other in zip(quick, direct, strict=True):
+        assert one.value == pytest.approx(other.value, abs=1e-9)
+        assert one.slope == pytest.approx(other.slope, abs=1e-5)

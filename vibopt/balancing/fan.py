@@ -1,0 +1,191 @@
+"""A weight cut in two for neighbouring holes: what two masses on the rim can do together.
+
+In the gap between two neighbouring holes less than half a turn apart, u = m1 e1 + m2 e2 with m1, m2 >= 0 has one
+solution, and m1 + m2 is linear in u.  Over all gaps the sum of both parts is the gauge of the polygon of the holes,
+greatest of Re n* u over its sides: convex, and never less than |u|.  A cap on the sum is therefore convex whatever the
+holes are.  Only a cap on each hole (a drill goes no deeper) leaves a set that bulges between the holes; then the gaps
+are branched over, and what a set of neighbouring gaps spans is bounded by its convex hull.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray
+
+HAIR = 1e-9
+OVER = 1e-9
+"""A hole holds more than its cap where it is exceeded by more than this share."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """The holes of one plane that may be used.
+
+    holes
+        Unit phasors in rising angle, shape (n_holes,).
+    gaps
+        Neighbouring holes (i, j), j behind i, less than half a turn apart.
+    each
+        The most one hole takes [kg m]; inf without such a cap.
+    """
+
+    holes: ComplexArray
+    gaps: tuple[tuple[int, int], ...]
+    each: float = float("inf")
+
+    @staticmethod
+    def of(angles: Sequence[float], each: float = float("inf")) -> Fan:
+        """From the internal angles of the holes [rad] in any order."""
+        around = np.sort(np.unique(np.round(np.mod(angles, 2.0 * np.pi) / HAIR)) * HAIR % (2.0 * np.pi))
+        return Fan(np.exp(1j * around), _near(around), each)
+
+    @property
+    def angles(self) -> FloatArray:
+        return np.asarray(np.angle(self.holes) % (2.0 * np.pi))
+
+    @property
+    def sides(self) -> ComplexArray:
+        """Normals n of the polygon of the holes, Re n* e <= 1 for every hole and 1 for the ends of a side."""
+        found = [_normal(self.holes[i], self.holes[j]) for i, j in _near(self.angles)]
+        alone = [k for k in range(len(self.holes)) if not any(k in gap for gap in _near(self.angles))]
+        return np.array([*found, *self.holes[alone]], dtype=complex)
+
+    @property
+    def bulge(self) -> ComplexArray:
+        """Normals q of the hull of what full holes do, Re q* u <= 1; none without a cap on each hole."""
+        if not np.isfinite(self.each):
+            return np.empty(0, dtype=complex)
+        pairs = [self.each * (self.holes[i] + self.holes[j]) for i, j in self.gaps]
+        if not pairs:
+            return self.holes / self.each
+        return _hull_normals(np.array([0.0, *(self.each * self.holes), *pairs], dtype=complex))
+
+    @property
+    def line(self) -> complex | None:
+        """Direction of two opposite holes, between which nothing acts; None elsewhere."""
+        return complex(self.holes[0]) if len(self.holes) == 2 and not _near(self.angles) else None
+
+    @property
+    def wedge(self) -> tuple[float, float] | None:
+        """(middle, half width) of the directions that the holes reach; None: every direction, or a line."""
+        around = self.angles
+        if len(around) == 1:
+            return float(around[0]), 0.0
+        widths = np.diff(around, append=around[0] + 2.0 * np.pi)
+        widest = int(np.argmax(widths))
+        if self.line is not None or widths[widest] < np.pi - HAIR:
+            return None
+        half = min(np.pi - 0.5 * float(widths[widest]), 0.5 * np.pi)
+        return float(around[(widest + 1) % len(around)]) + half, half
+
+    def gauge(self, u: ComplexArray | complex) -> FloatArray:
+        """Both parts together of u (any shape), u being within reach of the holes."""
+        return np.asarray(np.maximum((np.asarray(u)[..., None] * self.sides.conj()).real.max(axis=-1), 0.0))
+
+    def gains(self, slope: complex, cap: float) -> tuple[tuple[float, float], ...]:
+        """Greatest Re slope* u per unit of weight, and room: of the first hole, then (with caps) of its neighbour."""
+        along = (np.conj(slope) * self.holes).real
+        first = max(float(along.max()), 0.0)
+        if not self.each < cap:
+            return ((first, cap),)
+        room = min(self.each, cap - self.each)
+        best = max((self.each * max(along[i], along[j]) + room * min(along[i], along[j]) for i, j in self.gaps), default=0.0)
+        second = max(float(best) - self.each * first, 0.0) / room
+        return (first, self.each), (second, room)
+
+    def reach(self, cap: float) -> float:
+        """The most that both parts together weigh."""
+        return min(cap, (2.0 if self.gaps else 1.0) * self.each)
+
+    def parts(self, u: complex) -> tuple[tuple[int, float], ...]:
+        """(hole, part) of u cut for the holes around it; the nearest hole alone where no gap reaches."""
+        for i, j in self.gaps:
+            first, second = _shares(u, complex(self.holes[i]), complex(self.holes[j]))
+            if min(first, second) >= -1e-12 * abs(u):
+                return (i, max(first, 0.0)), (j, max(second, 0.0))
+        near = int(np.argmax((np.conj(u) * self.holes).real))
+        return ((near, max(float((np.conj(u) * self.holes[near]).real), 0.0)),)
+
+    def excess(self, u: complex) -> float:
+        """How much more than its cap a hole would have to take."""
+        if not np.isfinite(self.each):
+            return 0.0
+        return max(max(part for _, part in self.parts(u)) - self.each * (1.0 + OVER), 0.0)
+
+    def snapped(self, u: complex, cap: float) -> complex:
+        """A correction near u that its holes, their caps and the cap on both parts allow."""
+        parts = [(hole, min(part, self.each)) for hole, part in self.parts(u)]
+        over = max(sum(part for _, part in parts) / cap if cap > 0 else 1.0, 1.0)
+        return complex(sum(self.holes[hole] * part / over for hole, part in parts))
+
+    def scaled(self, by: float) -> Fan:
+        """The same in another unit of u."""
+        return replace(self, each=self.each / by)
+
+    def split_at(self, u: complex) -> tuple[Fan, ...]:
+        """The gaps in two or three sets of neighbouring ones, cut at the hole next to u; itself where it has one."""
+        count = len(self.gaps)
+        if count < 2:
+            return (self,)
+        near = int(np.argmax((np.conj(u) * self.holes).real))
+        if count == len(self.holes):  # all around
+            start = next(k for k, gap in enumerate(self.gaps) if gap[0] == near)
+            order = [self.gaps[(start + k) % count] for k in range(count)]
+            cuts = sorted({0, -(-count // 3), -(-2 * count // 3), count})
+        else:
+            first = next(k for k, gap in enumerate(self.gaps) if gap[0] not in [j for _, j in self.gaps])
+            order = [self.gaps[(first + k) % count] for k in range(count)]
+            inner = [k for k in range(1, count) if order[k][0] == near]
+            cuts = [0, inner[0] if inner else count // 2, count]
+        return tuple(self._only(order[low:high]) for low, high in zip(cuts, cuts[1:], strict=False))
+
+    def _only(self, gaps: Sequence[tuple[int, int]]) -> Fan:
+        used = sorted({hole for gap in gaps for hole in gap})
+        return Fan(self.holes[used], tuple((used.index(i), used.index(j)) for i, j in gaps), self.each)
+
+
+def _near(around: FloatArray) -> tuple[tuple[int, int], ...]:
+    """Neighbours less than half a turn apart, of rising angles."""
+    count = len(around)
+    widths = np.diff(around, append=around[:1] + 2.0 * np.pi)
+    return tuple((k, (k + 1) % count) for k in range(count) if count > 1 and widths[k] < np.pi - HAIR)
+
+
+def _normal(first: complex, second: complex) -> complex:
+    """n with Re n* first = Re n* second = 1."""
+    both = first + second
+    return complex(2.0 * both / abs(both) ** 2)
+
+
+def _shares(u: complex, first: complex, second: complex) -> tuple[float, float]:
+    """m1, m2 with u = m1 first + m2 second."""
+    area = (first.conjugate() * second).imag
+    return (u.conjugate() * second).imag / area, (first.conjugate() * u).imag / area
+
+
+def _hull_normals(points: ComplexArray) -> ComplexArray:
+    """Normals q of the convex hull of points (zero among them), Re q* p <= 1; sides through zero are left out."""
+    size = float(np.abs(points).max())
+    order = np.lexsort((points.imag, points.real))
+    hull = [*_chain(points[order]), *_chain(points[order[::-1]])]
+    found = []
+    for a, b in zip(hull, [*hull[1:], hull[0]], strict=True):
+        outward = -1j * (b - a)
+        distance = (np.conj(outward) * a).real
+        if distance > 1e-9 * size * abs(outward):
+            found.append(outward / distance)
+    return np.array(found, dtype=complex)
+
+
+def _chain(points: ComplexArray) -> list[complex]:
+    """Half of the hull, counter-clockwise, without its last point."""
+    kept: list[complex] = []
+    for point in points:
+        while len(kept) > 1 and ((kept[-1] - kept[-2]).conjugate() * (point - kept[-2])).imag <= 0.0:
+            kept.pop()
+        kept.append(complex(point))
+    return kept[:-1]

@@ -1,0 +1,234 @@
+"""An absorber: a small mass on a spring and a damper, tuned to take over the motion of what it sits on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, WithJsonSchema, model_validator
+
+from vibopt.devices.device import Device, Ends
+from vibopt.devices.disc import Disc
+from vibopt.devices.spring import Shaft
+from vibopt.devices.symbols import Symbols
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.monomial import Monomial
+from vibopt.values import Fact, Value, number, word
+from vibopt.values.fields import complaint
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Places of which the best is to be found."""
+
+    names: tuple[str, ...]
+
+
+def _place(given: object) -> object:
+    if isinstance(given, Places) or (isinstance(given, str) and given):
+        return given
+    if isinstance(given, Mapping) and list(given) == ["one_of"]:
+        listed = given["one_of"]
+        if isinstance(listed, (list, tuple)) and listed and all(isinstance(one, str) and one for one in listed):
+            if len(set(listed)) < len(listed):
+                raise complaint("names a place twice. Name each once.")
+            return Places(tuple(listed))
+    raise complaint(
+        'is no place. Write on = "machine", or on = { one_of = ["floor1", "floor2"] } to let vibopt choose.'
+    )
+
+
+On = Annotated[
+    str | Places,
+    BeforeValidator(_place),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "description": "what it sits on"},
+                {
+                    "type": "object",
+                    "properties": {"one_of": {"type": "array", "items": {"type": "string"}}},
+                    "required": ["one_of"],
+                    "additionalProperties": False,
+                },
+            ]
+        }
+    ),
+]
+_MASSES = ("mass", "mass_ratio", "inertia", "disc")
+_SPRINGS = ("stiffness", "frequency", "tuning", "length", "torsional_stiffness", "shaft")
+_DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
+_ALONG = ("mass", "stiffness", "length", "damping")
+_AROUND = ("inertia", "disc", "torsional_stiffness", "shaft", "torsional_damping")
+
+
+class AbsorberTable(Device):
+    """`[absorbers.NAME]`: its mass, its spring and its damper, each in one of several ways.
+
+    Its name is at once a point (its mass), a link (its spring and damper, from what it sits on to its
+    mass) and a body.
+    """
+
+    on: On
+    mass: Value | None = number("mass")
+    mass_ratio: Value | None = number("ratio", most=1e6)
+    relative_to: str | None = None
+    inertia: Value | None = number("inertia")
+    disc: Disc | None = None
+    stiffness: Value | None = number("stiffness")
+    frequency: Value | None = number("angular_rate")
+    tuning: Value | None = number("ratio", most=1e6)
+    tuning_to: Fact | None = number("angular_rate", choice=False)
+    mode: int | None = None
+    length: Value | None = number("length")
+    torsional_stiffness: Value | None = number("torsional_stiffness")
+    shaft: Shaft | None = None
+    damping: Value | None = number("damping", sign="not negative")
+    torsional_damping: Value | None = number("torsional_damping", sign="not negative")
+    damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
+    loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> AbsorberTable:
+        masses, springs, dampers = (self._given(keys) for keys in (_MASSES, _SPRINGS, _DAMPERS))
+        if not masses:
+            raise word('has no mass. Write mass = "20 kg", or mass_ratio = 0.05 (of what it sits on).')
+        for given, what in ((masses, "mass"), (springs, "stiffness"), (dampers, "damping")):
+            if len(given) > 1:
+                raise word(f"gives {' and '.join(given)}. Keep one: they are ways to say the {what} of one absorber.")
+        along, around = self._given(_ALONG), self._given(_AROUND)
+        if along and around:
+            raise word(
+                f"gives {along[0]}, which is along a line, and {around[0]}, which is about an axis. An absorber is "
+                "one or the other."
+            )
+        self._complete(springs, dampers)
+        return self
+
+    def _complete(self, springs: list[str], dampers: list[str]) -> None:
+        if not springs and not dampers:
+            raise word(
+                'has neither a spring nor a damper. Write frequency = "12 Hz", stiffness = "..." or tuning = 1.0.'
+            )
+        if not springs and dampers[0] in ("damping_ratio", "loss_factor"):
+            raise word(
+                f"has a {dampers[0]} but no spring to which it belongs. Add the stiffness, or give the damping in "
+                "N s/m."
+            )
+        for key in ("tuning_to", "mode"):
+            if getattr(self, key) is not None and not springs:
+                raise word(f"has {key} without a spring to be tuned. Remove it, or give the tuning.")
+        if self.tuning_to is not None and self.mode is not None:
+            raise word("has tuning_to and mode. Keep one: either says what the tuning refers to.")
+        if self.mode is not None and self.mode < 1:
+            raise word("has a mode below 1. Modes are counted from 1, the lowest.")
+
+    def _given(self, keys: tuple[str, ...]) -> list[str]:
+        return [key for key in keys if getattr(self, key) is not None]
+
+    @property
+    def host(self) -> str:
+        """What it sits on; of several places the first."""
+        return self.on if isinstance(self.on, str) else self.on.names[0]
+
+    @property
+    def says_line(self) -> str:
+        """A key that says that it moves along a line; "" where none does."""
+        return next(iter(self._given(_ALONG)), "")
+
+    @property
+    def says_axis(self) -> str:
+        """A key that says that it turns; "" where none does."""
+        return next(iter(self._given(_AROUND)), "")
+
+    @property
+    def has_spring(self) -> bool:
+        return bool(self._given(_SPRINGS))
+
+    @property
+    def damper(self) -> str:
+        """The key that says the viscous damping."""
+        return "torsional_damping" if self.torsional_damping is not None else "damping"
+
+    @classmethod
+    def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        return (name,)
+
+    @classmethod
+    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        return (name,)
+
+    def joins(self, name: str) -> dict[str, Ends]:
+        return {name: (self.host, name)}
+
+    def springs(self, name: str) -> tuple[str, ...]:
+        return (name,) if self.has_spring else ()
+
+    def declare(self, builder: ModelBuilder, name: str) -> None:
+        builder.add_coordinate(name)
+        builder.add_point(name, {name: 1.0})
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Add the terms; what it sits on and refers to is known to the builder already."""
+        mass = self._mass(builder, name, symbols)
+        builder.masses[name] = mass
+        builder.add_inertia(name, mass, weighs=not builder.turning.get(self.host, False))
+        builder.turning[name] = builder.turning.get(self.host, False)
+        builder.add_link(name, (self.host, name), Monomial(1.0))
+        base = builder.masses.get(self.relative_to or self.host)
+        if base is not None:
+            builder.properties[name, "mass_ratio"] = mass * base**-1.0
+        stiffness = self._stiffness(builder, name, symbols, mass)
+        if stiffness is not None:
+            builder.add_stiffness(name, stiffness)
+            own = (stiffness * mass**-1.0) ** 0.5
+            builder.properties[name, "own_frequency"] = own
+            reference = builder.references.get(name)
+            if reference is not None:
+                builder.properties[name, "tuning"] = own * reference**-1.0
+        self._damp(builder, name, symbols, mass, stiffness)
+
+    def _read(self, name: str, key: str, symbols: Symbols) -> Monomial:
+        value: Any = getattr(self, key)
+        return symbols.read(f"absorbers.{name}.{key}", value)
+
+    def _mass(self, builder: ModelBuilder, name: str, symbols: Symbols) -> Monomial:
+        if self.mass_ratio is not None:
+            return self._read(name, "mass_ratio", symbols) * builder.masses[self.relative_to or self.host]
+        if self.disc is not None:
+            return Monomial(self.disc.inertia.value)
+        return self._read(name, "mass" if self.mass is not None else "inertia", symbols)
+
+    def _stiffness(self, builder: ModelBuilder, name: str, symbols: Symbols, mass: Monomial) -> Monomial | None:
+        if self.shaft is not None:
+            return self.shaft.spring(f"absorbers.{name}.shaft", symbols)
+        if self.length is not None:
+            return (mass * self._read(name, "length", symbols) ** -1.0).times(GRAVITY)
+        if self.frequency is not None:
+            return mass * self._read(name, "frequency", symbols) ** 2.0
+        if self.tuning is not None:
+            return mass * (self._read(name, "tuning", symbols) * builder.references[name]) ** 2.0
+        for key in ("stiffness", "torsional_stiffness"):
+            if getattr(self, key) is not None:
+                return self._read(name, key, symbols)
+        return None
+
+    def _damp(
+        self, builder: ModelBuilder, name: str, symbols: Symbols, mass: Monomial, stiffness: Monomial | None
+    ) -> None:
+        if getattr(self, self.damper) is not None:
+            damping = self._read(name, self.damper, symbols)
+            builder.add_damping(name, damping)
+            if stiffness is not None:
+                builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
+        elif stiffness is not None and self.damping_ratio is not None:
+            ratio = self._read(name, "damping_ratio", symbols)
+            builder.ratios[name] = ratio
+            builder.add_damping(name, (ratio * (stiffness * mass) ** 0.5).times(2.0))
+        elif stiffness is not None and self.loss_factor is not None:
+            builder.add_hysteretic(name, stiffness * self._read(name, "loss_factor", symbols))
+
+
+__all__ = ["AbsorberTable", "Places"]

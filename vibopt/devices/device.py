@@ -1,0 +1,53 @@
+"""What every family of devices says of itself, so that nobody else must know the families by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vibopt.devices.symbols import Symbols
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.values import Table
+
+Ends = tuple[str, str]
+
+
+class Device(Table):
+    """A table of a device.
+
+    The class methods read the names off a table of the document, which may have mistakes still.
+    """
+
+    @classmethod
+    def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        """Points that move freely, by name: a body is one, a structure may have several."""
+        return ()
+
+    @classmethod
+    def supports_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        """Points that move as prescribed."""
+        return ()
+
+    @classmethod
+    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        """Names under which a spring and a damper between two points can be asked for."""
+        return ()
+
+    @classmethod
+    def freedoms_in(cls, name: str, given: Mapping[str, Any]) -> int:
+        """Number of free coordinates."""
+        return len(cls.moving_in(name, given))
+
+    def joins(self, name: str) -> dict[str, Ends]:
+        """Per link its two ends."""
+        return {}
+
+    def springs(self, name: str) -> tuple[str, ...]:
+        """Links that have a stiffness."""
+        return ()
+
+    def declare(self, builder: ModelBuilder, name: str) -> None:
+        """Add coordinates and points; every device does before any adds its terms."""
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Add the terms."""

@@ -1,0 +1,17 @@
+"""A solid disc: its moment of inertia about its own axis."""
+
+from __future__ import annotations
+
+from vibopt.values import Fact, Table, number
+
+
+class Disc(Table):
+    """`disc = { mass, diameter }`: J = m d^2 / 8 [kg m^2]."""
+
+    mass: Fact = number("mass", choice=False, required=True)
+    diameter: Fact = number("length", choice=False, required=True)
+
+    @property
+    def inertia(self) -> Fact:
+        """About the axis of the disc [kg m^2]."""
+        return Fact(self.mass.value * self.diameter.value**2 / 8.0, "kg m²")

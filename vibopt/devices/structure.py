@@ -1,0 +1,348 @@
+"""A structure: floor, skid, frame, given by its modes or by its matrices, with named points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path as FilePath
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
+
+from vibopt.devices.device import Device
+from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_fault, matrix_of
+from vibopt.devices.symbols import Symbols
+from vibopt.errors import QuantityError
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.host import Coordinates, Matrices, Reduction, digits_lost, of_modes, reduced_host
+from vibopt.mechanics.host.matrices import negative_count
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
+from vibopt.mechanics.monomial import Monomial
+from vibopt.values import Fact, Table, number, word
+from vibopt.values.fields import complaint
+
+MOST_LOST = 1e-4
+"""Greatest relative error of a receptance from rounding of the entries that is accepted."""
+WORTH_SAYING = 1e-9
+_MOST_MODES = 200
+
+
+class MatrixError(ValueError):
+    """A key of a structure that only shows to be wrong together with others."""
+
+    def __init__(self, key: str, given: object, text: str) -> None:
+        super().__init__(text)
+        self.key, self.given, self.text = key, given, text
+
+
+def _seen(given: str) -> FilePath:
+    """The file that a name means, seen from the folder that comes with it."""
+    return FilePath(getattr(given, "folder", "")) / given
+
+
+def _file(given: object, info: ValidationInfo) -> FilePath:
+    if isinstance(given, FilePath):
+        return given
+    if not isinstance(given, str):
+        raise complaint('is no file name. Write it in quotation marks: "m.mtx".')
+    file = _seen(given)
+    try:
+        if info.field_name == "file":
+            keys_of(file)
+        else:
+            matrix_of(file)
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+    return file
+
+
+File = Annotated[FilePath, BeforeValidator(_file), WithJsonSchema({"type": "string", "description": "a file name"})]
+
+
+def _places(given: object) -> object:
+    if not isinstance(given, Mapping) or not given:
+        raise complaint("names no point. Write points = { midspan = 12 }, with coordinate numbers from 0.")
+    for name, place in given.items():
+        if isinstance(place, bool) or not isinstance(place, int):
+            raise complaint(f"gives {name} no coordinate number. Write points = {{ {name} = 12 }}, counted from 0.")
+    return dict(given)
+
+
+Places = Annotated[
+    dict[str, int], BeforeValidator(_places), WithJsonSchema({"type": "object", "description": "numbers from 0"})
+]
+
+
+def _shape(given: object) -> object:
+    if not isinstance(given, Mapping) or not given:
+        raise complaint("names no point. Write shape = { midspan = 1.0, quarter = 0.7 }.")
+    for name, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise complaint(f"gives {name} no number. Write shape = {{ {name} = 1.0 }}.")
+    return {name: float(value) for name, value in given.items()}
+
+
+Shape = Annotated[
+    dict[str, float], BeforeValidator(_shape), WithJsonSchema({"type": "object", "description": "value per point"})
+]
+
+
+class Mode(Table):
+    """One entry of `modes`: natural frequency, damping ratio, modal mass that belongs to the shape as given."""
+
+    frequency: Fact = number("angular_rate", choice=False, sign="not negative", required=True)
+    damping_ratio: Fact | None = number("ratio", choice=False, sign="not negative", most=10.0)
+    modal_mass: Fact = number("mass", choice=False, required=True)
+    shape: Shape
+
+
+class StructureTable(Device):
+    """`[structures.NAME]`: modes, or matrices with points."""
+
+    modes: tuple[Mode, ...] | None = None
+    mass: File | None = None
+    stiffness: File | None = None
+    damping: File | None = None
+    file: File | None = None
+    loss_factor: Fact | None = number("ratio", choice=False, sign="not negative", most=10.0)
+    points: Places | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> StructureTable:
+        if self.modes is not None:
+            self._check_modes()
+        elif self.file is not None or self.mass is not None or self.stiffness is not None:
+            self._check_matrices()
+        else:
+            raise word(
+                "has neither modes nor matrices. Write modes = [{ frequency, damping_ratio, modal_mass, shape }], or "
+                'mass = "m.mtx" and stiffness = "k.mtx".'
+            )
+        return self
+
+    def _check_modes(self) -> None:
+        others = ("mass", "stiffness", "damping", "file", "loss_factor", "points")
+        extra = [key for key in others if getattr(self, key) is not None]
+        if extra:
+            raise word(f"gives modes and {' and '.join(extra)}. Keep the modes, or the matrices with their points.")
+        assert self.modes is not None
+        if not self.modes:
+            raise MatrixError("modes", [], "is an empty list. Give at least one mode, or leave the structure out.")
+        for index, mode in enumerate(self.modes):
+            missing = [name for name in self.names if name not in mode.shape]
+            if missing:
+                raise word(
+                    f"has no value for {' and '.join(missing)} in the shape of mode {index + 1}. Every mode says how "
+                    f"every point moves; write {missing[0]} = 0 where it does not."
+                )
+
+    def _check_matrices(self) -> None:
+        if self.file is not None:
+            doubled = [key for key in ("mass", "stiffness", "damping") if getattr(self, key) is not None]
+            if doubled:
+                raise word(
+                    f"gives file and {' and '.join(doubled)}. Keep the file with all matrices, or the single ones."
+                )
+            found = keys_of(self.file)
+            for key in ("M", "K"):
+                if key not in found:
+                    raise MatrixError(
+                        "file", self.file.name, f"has no matrix {key} ({WORDS[key]}). Add it to the file."
+                    )
+        else:
+            for key in ("mass", "stiffness"):
+                if getattr(self, key) is None:
+                    raise word(f'has no {key} matrix. Write {key} = "{key}.mtx".')
+        if self.points is None:
+            raise word("has no points. Write points = { midspan = 12 }, with coordinate numbers from 0.")
+        self._check_sizes()
+        self._check_physics()
+
+    def _check_sizes(self) -> None:
+        try:
+            parts = {key: self._part(key) for key in ("M", "K", "C")}
+        except QuantityError as error:
+            assert self.file is not None
+            raise MatrixError("file", self.file.name, str(error)) from None
+        size = parts["M"].shape[0]
+        for key, one in parts.items():
+            if one is not None and one.shape[0] != size:
+                raise word(
+                    f"has matrices that are not of one size: mass {size}, {WORDS[key]} {one.shape[0]}. Take them from "
+                    "one model."
+                )
+        assert self.points is not None
+        for name, place in self.points.items():
+            if not 0 <= place < size:
+                raise word(
+                    f"puts {name} at coordinate {place}, but there are {size}, numbered from 0 to {size - 1}. Check "
+                    "the number; it counts from 0."
+                )
+
+    def _check_physics(self) -> None:
+        mass = self._part("M")
+        self._fault("M", mass_fault(mass, self._which("M")))
+        for key in ("K", "C"):
+            if self._part(key) is not None:
+                self._fault(key, holding_fault(self._part(key), mass, WORDS[key], self._which(key)))
+        assert self.points is not None
+        lost = _lost(self.matrices, tuple(self.points.values()))
+        if lost.worst > MOST_LOST:
+            at = next(name for name, place in self.points.items() if place == lost.place)
+            self._fault(
+                "K",
+                f"does not hold enough digits: rounding each of its entries once moves the receptance at {at} by "
+                f"{100 * lost.worst:.2g} %, and {100 * MOST_LOST:g} % is the most that can be trusted. The mesh is "
+                "much finer than the motion needs: take fewer elements, or give modes instead.",
+            )
+
+    def _which(self, key: str) -> str:
+        return f"Its matrix {key}" if self.file is not None else "It"
+
+    def _fault(self, key: str, text: str) -> None:
+        if text:
+            where = "file" if self.file is not None else WORDS[key]
+            raise MatrixError(where, getattr(self, where).name, text)
+
+    def _part(self, key: str) -> Any:
+        """One of the matrices; None for a damping that is not given."""
+        if self.file is not None:
+            return matrix_of(self.file, key) if key in keys_of(self.file) else None
+        file = getattr(self, WORDS[key])
+        return matrix_of(file) if file is not None else None
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the points."""
+        if self.modes is not None:
+            return list(dict.fromkeys(name for mode in self.modes for name in mode.shape))
+        return list(self.points or {})
+
+    @property
+    def matrices(self) -> Matrices:
+        """The matrices in full."""
+        return _assembled(
+            *(_Kept(self._part(key)) for key in "MCK"), self.loss_factor.value if self.loss_factor else 0.0
+        )
+
+    def host(self, top: float, modes: int = 0) -> Coordinates | Reduction:
+        """What a model needs of the structure up to the frequency `top` [rad/s], with its lowest modes."""
+        if self.modes is not None:
+            return self.modal
+        assert self.points is not None
+        return _reduced(self.matrices, tuple(self.points.items()), top, modes)
+
+    @property
+    def modal(self) -> Coordinates:
+        """The list of modes as coordinates."""
+        assert self.modes is not None
+        shapes = {name: np.array([mode.shape[name] for mode in self.modes]) for name in self.names}
+        ratios = [mode.damping_ratio.value if mode.damping_ratio else 0.0 for mode in self.modes]
+        return of_modes(
+            np.array([mode.frequency.value for mode in self.modes]),
+            np.array(ratios),
+            np.array([mode.modal_mass.value for mode in self.modes]),
+            shapes,
+        )
+
+    @classmethod
+    def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        points = given.get("points")
+        if isinstance(points, Mapping):
+            return tuple(points)
+        modes = given.get("modes")
+        shapes = [one.get("shape") for one in modes if isinstance(one, Mapping)] if isinstance(modes, list) else []
+        return tuple(dict.fromkeys(point for shape in shapes if isinstance(shape, Mapping) for point in shape))
+
+    @classmethod
+    def freedoms_in(cls, name: str, given: Mapping[str, Any]) -> int:
+        modes = given.get("modes")
+        if isinstance(modes, list):
+            return len(modes)
+        for key, matrix in (("file", "M"), ("mass", "")):
+            if isinstance(given.get(key), str):
+                try:
+                    return int(matrix_of(_seen(given[key]), matrix).shape[0])
+                except QuantityError:
+                    return 0
+        return 0
+
+    def declare(self, builder: ModelBuilder, name: str) -> None:
+        coordinates = _coordinates(self.host(builder.top, builder.modes))
+        names = _coordinate_names(name, coordinates.count)
+        for one in names:
+            builder.add_coordinate(one)
+        for point, row in coordinates.points.items():
+            builder.add_point(point, dict(zip(names, row.tolist(), strict=True)))
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        host = self.host(builder.top, builder.modes)
+        coordinates = _coordinates(host)
+        names = _coordinate_names(name, coordinates.count)
+        for one, mass, stiffness in zip(names, coordinates.mass, coordinates.stiffness, strict=True):
+            builder.add_term(INERTIA, {one: 1.0}, Monomial(float(mass)), name, 0.0)
+            if stiffness:
+                builder.add_term(STIFFNESS, {one: 1.0}, Monomial(float(stiffness)), name)
+                if coordinates.loss_factor:
+                    lossy = Monomial(float(stiffness) * coordinates.loss_factor)
+                    builder.add_term(HYSTERETIC, {one: 1.0}, lossy, name)
+        for row, damping in coordinates.dampers():
+            parts = {one: float(part) for one, part in zip(names, row, strict=True) if part}
+            builder.add_term(DAMPING, parts, Monomial(damping), name)
+        if isinstance(host, Reduction):
+            builder.left_out += host.size - coordinates.count
+            builder.remarks.append(self._remark(name, host))
+
+    def _remark(self, name: str, host: Reduction) -> str:
+        """How good the coordinates are, for the answer."""
+        text = (
+            f"{name}: {host.size} degrees of freedom, {host.coordinates.count} used; greatest error of receptances "
+            f"{host.error:.0e}, checked at {host.checks} frequencies"
+        )
+        lost = _lost(self.matrices, tuple((self.points or {}).values()))
+        if lost.worst > WORTH_SAYING:
+            text += f"; rounding of the matrix entries alone moves them by {lost.worst:.0e}"
+        return text
+
+
+def _coordinates(host: Coordinates | Reduction) -> Coordinates:
+    return host.coordinates if isinstance(host, Reduction) else host
+
+
+def _coordinate_names(structure: str, count: int) -> list[str]:
+    """Names of coordinates that no point of a file can have."""
+    return [f"{structure} [{index + 1}]" for index in range(count)]
+
+
+class _Kept:
+    """A matrix as a key: equal where it is the same object."""
+
+    def __init__(self, matrix: Any) -> None:
+        self.matrix = matrix
+
+    def __hash__(self) -> int:
+        return id(self.matrix)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Kept) and self.matrix is other.matrix
+
+
+@lru_cache(maxsize=8)
+def _assembled(mass: _Kept, damping: _Kept, stiffness: _Kept, loss_factor: float) -> Matrices:
+    from scipy.sparse import csc_array
+
+    none = csc_array(mass.matrix.shape)
+    return Matrices(mass.matrix, damping.matrix if damping.matrix is not None else none, stiffness.matrix, loss_factor)
+
+
+@lru_cache(maxsize=32)
+def _reduced(matrices: Matrices, points: tuple[tuple[str, int], ...], top: float, modes: int) -> Reduction:
+    if modes:  # those within the look-out count, seen from the points or not
+        modes = max(modes, min(negative_count(matrices.dynamic(top**2, 0.0)), _MOST_MODES))
+    return reduced_host(matrices, dict(points), top, modes=min(modes, matrices.size))
+
+
+@lru_cache(maxsize=32)
+def _lost(matrices: Matrices, places: tuple[int, ...]) -> Any:
+    return digits_lost(matrices, list(places), 1e-3 * matrices.fastest)

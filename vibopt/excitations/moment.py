@@ -1,0 +1,18 @@
+"""A harmonic moment on a body that turns."""
+
+from __future__ import annotations
+
+from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.forms import FloatArray, Line
+from vibopt.values import Fact, number
+
+
+class Moment(Excitation):
+    """`kind = "moment"`: T cos(w t), amplitude [N m] peak."""
+
+    amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
+    varies: Varies = None
+    amplitude_at: OneSpeed | None = None
+
+    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
+        return (unit_line(1.0, direction, 0.0, self.shape(self.amplitude.value)),)

@@ -1,0 +1,211 @@
+"""A machine as built that stands on structures: bodies and joints coupled with receptances.
+
+The structure is never put into one matrix with what it carries.  It answers with displacements per force
+at its points, and the forces of the joints there are found together with the motion of the bodies.  A
+finished design is measured with the matrices in full, solved at the speed in question.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.host import Coordinates, Matrices
+from vibopt.mechanics.host.matrices import Dashed
+from vibopt.mechanics.machine import Machine, Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Carrier:
+    """One structure of a built machine.
+
+    coordinates
+        Modes, or what was found to be enough of the matrices.
+    matrices, places
+        The matrices in full and the coordinate numbers of the points; None for a list of modes.
+    """
+
+    coordinates: Coordinates
+    matrices: Matrices | None = None
+    places: IntArray | None = None
+
+    @cached_property
+    def dash(self) -> float:
+        """A damper of the structure's own size [N s/m]."""
+        at = self.coordinates
+        row = np.abs(at.rows()).max(initial=0.0) or 1.0
+        return float(np.sqrt(np.median(at.mass) * np.median(np.abs(at.stiffness)))) / row**2 or 1.0
+
+    @cached_property
+    def _dashed(self) -> Dashed:
+        assert self.matrices is not None
+        assert self.places is not None
+        return Dashed(self.matrices, self.places, self.dash)
+
+    def answer(self, omega: FloatArray, *, full: bool) -> ComplexArray:
+        """Receptances with the damper at each point, (n, p, p); `full` solves the matrices themselves."""
+        if full and self.matrices is not None:
+            return self._dashed.receptances(omega)
+        return self.coordinates.receptances(omega, self.dash)
+
+
+@dataclass(frozen=True)
+class HostedMachine(Machine):
+    """A machine with structures.
+
+    carriers
+        Structures by name.
+    full
+        Whether matrices are solved as they are, at every frequency that is asked for.
+    """
+
+    carriers: Mapping[str, Carrier] = field(default_factory=dict)
+    full: bool = False
+
+    @property
+    def in_full(self) -> Machine:
+        return replace(self, full=True)
+
+    @cached_property
+    def host_points(self) -> tuple[str, ...]:
+        """Points of all structures."""
+        return tuple(point for one in self.carriers.values() for point in one.coordinates.points)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        return (*self.masses, *self.host_points)
+
+    def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
+        """As `Machine.shake`; rows of bodies are balances of forces, rows of points say u = H f."""
+        flat = np.ravel(np.asarray(omega, dtype=float))
+        names = list(self.places)
+        stiff, load = self._joints(names, flat, bases)
+        for name, force in forces.items():
+            load[:, names.index(name)] += np.ravel(force)
+        start = len(self.masses)
+        for i, mass in enumerate(self.masses.values()):
+            stiff[:, i, i] -= mass * flat**2
+        for one in self.carriers.values():
+            stop = start + len(one.coordinates.points)
+            here = slice(start, stop)
+            moved = one.answer(flat, full=self.full)
+            rows = np.arange(start, stop)
+            stiff[:, rows, rows] -= 1j * flat[:, None] * one.dash
+            stiff[:, here] = moved @ stiff[:, here]
+            stiff[:, rows, rows] += 1.0
+            load[:, here] = (moved @ load[:, here, None])[..., 0]
+            start = stop
+        found = _solved(stiff, load)
+        points = {name: found[:, i].reshape(omega.shape) for i, name in enumerate(names)}
+        for base in self.bases:
+            points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
+        return Motion(points, forces, omega)
+
+    def _joints(
+        self, names: list[str], omega: FloatArray, bases: dict[str, ComplexArray]
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Dynamic stiffness of the joints over bodies and points, (n, k, k), and the pull of moving bases, (n, k)."""
+        number = {name: i for i, name in enumerate(names)}
+        stiff = np.zeros((len(omega), len(names), len(names)), dtype=complex)
+        load = np.zeros((len(omega), len(names)), dtype=complex)
+        for joint in self.joints:
+            z = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping
+            for here, there in (joint.ends, joint.ends[::-1]):
+                if here not in number:
+                    continue
+                stiff[:, number[here], number[here]] += z
+                if there in number:
+                    stiff[:, number[here], number[there]] -= z
+                elif there in bases:
+                    load[:, number[here]] += z * np.ravel(bases[there])
+        return stiff, load
+
+    @cached_property
+    def _rows(self) -> dict[str, FloatArray]:
+        """Per body and point its row over [bodies, coordinates of the structures]."""
+        count = len(self.masses) + sum(one.coordinates.count for one in self.carriers.values())
+        found: dict[str, FloatArray] = dict(zip(self.masses, np.eye(count), strict=False))
+        start = len(self.masses)
+        for one in self.carriers.values():
+            for point, row in one.coordinates.points.items():
+                found[point] = np.zeros(count)
+                found[point][start : start + len(row)] = row
+            start += one.coordinates.count
+        return found
+
+    def _extensions(self) -> FloatArray:
+        """Row of every joint over [bodies, coordinates], shape (n_joints, count)."""
+        rows = self._rows
+        zero = np.zeros(len(next(iter(rows.values()))))
+        return np.array([rows.get(b, zero) - rows.get(a, zero) for a, b in (one.ends for one in self.joints)])
+
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K and hysteretic stiffness over bodies and coordinates of the structures."""
+        hosts = [one.coordinates for one in self.carriers.values()]
+        mass = np.diag(np.concatenate([list(self.masses.values()), *(one.mass for one in hosts)]))
+        damping, stiffness, hysteretic = (np.zeros_like(mass) for _ in range(3))
+        start = len(self.masses)
+        for one in hosts:
+            here = slice(start, start + one.count)
+            damping[here, here] = one.damping
+            stiffness[here, here] = np.diag(one.stiffness)
+            hysteretic[here, here] = one.loss_factor * np.diag(one.stiffness)
+            start += one.count
+        if self.joints:
+            rows = self._extensions()
+            k, c, loss = (np.array([getattr(one, key) for one in self.joints]) for key in _NUMBERS)
+            damping += (rows.T * c) @ rows
+            stiffness += (rows.T * k) @ rows
+            hysteretic += (rows.T * (k * loss)) @ rows
+        return mass, damping, stiffness, hysteretic
+
+    def natural_frequencies(self) -> FloatArray:
+        """Undamped natural frequencies, ascending [rad/s], as singular values; no squares are taken."""
+        mass = np.diag(self.matrices()[0])
+        columns = [np.diag(np.concatenate([np.zeros(len(self.masses)), *self._host_roots()]))]
+        if self.joints:
+            stiffness = np.array([one.stiffness for one in self.joints])
+            columns.append(self._extensions().T * np.sqrt(stiffness))
+        return np.sort(np.linalg.svd(np.hstack(columns) / np.sqrt(mass)[:, None], compute_uv=False))[: len(mass)]
+
+    def _host_roots(self) -> list[FloatArray]:
+        return [np.sqrt(one.coordinates.stiffness) for one in self.carriers.values()]
+
+    def sag(self) -> dict[str, float] | None:
+        """Displacement of every point under the weights of the bodies [m]; structures are drawn as they hang."""
+        hosts = [one.coordinates.stiffness for one in self.carriers.values()]
+        stiffness = np.diag(np.concatenate([np.zeros(len(self.masses)), *hosts]))
+        if self.joints:
+            rows = self._extensions()
+            stiffness += (rows.T * np.array([one.static_stiffness for one in self.joints])) @ rows
+        size = np.sqrt(np.diag(stiffness))
+        if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:
+            return None
+        load = np.zeros(len(size))
+        load[: len(self.masses)] = [self.weights[name] * GRAVITY for name in self.masses]
+        down = np.linalg.solve(scaled, load / size) / size
+        return {name: float(row @ down) for name, row in self._rows.items()}
+
+
+_NUMBERS = ("stiffness", "damping", "loss_factor")
+
+
+def _solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Solve each system, rows scaled; a singular one gives inf."""
+    scale = np.abs(matrix).max(axis=-1, keepdims=True)
+    scale[scale == 0.0] = 1.0
+    try:
+        return np.asarray(np.linalg.solve(matrix / scale, right[..., None] / scale)[..., 0], dtype=complex)
+    except np.linalg.LinAlgError:
+        found = np.full(right.shape, np.inf, dtype=complex)
+        for i, (one, load) in enumerate(zip(matrix / scale, right / scale[..., 0], strict=True)):
+            try:
+                found[i] = np.linalg.solve(one, load)
+            except np.linalg.LinAlgError:
+                continue
+        return found

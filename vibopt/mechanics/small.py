@@ -1,0 +1,406 @@
+"""Few coordinates, one harmonic: the peaks of a response from its numerator and denominator as polynomials.
+
+With the bordered matrix a sum of rank-one terms, both determinants are sums over subsets of terms
+(Cauchy-Binet); in the denominator nothing ever cancels.  Numerator N and denominator D in s = i w give
+every stationary point as a root, its polish, and the slopes and bends of its value with the design.
+What rounding could spoil is found by checks, and then there is no answer: the general search takes over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb
+
+import numpy as np
+
+from vibopt.forms import Amplitude, Band, ComplexArray, FloatArray, IntArray, Line, Output
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
+from vibopt.mechanics.peaks import Extreme
+
+MOST = 4
+"""Number of free coordinates up to which a model is small."""
+_SUBSETS = 1500
+_GONE = 1e-13
+_TRUSTED = 1e7
+_EXACT = 300.0
+_LIGHT = 1e-7
+_POLISHES = 8
+_DONE = 1e-14
+_AT_REST = 1e-7
+_KEPT = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """A local greatest value.
+
+    at
+        Its value and its speed.
+    slope, bend
+        First and second derivative of the log of the value in log x, (n_vars,) and (n_vars, n_vars), the
+        peak's own motion in them.
+    sound
+        Whether the value has all its digits; if not, it is to be measured again at its speed.
+    """
+
+    at: Extreme
+    slope: FloatArray
+    bend: FloatArray
+    sound: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """Numerator or denominator as a sum over subsets of terms.
+
+    members
+        Terms of each subset, shape (n_subsets, size); the number of terms stands for a factor of one.
+    spread
+        Which power of s each subset belongs to, times its weight, shape (degree + 1, n_subsets).
+    weights
+        1, e_i, e_i e_j (i <= j) of each subset's exponents, shape (n_subsets, n_columns).
+    """
+
+    members: IntArray
+    spread: FloatArray
+    weights: FloatArray
+
+    def coefficients(self, p: FloatArray) -> FloatArray:
+        """Coefficients in s, ascending, of the value and its derivatives in log x, (degree + 1, n_columns)."""
+        products = p[self.members].prod(axis=1)
+        found: FloatArray = self.spread @ (products[:, None] * self.weights)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """One line of a response as N / D times w**power times a size.
+
+    pairs
+        Columns of the second derivatives, each (n_vars, n_vars).
+    """
+
+    model: Model
+    top: Side
+    bottom: Side
+    power: int
+    size: float
+    order: float
+    pairs: IntArray
+
+    def peaks(self, x: FloatArray, bands: tuple[Band, ...], within: float) -> list[Peak] | None:
+        """Local maxima and band ends no lower than `within` times the greatest, highest first.
+
+        None where rounding, or a resonance without damping, leaves a doubt.
+        """
+        p = np.append(self.model.values(x), 1.0)
+        made = Polynomials.of(self.top.coefficients(p), self.bottom.coefficients(p), self.power)
+        if made is None:
+            return None
+        found = [made.in_band(self.order * band.low / made.unit, self.order * band.high / made.unit) for band in bands]
+        if any(one is None for one in found):
+            return None
+        at = np.concatenate([one for one in found if one is not None])
+        return self._measured(made, at[:, 0], at[:, 1] > 0.0, within)
+
+    def _measured(self, made: Polynomials, v: FloatArray, moves: FloatArray, within: float) -> list[Peak] | None:
+        top, bottom = made.sides(v)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            log = np.log(np.abs(top[0][:, 0])) - np.log(np.abs(bottom[0][:, 0]))
+            if self.power:
+                log = log + self.power * np.log(v)
+        if np.isnan(log).any() or np.isposinf(log).any():
+            return None
+        kept = np.flatnonzero(log >= log.max() + np.log(within))
+        kept = kept[np.argsort(-log[kept], kind="stable")]
+        with np.errstate(divide="ignore"):
+            doubt = np.maximum(made.doubt(v[kept], 0), made.doubt(v[kept], 1))
+        if not (doubt <= _TRUSTED).all():
+            return None
+        first, bend = self._derivatives(top, bottom, moves, v)
+        size = self.size * made.size * made.unit**self.power
+        value = np.exp(log) * size
+        return [
+            Peak(Extreme(float(value[i]), float(v[i] * made.unit / self.order)), first[i], bend[i], bool(d <= _EXACT))
+            for i, d in zip(kept, doubt, strict=True)
+        ]
+
+    def _derivatives(
+        self, top: list[ComplexArray], bottom: list[ComplexArray], moves: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Slope and bend of the log of the value in log x at points v, the points' own motion in them."""
+        n = self.pairs.shape[0]
+        first, second, mixed, curve = 0.0, 0.0, 0.0, 0.0
+        for side, sign in ((top, 1.0), (bottom, -1.0)):
+            value = side[0][:, :1]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                here, along, twice = side[0] / value, side[1] / value, side[2][:, 0] / value[:, 0]
+            own = here[:, 1 : n + 1]
+            first = first + sign * own.real
+            second = second + sign * (here[:, self.pairs] - own[:, :, None] * own[:, None, :]).real
+            mixed = mixed + sign * (along[:, 1 : n + 1] - own * along[:, :1]).real
+            curve = curve + sign * (twice - along[:, 0] ** 2).real
+        with np.errstate(divide="ignore", invalid="ignore"):
+            curve = curve - (self.power / v**2 if self.power else 0.0)
+            share = np.where(moves, 1.0 / curve, 0.0)
+        bend = second - mixed[:, :, None] * mixed[:, None, :] * share[:, None, None]  # type: ignore[index]
+        return np.nan_to_num(np.asarray(first)), np.nan_to_num(bend)
+
+
+@dataclass(frozen=True, slots=True)
+class Polynomials:
+    """N and D of one design against v = w / unit.
+
+    table
+        Per derivative in v (none, one, two) both sides' coefficients, (degree + 1, n_columns) each.
+    stationary
+        Real parts of the points at which the value may be stationary, ascending.
+    """
+
+    tables: tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]
+    sizes: tuple[FloatArray, FloatArray]
+    unit: float
+    size: float
+    power: int
+    stationary: FloatArray
+    real: FloatArray
+    poles: ComplexArray
+
+    @classmethod
+    def of(cls, top: FloatArray, bottom: FloatArray, power: int) -> Polynomials | None:
+        """From coefficients in s; None without a numerator or where the denominator has no turning point."""
+        n, d = top[:, 0], bottom[:, 0]
+        used_n, used_d = np.flatnonzero(n), np.flatnonzero(d)
+        if not len(used_n) or len(used_d) < 2:
+            return None
+        first, last = int(used_d[0]), int(used_d[-1])
+        unit = float((d[first] / d[last]) ** (1.0 / (last - first)))
+        if not 1e-30 < unit < 1e30:
+            return None
+        tables, sizes, scales = [], [], []
+        for side in (top[: used_n[-1] + 1], bottom[: last + 1]):
+            powers = unit ** np.arange(len(side))
+            made = side * powers[:, None]
+            scales.append(float(np.abs(made[:, 0]).max()))
+            made = made / scales[-1]
+            turned = made * _TURN[: len(side), None]
+            steps = np.arange(1.0, len(side))[:, None]
+            once = turned[1:] * steps
+            tables.append((turned, once, once[1:] * steps[:-1]))
+            sizes.append(np.abs(made[:, 0]))
+        size = scales[0] / scales[1]
+        if not (np.isfinite(size) and size > 0.0):
+            return None
+        roots = _roots(_stationary(tables[0][0][:, 0], tables[1][0][:, 0], power))
+        poles = _roots((bottom[first : last + 1, 0] * unit ** np.arange(first, last + 1)) / scales[1]) * -1j
+        near = roots[(roots.real > 0.0) & (np.abs(roots.imag) <= 1e-3 * np.abs(roots))]
+        real = np.abs(near.imag) <= 1e-10 * np.abs(near)
+        return cls((tables[0], tables[1]), (sizes[0], sizes[1]), unit, size, power, np.sqrt(near.real), real, poles)
+
+    def sides(self, v: FloatArray) -> tuple[list[ComplexArray], list[ComplexArray]]:
+        """N and D with their derivatives in v (none, one, two), each (n_points, n_columns)."""
+        powers = v[:, None] ** np.arange(max(len(self.sizes[0]), len(self.sizes[1])))
+        top, bottom = ([powers[:, : len(one)] @ one for one in table] for table in self.tables)
+        return top, bottom
+
+    def doubt(self, v: FloatArray, side: int) -> FloatArray:
+        """By how much rounding grows in N (0) or D (1) at points v, shape of `v`."""
+        powers = v[:, None] ** np.arange(len(self.sizes[side]))
+        value = np.abs(powers @ self.tables[side][0][:, 0])
+        with np.errstate(invalid="ignore"):
+            grown: FloatArray = (powers @ self.sizes[side]) / value
+        return np.where(np.isnan(grown), np.inf, grown)
+
+    def rise(self, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """First and second derivative of the log of the value in v."""
+        powers = v[:, None] ** np.arange(max(len(self.sizes[0]), len(self.sizes[1])))
+        first, second = np.zeros(len(v)), np.zeros(len(v))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for table, sign in zip(self.tables, (1.0, -1.0), strict=True):
+                value = powers[:, : len(table[0])] @ table[0][:, 0]
+                once = powers[:, : len(table[1])] @ table[1][:, 0] / value
+                twice = powers[:, : len(table[2])] @ table[2][:, 0] / value
+                first += sign * once.real
+                second += sign * (twice - once**2).real
+            if self.power:
+                first += self.power / v
+                second -= self.power / v**2
+        return first, second
+
+    def in_band(self, low: float, high: float) -> FloatArray | None:
+        """Local maxima in [low, high] and ends from which the value falls, (n, 2): v, and 1 where it is a maximum.
+
+        None where maxima and minima do not take turns, or a pole in reach has next to no damping.
+        """
+        if low == high:
+            return np.array([[low, 0.0]])
+        start = max(low, _AT_REST * high)
+        reach = np.abs(self.poles.real)
+        near = (reach >= 0.999 * start) & (reach <= 1.001 * high)
+        if (near & (np.abs(self.poles.imag) <= _LIGHT * np.abs(self.poles))).any():
+            return None
+        ends = self.rise(np.array([start, high]))[0]
+        at = self._polished(start, high, reach[near])
+        if at is None or not np.isfinite(ends).all():
+            return None
+        kinds = np.concatenate([[np.sign(ends[0])], at[1], [np.sign(ends[1])]])
+        if not _take_turns(kinds):
+            return None
+        found = [[v, 1.0] for v in at[0][at[1] < 0.0]]
+        found += [[low, 0.0]] if ends[0] <= 0.0 else []
+        found += [[high, 0.0]] if ends[1] >= 0.0 else []
+        return np.array(found)
+
+    def _polished(self, low: float, high: float, resonances: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Stationary points inside, ascending, and the sign of the bend at each."""
+        v = np.concatenate([self.stationary, resonances])
+        must = np.concatenate([self.real, np.zeros(len(resonances), dtype=bool)])
+        inside = (v > 0.999 * low) & (v < 1.001 * high)
+        v, must = v[inside], must[inside]
+        settled = np.zeros(len(v), dtype=bool)
+        second = np.zeros(len(v))
+        for _ in range(_POLISHES):
+            if not len(v):
+                break
+            first, second = self.rise(v)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = np.nan_to_num(-first / second, nan=0.1, posinf=0.1, neginf=-0.1)
+            settled = np.abs(second) * step**2 <= _DONE
+            v = v + np.clip(step, -0.1 * v, 0.1 * v)
+            if settled.all():
+                break
+        if (must & ~settled).any():
+            return None
+        order = np.argsort(v[settled])
+        v, second = v[settled][order], second[settled][order]
+        inside = (v > low) & (v < high)
+        v, second = v[inside], second[inside]
+        fresh = np.append(True, (v[1:] - v[:-1]) * np.sqrt(np.abs(second[1:])) > 1e-5) if len(v) else np.zeros(0, bool)
+        return v[fresh], np.sign(second[fresh])
+
+
+_TURN = np.array([1j**k for k in range(4 * MOST + 4)])
+_known: dict[tuple[int, int, int], tuple[Model, Output, Line, Ratio | None]] = {}
+
+
+def ratio_of(model: Model, output: Output, line: Line) -> Ratio | None:
+    """A line of a response as a ratio of polynomials, built once; None where it is none."""
+    key = (id(model), id(output), id(line))
+    if key not in _known:
+        while len(_known) >= _KEPT:
+            _known.pop(next(iter(_known)), None)
+        _known[key] = (model, output, line, _built(model, output, line))
+    return _known[key][3]
+
+
+def _built(model: Model, output: Output, line: Line) -> Ratio | None:
+    n, count = model.n_free, len(model.terms)
+    simple = _simple(line.amplitude)
+    if not 1 < n <= MOST or simple is None or (model.kinds == HYSTERETIC).any() or comb(count + 2, n + 1) > _SUBSETS:
+        return None
+    vectors, base = model.vectors[:, :n], line.vector[n:]
+    moved = model.vectors[:, n:] @ base
+    left = np.zeros((count + 2, n + 1), dtype=complex)
+    right = np.zeros((count + 2, n + 1), dtype=complex)
+    left[:count, :n], left[:count, n] = vectors, -output.signs
+    right[:count, :n], right[:count, n] = vectors, -moved
+    left[count, :n], right[count, n] = line.vector[:n], 1.0
+    left[count + 1, n], right[count + 1, :n], right[count + 1, n] = 1.0, -output.row[:n], output.row[n:] @ base
+    top = _side(model, left, right)
+    bottom = _side(model, vectors.astype(complex), vectors.astype(complex))
+    if top is None or bottom is None:
+        return None
+    upper = np.triu_indices(model.n_vars)
+    pairs = np.zeros((model.n_vars, model.n_vars), dtype=int)
+    pairs[upper] = 1 + model.n_vars + np.arange(len(upper[0]))
+    pairs = np.maximum(pairs, pairs.T)
+    constant, power = simple
+    size = abs(constant) / line.order**power
+    return Ratio(model, top, bottom, output.power + power, size, line.order, pairs) if size > 0.0 else None
+
+
+def _simple(amplitude: Amplitude) -> tuple[float, int] | None:
+    """Constant and power of an amplitude of one piece."""
+    piece = amplitude.pieces[0]
+    return None if len(amplitude.pieces) > 1 or piece.slope or piece.power < 0 else (piece.constant, piece.power)
+
+
+def _side(model: Model, left: ComplexArray, right: ComplexArray) -> Side | None:
+    """det(sum_t z_t left_t right_t^T) over subsets of terms; None where its weights are not of one phase."""
+    count, size = len(model.terms), left.shape[1]
+    members = np.array(list(combinations(range(len(left)), size)), dtype=int).reshape(-1, size)
+    weight = np.linalg.det(left[members]) * np.linalg.det(right[members])
+    most = np.prod(np.linalg.norm(left, axis=1)[members] * np.linalg.norm(right, axis=1)[members], axis=1)
+    kept = np.abs(weight) > _GONE * most
+    members, weight = members[kept], weight[kept]
+    if not len(members):
+        return None
+    weight = weight * np.exp(-1j * np.angle(weight[np.abs(weight).argmax()]))
+    if (np.abs(weight.imag) > 1e-14 * np.abs(weight)).any():
+        return None
+    of_term = np.append(np.where(model.kinds == INERTIA, 2, np.where(model.kinds == DAMPING, 1, 0)), [0, 0])
+    exponents = np.concatenate([model.exponents, np.zeros((2, model.n_vars))])
+    degree, power = of_term[members].sum(axis=1), exponents[members].sum(axis=1)
+    spread = np.zeros((int(degree.max()) + 1, len(members)))
+    spread[degree, np.arange(len(members))] = weight.real
+    i, j = np.triu_indices(model.n_vars)
+    weights = np.concatenate([np.ones((len(members), 1)), power, power[:, i] * power[:, j]], axis=1)
+    return Side(np.minimum(members, count), spread, weights)
+
+
+def _take_turns(kinds: FloatArray) -> bool:
+    """Whether signs of slope at the start, of bends and of slope at the end fit a smooth curve.
+
+    Up at the start wants a maximum next, down at the end wants one last, and so between.
+    """
+    if (kinds == 0.0).any():
+        return False
+    here = kinds[0]
+    for bend in kinds[1:-1]:
+        if bend == here:
+            return False
+        here = bend
+    return bool(here == kinds[-1])
+
+
+def _stationary(top: ComplexArray, bottom: ComplexArray, power: int) -> FloatArray:
+    """Coefficients in u = v^2, ascending, whose roots make u^power |N|^2 / |D|^2 stationary."""
+    p, q = _squared(top), _squared(bottom)
+    dp, dq = p[1:] * np.arange(1, len(p)), q[1:] * np.arange(1, len(q))
+    left, right = np.convolve(dp, q) if len(dp) else np.zeros(1), np.convolve(p, dq)
+    total = np.zeros(len(p) + len(q))
+    shift = 1 if power else 0
+    total[shift : shift + len(left)] += left
+    total[shift : shift + len(right)] -= right
+    if power:
+        both = np.convolve(p, q)
+        total[: len(both)] += power * both
+    return total
+
+
+def _squared(turned: ComplexArray) -> FloatArray:
+    """|.|^2 on real v as a polynomial in v^2, from coefficients in v of which even are real and odd imaginary."""
+    even, odd = turned[::2].real, turned[1::2].imag
+    square = np.zeros(len(turned))
+    first = np.convolve(even, even)
+    square[: len(first)] += first
+    if len(odd):
+        second = np.convolve(odd, odd)
+        square[1 : 1 + len(second)] += second
+    return square
+
+
+def _roots(ascending: FloatArray) -> ComplexArray:
+    """Roots of a polynomial by its companion matrix; those at zero are left out."""
+    used = np.flatnonzero(ascending)
+    if len(used) < 2:
+        return np.zeros(0, dtype=complex)
+    rows = ascending[used[0] : used[-1] + 1]
+    n = len(rows) - 1
+    companion = np.zeros((n, n))
+    companion[0] = -rows[-2::-1] / rows[-1]
+    companion[np.arange(1, n), np.arange(n - 1)] = 1.0
+    if not np.isfinite(companion).all():
+        return np.full(n, np.nan, dtype=complex)
+    return np.asarray(np.linalg.eigvals(companion), dtype=complex)

@@ -1,0 +1,311 @@
+"""Root mean square under white noise, through a Lyapunov equation, with its exact slope.
+
+White noise of one-sided density S (over the angular frequency) drives x' = A x + B w; then P solves
+A P + P A^T + pi S B B^T = 0 and the mean square of y = c x is c P c^T.  Its slope comes from the
+adjoint equation, with the slopes of A, B and c by complex steps.
+
+A base whose acceleration is white drifts away without end.  What follows it (relative motion, link
+forces) is written in coordinates that ride on the base.  Where ground holds the machine back, the base's
+acceleration drives the machine's own; a reading that feels no slow drift is that, integrated twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.forms import FloatArray, Noise, Output, RootMeanSquare
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.program.reduce import closure
+
+Numbers = NDArray[Any]
+"""Real, or complex with the imaginary part as a slope."""
+_NOTHING = 1e-11
+"""Part of its own size below which an excitation or a reading has no share in something."""
+_LIGHT = 1e-9
+"""Damping ratio below which a Lyapunov equation loses its digits and single modes are added instead."""
+_SLOW = 1e-9
+"""Part of its size below which the answer to a slow drift is rounding."""
+_STEP = 1e-30
+
+
+def root_mean_square(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
+    """Root mean square of the response at design x (n_vars,); inf where it is infinite."""
+    p = model.values(x)
+    total = sum(_mean_square(model, form.output, noise, p) for noise in form.noises)
+    return float(np.sqrt(total)) / share_of(model, form.output, x)
+
+
+def root_mean_square_slope(model: Model, form: RootMeanSquare, x: FloatArray) -> FloatArray:
+    """Slope of its log in log x, shape (n_vars,); zero where it is infinite or nothing moves."""
+    p = model.values(x)
+    total, slope = 0.0, np.zeros(model.n_vars)
+    for noise in form.noises:
+        square = _mean_square(model, form.output, noise, p)
+        total += square
+        if np.isfinite(square) and square > 0.0:
+            slope += _slope(model, form.output, noise, p)
+    found = slope / (2.0 * total) if 0.0 < total < np.inf else np.zeros(model.n_vars)
+    if form.output.shared_by:
+        found = found - model.counts[form.output.shared_by].row(model.n_vars)
+    return found
+
+
+def share_of(model: Model, output: Output, x: FloatArray) -> float:
+    """Number of mounts by which the value is divided."""
+    if not output.shared_by:
+        return 1.0
+    count = model.counts[output.shared_by]
+    return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Coordinates in which one noise is answered, at one design.
+
+    basis
+        Motions that are damped, (n_free, d), mass-normalised; the first `held` are held by springs.
+    held
+        Number of motions that springs hold.
+    rate
+        Typical rate [rad/s]: time is counted in its inverse.
+    ride
+        Motion of the free coordinates with a base, (n_free,); None for forces, and where ground holds them back.
+    """
+
+    model: Model
+    output: Output
+    noise: Noise
+    basis: FloatArray
+    held: int
+    rate: float
+    ride: FloatArray | None
+
+    @property
+    def from_base(self) -> bool:
+        return bool(self.noise.vector[self.model.n_free :].any())
+
+    def matrices(self, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """A (m, m), B (m,), c (m,) with m = held + d, at coefficients p (n_terms,), real or complex."""
+        n, model, held = self.model.n_free, self.model, self.held
+        free = model.vectors[:, :n] @ self.basis
+        mass, stiff, damping = ((free.T * (p * (model.kinds == kind))) @ free for kind in (INERTIA, STIFFNESS, DAMPING))
+        inverse = np.linalg.inv(mass)
+        stiff, damping = inverse @ stiff / self.rate**2, inverse @ damping / self.rate
+        size = held + len(mass)
+        a = np.zeros((size, size), dtype=p.dtype)
+        a[:held, held:] = np.eye(held, len(mass))
+        a[held:, :held] = -stiff[:, :held]
+        a[held:, held:] = -damping
+        first, second = self._load(p, free, inverse, damping)
+        c0, c1 = self._reading(p, free, stiff, damping)
+        b, c = np.concatenate([first[:held], second]) / np.sqrt(self.rate), np.concatenate([c0[:held], c1])
+        if self.integrated:
+            c = np.linalg.solve(a.T, np.linalg.solve(a.T, c)) / self.rate**2
+        return a, b, c
+
+    @property
+    def integrated(self) -> bool:
+        """Whether the reading is made from accelerations, by integrating twice."""
+        return self.from_base and self.ride is None and self.output.power < 2
+
+    def feels_drift(self, p: FloatArray) -> bool:
+        """Whether a reading that is to be integrated twice answers to a slow motion of the base."""
+        n, output = self.model.n_free, self.output
+        based = (output.row + (output.signs * p * (self.model.kinds != INERTIA)) @ np.abs(self.model.vectors))[n:]
+        if output.power or self.held < self.basis.shape[1] or based.any():
+            return True
+        a, b, twice = self.matrices(p)
+        c = a.T @ (a.T @ twice) * self.rate**2
+        free = self.model.vectors[:, :n] @ self.basis
+        inverse = np.linalg.inv((free.T * (p * (self.model.kinds == INERTIA))) @ free)
+        first, _ = self._load(p, free, inverse, np.zeros_like(inverse))
+        through = c[self.held :] @ first / np.sqrt(self.rate)
+        once = np.linalg.solve(a, b)
+        again = np.linalg.solve(a, once)
+        flat = abs(through - c @ once) > _SLOW * np.linalg.norm(c) * np.linalg.norm(once)
+        return bool(flat or abs(c @ again) > _SLOW * np.linalg.norm(c) * np.linalg.norm(again))
+
+    def _load(self, p: Numbers, free: FloatArray, inverse: Numbers, damping: Numbers) -> tuple[Numbers, Numbers]:
+        """What the noise adds to the rates of position and of velocity, each (d,), in units of `rate`."""
+        model, vector, n = self.model, self.noise.vector, self.model.n_free
+        nothing = np.zeros(len(inverse), dtype=p.dtype)
+        if not self.from_base:
+            return nothing, inverse @ (self.basis.T @ vector[:n]) / self.rate
+        if self.ride is not None:
+            riding = (p * (model.kinds == INERTIA)) * (model.vectors[:, :n] @ self.ride)
+            return nothing, -inverse @ (free.T @ riding) / self.rate
+        pulled = model.vectors[:, n:] @ vector[n:]
+        spring = inverse @ (free.T @ (p * (model.kinds == STIFFNESS) * pulled))
+        dash = inverse @ (free.T @ (p * (model.kinds == DAMPING) * pulled))
+        return -dash, damping @ dash - spring / self.rate
+
+    def _reading(self, p: Numbers, free: FloatArray, stiff: Numbers, damping: Numbers) -> tuple[Numbers, Numbers]:
+        """Parts of the response per position and per velocity (times 1 / rate), each (d,)."""
+        model, output = self.model, self.output
+        row = (output.row[: model.n_free] @ self.basis).astype(p.dtype)
+        if output.signs.any():
+            weight = output.signs * p
+            return (weight * (model.kinds == STIFFNESS)) @ free + row, (
+                weight * (model.kinds == DAMPING)
+            ) @ free * self.rate
+        if output.power == 0 or (self.from_base and self.ride is None):
+            return row, np.zeros_like(row)
+        if output.power == 1:
+            return np.zeros_like(row), row * self.rate
+        return -(row @ stiff) * self.rate**2, -(row @ damping) * self.rate**2
+
+
+def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
+    frame = _frame(model, output, noise, p)
+    if frame is None:
+        return float("inf")
+    if not frame.basis.shape[1]:
+        return 0.0
+    a, b, c = frame.matrices(p)
+    rates = np.linalg.eigvals(a)
+    if np.max(rates.real / np.maximum(np.abs(rates), 1e-300)) > -_LIGHT:
+        return np.pi * noise.density * _by_modes(frame, p)
+    return float(np.pi * noise.density * (c @ _lyapunov(a, b) @ c))
+
+
+def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:
+    """d(mean square) / d log x, shape (n_vars,)."""
+    frame = _frame(model, output, noise, p)
+    assert frame is not None
+    a, b, c = frame.matrices(p)
+    reach, seen = _lyapunov(a, b), _lyapunov(a.T, c)
+    slope = np.zeros(model.n_vars)
+    for i in range(model.n_vars):
+        da, db, dc = (one.imag / _STEP for one in frame.matrices(p * (1.0 + 1j * _STEP * model.exponents[:, i])))
+        slope[i] = 2.0 * (np.sum(seen * (da @ reach)) + b @ seen @ db + c @ reach @ dc)
+    return np.asarray(np.pi * noise.density * slope)
+
+
+def _lyapunov(a: FloatArray, b: FloatArray) -> FloatArray:
+    """X with a X + X a^T + b b^T = 0."""
+    from scipy.linalg import solve_continuous_lyapunov
+
+    found = np.asarray(solve_continuous_lyapunov(a, -np.outer(b, b)), dtype=float)
+    size = np.sqrt(np.abs(np.diag(found)))
+    if not (np.isfinite(size).all() and size.min() > 0.0):
+        return found
+    scaled = solve_continuous_lyapunov(a * size / size[:, None], -np.outer(b / size, b / size))
+    return np.asarray(scaled * np.outer(size, size), dtype=float)  # once more, each state by its own size
+
+
+def _by_modes(frame: _Frame, p: FloatArray) -> float:
+    """Mean square over pi S where damping is next to nothing: each mode alone, as no two of them meet."""
+    a, b, c = frame.matrices(p)
+    held = frame.held
+    squares, shapes = np.linalg.eigh(0.5 * (a[held:, :held][:held] + a[held:, :held][:held].T))
+    total = 0.0
+    for square, shape in zip(-squares, shapes.T, strict=True):
+        rate = float(shape @ -a[held:, held:][:held, :held] @ shape)
+        load = (shape @ b[held:][:held]) ** 2 + square * (shape @ b[:held]) ** 2
+        read = (shape @ c[:held]) ** 2 + square * (shape @ c[held:][:held]) ** 2
+        total += load * read / (2.0 * rate * square)
+    return total
+
+
+def _frame(model: Model, output: Output, noise: Noise, p: FloatArray) -> _Frame | None:
+    """Coordinates for one noise; None where the response is infinite."""
+    n = model.n_free
+    ride, load = None, noise.vector[:n].copy()
+    row = _row(model, output, p)
+    if noise.vector[n:].any():
+        ride = _riding(model, noise, p)
+        if ride is not None:
+            full = np.concatenate([ride, noise.vector[n:]])
+            if output.power < 2 and output.row.any() and not _small(output.row, full):
+                return None
+            load = -model.matrix(INERTIA, p)[:n, :n] @ ride
+        else:
+            load = -model.matrix(STIFFNESS, p)[:n, n:] @ noise.vector[n:]
+    mass, stiff, damping = (model.matrix(kind, p)[:n, :n] for kind in (INERTIA, STIFFNESS, DAMPING))
+    root = np.linalg.inv(np.linalg.cholesky(mass)).T
+    if output.power == 2 and not noise.vector[n:].any() and not _small(row @ root, root.T @ load):
+        return None
+    damped, undamped = _split(model, root, stiff, p)
+    if _rings(undamped, root.T @ stiff @ root, root.T @ load, row @ root):
+        return None
+    basis, held = _held_first(model, root @ damped, p)
+    shapes = np.linalg.eigh(basis[:, :held].T @ stiff @ basis[:, :held])[1]
+    basis = np.concatenate([basis[:, :held] @ shapes, basis[:, held:]], axis=1)
+    drifts = output.row.any() and output.power == 0 and not _nothing_of(row @ basis[:, held:], row @ basis)
+    if drifts and (ride is not None or not noise.vector[n:].any()):
+        return None
+    rate = float(np.sqrt(np.abs(basis.T @ stiff @ basis).max(initial=0.0)))
+    rate = rate or float(np.abs(basis.T @ damping @ basis).max(initial=0.0)) or 1.0
+    found = _Frame(model, output, noise, basis, held, rate, ride)
+    return None if found.integrated and found.feels_drift(p) else found
+
+
+def _row(model: Model, output: Output, p: FloatArray) -> FloatArray:
+    """What is read, over the free coordinates, to tell whether a motion is seen at all."""
+    links = (output.signs * p * (model.kinds != INERTIA)) @ model.vectors
+    return np.asarray((output.row + links)[: model.n_free])
+
+
+def _riding(model: Model, noise: Noise, p: FloatArray) -> FloatArray | None:
+    """Motion with the base in which no spring and no damper is strained; None where there is none."""
+    n = model.n_free
+    active = (model.kinds != INERTIA) & (p > 0.0)
+    rows = model.vectors[active] / np.linalg.norm(model.vectors[active], axis=1, keepdims=True)
+    pulled = rows[:, n:] @ noise.vector[n:]
+    ride = np.asarray(np.linalg.lstsq(rows[:, :n], -pulled, rcond=None)[0])
+    strained = rows[:, :n] @ ride + pulled
+    return ride if np.abs(strained).max(initial=0.0) <= _NOTHING else None
+
+
+def _split(model: Model, root: FloatArray, stiff: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormal bases of the motions that dampers reach and of those that they do not, mass-normalised."""
+    n = model.n_free
+    dampers = root.T @ model.vectors[(model.kinds == DAMPING) & (p > 0.0), :n].T
+    damped = closure(dampers, [root.T @ stiff @ root], np.zeros((n, 0)))
+    if damped.shape[1] == n:
+        return np.eye(n), np.zeros((n, 0))
+    whole = np.linalg.qr(np.concatenate([damped, np.eye(n)], axis=1))[0]
+    return damped, whole[:, damped.shape[1] :]
+
+
+def _rings(undamped: FloatArray, stiff: FloatArray, load: FloatArray, row: FloatArray) -> bool:
+    """Whether an undamped motion is both shaken and seen."""
+    if not undamped.shape[1]:
+        return False
+    squares, shapes = np.linalg.eigh(undamped.T @ stiff @ undamped)
+    shapes = undamped @ shapes
+    size = float(np.abs(stiff).max(initial=0.0)) or 1.0
+    for square in squares:
+        alike = shapes[:, np.abs(squares - square) <= 1e-9 * size]
+        if not _small(row @ alike, alike.T @ load, float(np.linalg.norm(row) * np.linalg.norm(load))):
+            return True
+    return False
+
+
+def _held_first(model: Model, basis: FloatArray, p: FloatArray) -> tuple[FloatArray, int]:
+    """The basis turned so that motions held by springs come first, and their number."""
+    springs = model.vectors[(model.kinds == STIFFNESS) & (p > 0.0), : model.n_free] @ basis
+    sizes = np.linalg.norm(springs, axis=1, keepdims=True)
+    rows = springs[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
+    if not len(rows):
+        return basis, 0
+    _, values, turned = np.linalg.svd(rows)
+    held = int((values > _NOTHING * values[0]).sum())
+    return basis @ turned.T, held
+
+
+def _small(row: FloatArray, vector: FloatArray, size: float | None = None) -> bool:
+    """Whether row . vector is nothing but rounding."""
+    scale = size if size is not None else float(np.linalg.norm(row) * np.linalg.norm(vector))
+    return bool(abs(row @ vector) <= _NOTHING * scale)
+
+
+def _nothing_of(part: FloatArray, whole: FloatArray) -> bool:
+    return bool(np.abs(part).max(initial=0.0) <= _NOTHING * np.abs(whole).max(initial=0.0))
+
+
+__all__ = ["root_mean_square", "root_mean_square_slope", "share_of"]

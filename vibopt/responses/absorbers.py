@@ -1,0 +1,83 @@
+"""What absorbers are asked for: their stroke, and how they are tuned."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from vibopt.forms import Combine, ComplexArray, Drive, Form, Monomials, Output
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.model import INERTIA, Model
+from vibopt.responses.kind import HarmonicResponse, Response
+from vibopt.responses.rows import across_link
+
+
+class Stroke(HarmonicResponse):
+    """`response = "stroke"`: motion of an absorber against what it sits on [m] peak."""
+
+    of: str
+    dimension: ClassVar[str] = "length"
+    amplitude: ClassVar[bool] = True
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "absorber")}
+
+    def output(self, model: Model) -> Output:
+        return across_link(model, self.of)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        host, own = machine.joint(self.of).ends
+        value: ComplexArray = motion.points[own] - motion.points[host]
+        return value
+
+
+class OfAbsorber(Response):
+    """A number that belongs to one absorber, one product of powers of the design variables."""
+
+    of: str
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "absorber")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        one = model.properties[self.of, self.response]
+        return Monomials(np.array([one.scale]), np.array([one.row(model.n_vars)]))
+
+
+class OwnFrequency(OfAbsorber):
+    """`response = "own_frequency"`: root of k/m of an absorber, on a host at rest [rad/s]."""
+
+    dimension: ClassVar[str] = "angular_rate"
+
+    def measure_static(self, machine: Machine) -> float:
+        return float(np.sqrt(machine.joint(self.of).stiffness / machine.masses[self.of]))
+
+
+class MassRatio(OfAbsorber):
+    """`response = "mass_ratio"`: mass of an absorber over that of what it refers to."""
+
+    def measure_static(self, machine: Machine) -> float:
+        return machine.masses[self.of] / machine.tuned[self.of].mass
+
+
+class Tuning(OfAbsorber):
+    """`response = "tuning"`: own frequency of an absorber over the frequency that it refers to."""
+
+    def measure_static(self, machine: Machine) -> float:
+        own = float(np.sqrt(machine.joint(self.of).stiffness / machine.masses[self.of]))
+        return own / machine.tuned[self.of].frequency
+
+
+class AbsorberMass(Response):
+    """`response = "absorber_mass"`: of all absorbers together [kg]."""
+
+    dimension: ClassVar[str] = "mass"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        own = model.families.get("absorbers", ())
+        chosen = [term for term in model.terms if term.kind == INERTIA and term.static_scale and term.owner in own]
+        return Monomials(np.array([t.scale for t in chosen]), np.array([t.exponents for t in chosen]))
+
+    def measure_static(self, machine: Machine) -> float:
+        return float(sum(machine.weights[name] for name in machine.tuned))

@@ -1,0 +1,62 @@
+"""What turns: rotations, twists and moments, and the properties of shafts and discs.  Peak amplitudes."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from vibopt.forms import Combine, Drive, Form
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import INERTIA, Model
+from vibopt.responses.kind import Response
+from vibopt.responses.motion import Displacement, RelativeDisplacement
+from vibopt.responses.parameters import Damping, Stiffness, owned_by
+from vibopt.responses.transmitted import TransmittedForce
+
+
+class Rotation(Displacement):
+    """`response = "rotation"`: of a body that turns, absolute [rad] peak."""
+
+    dimension: ClassVar[str] = "angle"
+
+
+class Twist(RelativeDisplacement):
+    """`response = "twist"`: across a link, one end against the other [rad] peak."""
+
+    dimension: ClassVar[str] = "angle"
+
+
+class TransmittedMoment(TransmittedForce):
+    """`response = "transmitted_moment"`: total over all links `into` a place, or in one shaft `through` a link.
+
+    Dynamic part only [N m] peak.
+    """
+
+    dimension: ClassVar[str] = "moment"
+
+
+class TorsionalStiffness(Stiffness):
+    """`response = "torsional_stiffness"`: of one single shaft [N m/rad]."""
+
+    dimension: ClassVar[str] = "torsional_stiffness"
+
+
+class TorsionalDamping(Damping):
+    """`response = "torsional_damping"`: viscous, of one single damper [N m s/rad]."""
+
+    dimension: ClassVar[str] = "torsional_damping"
+
+
+class Inertia(Response):
+    """`response = "inertia"`: of one body that turns [kg m^2]."""
+
+    of: str
+    dimension: ClassVar[str] = "inertia"
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "mass")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return owned_by(model, self.of, INERTIA)
+
+    def measure_static(self, machine: Machine) -> float:
+        return machine.masses[self.of]

@@ -1,0 +1,114 @@
+"""Scene to mechanical model: every device adds its coordinates and points, then its terms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.devices import Device
+from vibopt.devices.symbols import Symbols
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, Term
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.monomial import Monomial
+from vibopt.scene.lookout import looked_at
+from vibopt.scene.places import devices
+from vibopt.scene.scene import Scene
+
+_NOTHING = 1e-7
+"""A natural frequency below this part of the highest one is that of a machine that nothing holds."""
+
+
+class NoReferenceError(Exception):
+    """There is no one frequency that a tuning could refer to; the text says why."""
+
+
+def model_of(scene: Scene) -> Model:
+    """The full mechanical model of a scene.
+
+    Raises
+    ------
+    NoReferenceError
+        A tuning refers to a frequency that is not there, or that is to be chosen in a way that cannot be followed.
+    """
+    builder = ModelBuilder(len(scene.variables))
+    if scene.structures:
+        builder.top, builder.modes = looked_at(scene)
+    builder.families = {family: tuple(getattr(scene, family)) for family in ("bodies", "absorbers")}
+    for name, one in scene.absorbers.items():
+        if one.has_spring:
+            try:
+                builder.references[name] = reference(scene, name)
+            except NoReferenceError:
+                if one.tuning is not None:
+                    raise
+    symbols = Symbols({variable.path: i for i, variable in enumerate(scene.variables)})
+    ordered = list(_ordered(scene))
+    for name, table in ordered:
+        table.declare(builder, name)
+    for name, table in ordered:
+        table.add_to(builder, name, symbols)
+    return builder.build()
+
+
+def _ordered(scene: Scene) -> Iterator[tuple[str, Device]]:
+    """All devices in the order of the families, but every absorber after what it sits on and refers to."""
+    left = set(scene.absorbers)
+    for family, name, table in devices(scene):
+        if family != "absorbers":
+            yield name, table
+        elif name in left:
+            yield from _chain(scene, name, left)
+
+
+def _chain(scene: Scene, name: str, left: set[str]) -> Iterator[tuple[str, Device]]:
+    left.discard(name)
+    table = scene.absorbers[name]
+    for under in (table.host, table.relative_to):
+        if under in left:
+            yield from _chain(scene, under, left)
+    yield name, table
+
+
+def reference(scene: Scene, name: str) -> Monomial:
+    """Frequency that the tuning of an absorber refers to [rad/s]: given, or a natural one without any absorber.
+
+    Raises
+    ------
+    NoReferenceError
+        The structure may be chosen too, has fewer modes, or is not held.
+    """
+    table = scene.absorbers[name]
+    if table.tuning_to is not None:
+        return Monomial(table.tuning_to.value)
+    model, mode = model_of(bare(scene)), table.mode or 1
+    if mode > model.n_free:
+        raise NoReferenceError(f"there is no mode {mode}: without absorbers there are {model.n_free}")
+    asked = [term for term in model.terms if term.kind in (INERTIA, STIFFNESS)]
+    if not any(term.exponents.any() for term in asked):
+        found = natural_frequencies(model, model.values(np.ones(model.n_vars)))
+        if not found[mode - 1] > _NOTHING * found[-1]:
+            raise NoReferenceError(
+                f"without absorbers natural frequency number {mode} is zero: nothing holds the machine"
+            )
+        return Monomial(float(found[mode - 1]))
+    springs = [term for term in asked if term.kind == STIFFNESS]
+    if len(springs) != 1 or len(asked) != 2 or model.n_free != 1 or model.n_coords != 1:
+        raise NoReferenceError("what it would refer to is to be chosen too")
+    mass = next(term for term in asked if term.kind == INERTIA)
+    return (_value(springs[0]) * _value(mass) ** -1.0) ** 0.5
+
+
+def _value(term: Term) -> Monomial:
+    powers = {int(i): float(term.exponents[i]) for i in np.flatnonzero(term.exponents)}
+    return Monomial(term.scale, powers)
+
+
+def bare(scene: Scene) -> Scene:
+    """The scene without absorbers, and without links that end at one."""
+    links = {
+        name: link for name, link in scene.links.items() if not any(end in scene.absorbers for end in link.between)
+    }
+    return replace(scene, absorbers={}, links=links)

@@ -1,0 +1,228 @@
+"""Mistakes in what a scene is made of: names, ends of links, hosts of absorbers, lines mixed with axes."""
+
+from __future__ import annotations
+
+from vibopt.devices import FAMILIES, AbsorberTable, LinkTable
+from vibopt.devices.absorber import Places
+from vibopt.errors import way_out
+from vibopt.mechanics.builder import GROUND
+from vibopt.scene import places
+from vibopt.scene.assemble import NoReferenceError, reference
+from vibopt.scene.mistakes import Mistakes, given_at
+from vibopt.scene.scene import Scene
+
+_ABOUT = {
+    "stiffness": 'torsional_stiffness = "40 kN m/rad"',
+    "beam": 'torsional_stiffness = "40 kN m/rad"',
+    "damping": 'torsional_damping = "20 N m s/rad"',
+    "dynamic_to_static": "torsional_stiffness alone",
+    "torsional_stiffness": 'stiffness = "200 kN/m"',
+    "shaft": 'stiffness = "200 kN/m"',
+    "torsional_damping": 'damping = "5 kN s/m"',
+    "mass": 'inertia = "0.8 kg m2"',
+    "length": 'torsional_stiffness = "40 kN m/rad"',
+    "inertia": 'mass = "20 kg"',
+    "disc": 'mass = "20 kg"',
+}
+"""What to write for a key of the other kind of motion."""
+
+
+def check_names(scene: Scene, mistakes: Mistakes) -> None:
+    """Every point and every link has a name of its own, and something can move."""
+    seen: dict[str, str] = {}
+    for family, kind in FAMILIES.items():
+        for name, table in places.raw(scene, family).items():
+            own = (kind.moving_in, kind.supports_in, kind.links_in)
+            for one in dict.fromkeys([name, *(x for ask in own for x in ask(name, table))]):
+                _check_name(family, name, one, seen, mistakes)
+    if not places.raw(scene, "bodies") and not places.raw(scene, "structures"):
+        mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
+
+
+def _check_name(family: str, name: str, one: str, seen: dict[str, str], mistakes: Mistakes) -> None:
+    takes = "takes" if one == name else f"has a point {one}, which takes"
+    if one == GROUND:
+        mistakes.add(
+            (family, name), f'{family}.{name} {takes} the name "ground", which is the fixed ground. Choose another.'
+        )
+    elif one in seen:
+        mistakes.add((family, name), f"{family}.{name} {takes} a name that {seen[one]} has already. Choose another.")
+    else:
+        seen[one] = f"{family}.{one}" if one == name else f"{family}.{name}"
+
+
+def check_links(scene: Scene, mistakes: Mistakes) -> None:
+    """Ends of links, and what their damping ratios refer to."""
+    points, moving = places.points(scene), places.moving(scene)
+    bodies = list(places.raw(scene, "bodies"))
+    heavy = [*bodies, *places.raw(scene, "absorbers")]
+    for name, link in scene.links.items():
+        path = ("links", name)
+        for end in link.between:
+            if end not in points:
+                mistakes.value(
+                    (*path, "between"),
+                    list(link.between),
+                    f'names "{end}", which is no body, base or ground.{way_out(end, points)}',
+                )
+        if all(end in points and end not in moving for end in link.between):
+            mistakes.value(
+                (*path, "between"),
+                list(link.between),
+                "joins two supports, so nothing can move. Put a body at one end.",
+            )
+        if link.relative_to is not None and link.relative_to not in heavy:
+            mistakes.unknown_name((*path, "relative_to"), link.relative_to, "body", heavy)
+        elif link.damping_ratio is not None:
+            _relative(scene, name, link, bodies, mistakes)
+        _one_kind(scene, name, link, mistakes)
+
+
+def _relative(scene: Scene, name: str, link: LinkTable, bodies: list[str], mistakes: Mistakes) -> None:
+    if link.relative_to is None and len(bodies) != 1:
+        example = f'relative_to = "{bodies[0]}"' if bodies else 'damping = "5 kN s/m" instead'
+        mistakes.add(
+            ("links", name),
+            f"links.{name} gives a damping ratio, but several bodies move: relative to which mass? Add {example}.",
+        )
+        return
+    _one_mass(
+        scene, f"links.{name}.damping_ratio", ("links", name, "damping_ratio"), link.relative_to or bodies[0], mistakes
+    )
+
+
+def _one_mass(scene: Scene, said: str, path: tuple[str, ...], base: str, mistakes: Mistakes) -> None:
+    """A ratio to the mass of a body that rolls needs that mass as a fact."""
+    body = scene.bodies.get(base)
+    if body is not None and body.rolling is not None and f"bodies.{base}.mass" in {v.path for v in scene.variables}:
+        mistakes.add(
+            path,
+            f"{said} refers to {base}, which rolls and whose mass is to be chosen. Write the mass of {base} as a fact.",
+        )
+
+
+def _one_kind(scene: Scene, name: str, link: LinkTable, mistakes: Mistakes) -> None:
+    """A link joins what moves along a line, or what turns about an axis, and has values of that kind."""
+    turning = places.turning(scene)
+    around = [end for end in link.between if end in turning]
+    along = [end for end in link.between if end not in turning and end in _lines(scene)]
+    path = ("links", name)
+    if around and along:
+        mistakes.value(
+            (*path, "between"),
+            list(link.between),
+            f"joins {around[0]}, which turns, with {along[0]}, which moves along a line. Join two of one kind.",
+        )
+        return
+    key = link.says_axis if along else link.says_line if around else ""
+    if key:
+        _wrong_key(f"links.{name}", (*path, key), key, (along or around)[0], bool(around), mistakes)
+
+
+def _wrong_key(owner: str, path: tuple[str, ...], key: str, place: str, turns: bool, mistakes: Mistakes) -> None:
+    what = ("along a line", f"{place} turns") if turns else ("about an axis", f"{place} moves along a line")
+    mistakes.add(path, f"{owner}.{key} is {what[0]}, but {what[1]}. Write {_ABOUT[key]}.")
+
+
+def _lines(scene: Scene) -> set[str]:
+    """Points that move along a line for sure: those of tables that could be read."""
+    known = {*scene.bodies, *scene.absorbers}
+    broken = {*places.raw(scene, "bodies"), *places.raw(scene, "absorbers")} - known
+    return set(places.moving(scene)) - broken - places.turning(scene)
+
+
+def check_absorbers(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
+    """What absorbers sit on and refer to."""
+    good = sum(not _host(scene, name, one, mistakes) for name, one in scene.absorbers.items()) == 0
+    if not good or _ring(scene, mistakes):
+        return
+    for name, one in scene.absorbers.items():
+        _heavy_enough(scene, name, one, mistakes)
+        key = one.says_line if one.host in places.turning(scene) else one.says_axis if one.host in _lines(scene) else ""
+        if key:
+            turns = one.host in places.turning(scene)
+            _wrong_key(f"absorbers.{name}", ("absorbers", name, key), key, one.host, turns, mistakes)
+        elif one.tuning is not None and not any(x.startswith(("bodies", "links", "structures")) for x in broken):
+            _tuned(scene, name, mistakes)
+
+
+def _host(scene: Scene, name: str, table: AbsorberTable, mistakes: Mistakes) -> bool:
+    """Whether an absorber sits on something that is there and gives way."""
+    path = ("absorbers", name, "on")
+    host, moving = table.host, places.moving(scene)
+    assert not isinstance(table.on, Places)
+    if host == name:
+        mistakes.value(path, host, "is the absorber itself. Name what it sits on.")
+    elif host == GROUND or host in places.supports(scene):
+        mistakes.value(path, host, "is a support that does not give way: an absorber on it does nothing. Name a body.")
+    elif host not in moving:
+        mistakes.value(
+            path, host, f"names no body, absorber or point of a structure of this scene.{way_out(host, moving)}"
+        )
+    elif table.relative_to is not None:
+        return _refers(scene, name, table.relative_to, mistakes)
+    else:
+        return True
+    return False
+
+
+def _refers(scene: Scene, name: str, relative: str, mistakes: Mistakes) -> bool:
+    known = [*places.raw(scene, "bodies"), *places.raw(scene, "absorbers")]
+    if relative in known and relative != name:
+        return True
+    known = [one for one in known if one != name]
+    mistakes.unknown_name(("absorbers", name, "relative_to"), relative, "other body or absorber", known)
+    return False
+
+
+def _ring(scene: Scene, mistakes: Mistakes) -> bool:
+    """Whether absorbers sit on, or refer to, each other in a ring."""
+    for name in scene.absorbers:
+        seen, todo = set(), [name]
+        while todo:
+            table = scene.absorbers.get(todo.pop())
+            for under in (table.host, table.relative_to) if table is not None else ():
+                if under == name:
+                    ring = [one for one in scene.absorbers if one == name or one in seen]
+                    mistakes.add(
+                        ("absorbers", name, "on"),
+                        f"absorbers.{name} sits on itself by way of {' and '.join(ring[1:]) or name}. Put one of them "
+                        "on a body.",
+                    )
+                    return True
+                if under is not None and under not in seen:
+                    seen.add(under)
+                    todo.append(under)
+    return False
+
+
+def _heavy_enough(scene: Scene, name: str, table: AbsorberTable, mistakes: Mistakes) -> None:
+    """A mass ratio needs one mass that it refers to."""
+    if table.mass_ratio is None:
+        return
+    base, path = table.relative_to or table.host, ("absorbers", name, "mass_ratio")
+    if base not in {*places.raw(scene, "bodies"), *places.raw(scene, "absorbers")}:
+        mistakes.value(
+            path,
+            given_at(scene.document, path),
+            f'refers to {base}, a point without a mass of its own. Add relative_to = "BODY", or give the mass.',
+        )
+    elif table.relative_to is not None and (base in places.turning(scene)) != (table.host in places.turning(scene)):
+        mistakes.value(
+            ("absorbers", name, "relative_to"),
+            base,
+            "moves in another way than what the absorber sits on: one of them turns.",
+        )
+    _one_mass(scene, f"absorbers.{name}.mass_ratio", path, base, mistakes)
+
+
+def _tuned(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    path = ("absorbers", name, "tuning")
+    try:
+        reference(scene, name)
+    except NoReferenceError as error:
+        mistakes.value(
+            path,
+            given_at(scene.document, path),
+            f'has no frequency to refer to: {error}. Write tuning_to = "25 Hz", or the frequency of the absorber.',
+        )

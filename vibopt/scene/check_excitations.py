@@ -1,0 +1,74 @@
+"""Mistakes in what shakes the machine."""
+
+from __future__ import annotations
+
+from vibopt.scene import places
+from vibopt.scene.check_random import wrong_density
+from vibopt.scene.mistakes import Mistakes, given_at
+from vibopt.scene.scene import Scene
+
+
+def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
+    """Where excitations act, at which speeds, and how they grow."""
+    moving, supports = places.moving(scene), places.supports(scene)
+    for name, excitation in scene.excitations.items():
+        path = ("excitations", name)
+        known = moving if excitation.family == "bodies" else supports
+        what = "body" if excitation.family == "bodies" else "base"
+        if wrong_density(scene, name, mistakes):
+            continue
+        if excitation.on not in known:
+            mistakes.unknown_name((*path, "on"), excitation.on, what, known)
+        else:
+            _kind(scene, name, mistakes)
+        if excitation.of_vehicle != (excitation.speed.dimension == "velocity"):
+            word = (
+                'is no vehicle speed. Write "60 km/h".'
+                if excitation.of_vehicle
+                else 'is a vehicle speed. Write a speed of rotation or a frequency, for example "3000 rpm".'
+            )
+            mistakes.value((*path, "speed"), given_at(scene.document, (*path, "speed")), word)
+        if excitation.needs_reference:
+            mistakes.add(
+                (*path, "varies"),
+                f"excitations.{name} varies with speed, but its speed is not one value: to which speed does the "
+                'amplitude belong? Add amplitude_at = "2000 rpm".',
+            )
+        if excitation.begins_at_rest:
+            mistakes.add(
+                path,
+                f"excitations.{name} has an amplitude that grows with the speed, but gives it at standstill, where "
+                'it is zero. Write amplitude_at = "2000 rpm".',
+            )
+        if excitation.speed.asked and scene.find_all != f"{name}.speed":
+            mistakes.add(
+                (*path, "speed"),
+                f'excitations.{name}.speed is a range to choose from, which only find_all = "{name}.speed" can '
+                'answer. Write one speed, or "a..b" for every speed in a range.',
+            )
+
+
+def _kind(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    """Forces act on what moves along a line, moments on what turns."""
+    excitation, turning, path = scene.excitations[name], places.turning(scene), ("excitations", name)
+    on, kind = excitation.on, excitation.kind
+    if excitation.family == "bases":
+        around = sorted(places.neighbours(scene).get(on, set()) & turning)
+        if around:
+            mistakes.add(
+                path,
+                f"excitations.{name} moves {on} along a line, but {around[0]} on it turns. The twist of a base is not "
+                f'supported: put kind = "moment" on {around[0]}.',
+            )
+    elif on in turning and kind != "moment":
+        mistakes.add(
+            path,
+            f'excitations.{name} is of kind "{kind}", but {on} turns. Write kind = "moment" with amplitude = '
+            '"300 N m".',
+        )
+    elif kind == "moment" and on not in turning and on in {**scene.bodies, **scene.absorbers}:
+        mistakes.add(
+            path,
+            f'excitations.{name} is a moment, but {on} moves along a line. Write kind = "force" with amplitude = '
+            '"6 kN".',
+        )

@@ -1,0 +1,153 @@
+"""Whether random and steady vibration are kept apart, and what white noise makes infinite is not asked."""
+
+from __future__ import annotations
+
+from vibopt.devices import FAMILIES
+from vibopt.excitations.white_noise import WhiteNoise
+from vibopt.mechanics.builder import GROUND
+from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.scene import places
+from vibopt.scene.check_speeds import reached
+from vibopt.scene.drives import names_for
+from vibopt.scene.mistakes import Mistakes, Path, dotted, given_at
+from vibopt.scene.scene import Scene
+
+TWINS = {
+    "displacement": "rms_displacement",
+    "velocity": "rms_velocity",
+    "acceleration": "rms_acceleration",
+    "relative_displacement": "rms_relative_displacement",
+    "stroke": "rms_relative_displacement",
+    "transmitted_force": "rms_force",
+}
+"""Steady responses, and what is the same under white noise."""
+
+
+def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
+    """Add what is wrong between a response and the noises of the scene; whether the rest is worth checking."""
+    if response.response == "decay_rate":
+        _lossy(scene, path, "decay rate of free vibration", mistakes)
+    if not isinstance(response, HarmonicResponse | RandomResponse):
+        return True
+    if not _known(scene, path, response, mistakes, broken):
+        return not isinstance(response, RandomResponse)
+    wrong = [name for name in response.due_to or scene.excitations if scene.excitations[name].random != response.random]
+    if wrong and (response.due_to or len(wrong) == len(scene.excitations)):
+        _misfit(path, response, wrong[0], mistakes)
+        return False
+    if isinstance(response, RandomResponse):
+        _infinite(scene, path, response, mistakes, broken)
+    return True
+
+
+def wrong_density(scene: Scene, name: str, mistakes: Mistakes) -> bool:
+    """Whether a white noise has a density of force on a base, or one of acceleration on a body; adds the mistake."""
+    noise = scene.excitations[name]
+    if not isinstance(noise, WhiteNoise):
+        return False
+    force = noise.family == "bodies"
+    if noise.on not in (places.supports(scene) if force else places.moving(scene)):
+        return False
+    given = given_at(scene.document, ("excitations", name, "density"))
+    text = (
+        f'is a density of force, but {noise.on} is a base. Write one of acceleration, for example "0.01 (m/s²)²/Hz".'
+        if force
+        else f'is a density of acceleration, but {noise.on} is no base. Write one of force, for example "100 N²/Hz".'
+    )
+    mistakes.value(("excitations", name, "density"), given, text)
+    return True
+
+
+def _known(
+    scene: Scene, path: Path, response: HarmonicResponse | RandomResponse, mistakes: Mistakes, broken: set[str]
+) -> bool:
+    """Whether there are excitations, and those of `due_to` among them; a steady response says so itself."""
+    random = isinstance(response, RandomResponse)
+    hurt = any(one.startswith("excitations.") for one in broken)
+    if random and response.due_to == ():
+        mistakes.add((*path, "due_to"), f"{dotted(path)}.due_to is an empty list. Name an excitation, or leave it out.")
+    elif random and not scene.excitations and not hurt:
+        mistakes.add(
+            path,
+            f"{dotted(path)} is a response to white noise, but nothing shakes the machine. Add [excitations.NAME] "
+            'with kind = "white_noise".',
+        )
+    unknown = [name for name in response.due_to or () if name not in scene.excitations]
+    if random and unknown and not hurt:
+        mistakes.unknown_name((*path, "due_to"), unknown[0], "excitation", list(scene.excitations))
+    return bool(scene.excitations) and response.due_to != () and not unknown and not hurt
+
+
+def _misfit(path: Path, response: HarmonicResponse | RandomResponse, name: str, mistakes: Mistakes) -> None:
+    """A steady response to white noise, or the other way round."""
+    key, twin = response.response, TWINS.get(response.response, "")
+    if response.random:
+        steady = next((one for one, other in TWINS.items() if other == key), "")
+        mistakes.add(
+            path,
+            f"{dotted(path)}: {key} is a root mean square under white noise, but excitations.{name} is a steady "
+            f'vibration. Write response = "{steady}", or name a white noise in due_to.',
+        )
+        return
+    way = f'Write response = "{twin}"' if twin else "Name a steady excitation in due_to"
+    mistakes.add(
+        path,
+        f"{dotted(path)}: {key} is of a steady vibration, but excitations.{name} is white noise, which has no "
+        f"amplitude. {way}.",
+    )
+
+
+def _lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None:
+    """A loss factor knows steady harmonic motion only."""
+    lossy = [
+        f"{family}.{name}"
+        for family, name, table in places.devices(scene)
+        if getattr(table, "loss_factor", None) is not None
+    ]
+    if lossy:
+        mistakes.add(
+            path,
+            f"{dotted(path)} asks for the {what}, but {lossy[0]} has a loss_factor, which speaks of steady harmonic "
+            "motion only. Give it damping or damping_ratio instead.",
+        )
+
+
+def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mistakes, broken: set[str]) -> None:
+    """What is infinite whatever the design, and what no noise reaches."""
+    _lossy(scene, path, "response to white noise", mistakes)
+    names, key = names_for(scene, response), response.response
+    if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
+        return
+    place = next((name for name, _ in response.places().values()), "")
+    if place in places.turning(scene):
+        mistakes.add(path, f"{dotted(path)} looks at {place}, which turns. Random vibration is of bodies on a line.")
+        return
+    if not reached(scene, path, response, names, mistakes):
+        return
+    for name in names:
+        noise = scene.excitations[name]
+        if key == "rms_acceleration" and noise.on == place:
+            mistakes.add(
+                path,
+                f"{dotted(path)} is infinite whatever the design: white noise holds every frequency, and the force of "
+                f"excitations.{name} accelerates {place} at once. Ask for rms_velocity or rms_displacement.",
+            )
+        elif noise.family == "bases" and key in ("rms_displacement", "rms_velocity"):
+            mistakes.add(
+                path,
+                f"{dotted(path)} is infinite whatever the design: a base whose acceleration is white noise "
+                f"(excitations.{name}) drifts away, and {place} with it. Ask for rms_relative_displacement across a "
+                "link, or for rms_acceleration.",
+            )
+
+
+def _acting(scene: Scene, names: tuple[str, ...]) -> bool:
+    """Whether every noise acts on something that it can act on; one that does not has been reported already."""
+    noises = [scene.excitations[name] for name in names]
+    return all(one.on in (places.moving(scene) if one.family == "bodies" else places.supports(scene)) for one in noises)
+
+
+def _joined(scene: Scene) -> bool:
+    """Whether every link ends at something; a link that does not has been reported already."""
+    known = {*places.points(scene), GROUND}
+    return all(end in known for two in places.ends(scene).values() for end in two)

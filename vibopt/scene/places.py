@@ -1,0 +1,90 @@
+"""Names of a scene: what moves, what supports, what joins; asked of every family of devices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from vibopt.devices import FAMILIES, Device
+from vibopt.mechanics.builder import GROUND
+from vibopt.scene.scene import Scene
+
+
+def raw(scene: Scene, family: str) -> dict[str, Mapping[str, Any]]:
+    """Tables of a family as they stand in the document, those with mistakes included."""
+    tables = scene.document.get(family, {})
+    if not isinstance(tables, Mapping):
+        return {}
+    return {name: table if isinstance(table, Mapping) else {} for name, table in tables.items()}
+
+
+def devices(scene: Scene) -> Iterator[tuple[str, str, Device]]:
+    """Family, name and table of every device that could be read."""
+    for family in FAMILIES:
+        for name, table in getattr(scene, family).items():
+            yield family, name, table
+
+
+def _raw_devices(scene: Scene) -> Iterator[tuple[type[Device], str, Mapping[str, Any]]]:
+    for family, kind in FAMILIES.items():
+        for name, table in raw(scene, family).items():
+            yield kind, name, table
+
+
+def moving(scene: Scene) -> list[str]:
+    """Points that move freely: bodies, masses of absorbers, points of structures."""
+    return [one for kind, name, table in _raw_devices(scene) for one in kind.moving_in(name, table)]
+
+
+def carried(scene: Scene) -> set[str]:
+    """Points of structures: what hangs there is held by the structure itself."""
+    return {point for name, table in scene.structures.items() for point in table.names}
+
+
+def supports(scene: Scene) -> list[str]:
+    """Points that move as prescribed."""
+    return [one for kind, name, table in _raw_devices(scene) for one in kind.supports_in(name, table)]
+
+
+def points(scene: Scene) -> list[str]:
+    """Everything a link may end at."""
+    return [*moving(scene), *supports(scene), GROUND]
+
+
+def links(scene: Scene) -> list[str]:
+    """Everything that joins two points by a spring or a damper: links and absorbers."""
+    return [one for kind, name, table in _raw_devices(scene) for one in kind.links_in(name, table)]
+
+
+def freedoms(scene: Scene) -> int:
+    """Number of free coordinates."""
+    return sum(kind.freedoms_in(name, table) for kind, name, table in _raw_devices(scene))
+
+
+def ends(scene: Scene) -> dict[str, tuple[str, str]]:
+    """The two ends of every link that could be read."""
+    return {link: two for _, name, table in devices(scene) for link, two in table.joins(name).items()}
+
+
+def springs(scene: Scene) -> set[str]:
+    """Links that have a stiffness."""
+    return {link for _, name, table in devices(scene) for link in table.springs(name)}
+
+
+def neighbours(scene: Scene) -> dict[str, set[str]]:
+    """Per point those that it moves along: over a link, or within one structure."""
+    found: dict[str, set[str]] = {}
+    groups: list[tuple[str, ...]] = list(ends(scene).values())
+    groups += [one for kind, name, table in _raw_devices(scene) if len(one := kind.moving_in(name, table)) > 1]
+    for group in groups:
+        for here in group:
+            found.setdefault(here, set()).update(there for there in group if there != here)
+    return found
+
+
+def turning(scene: Scene) -> set[str]:
+    """Points that turn about an axis: bodies with an inertia, and the absorbers on them."""
+    found = {name for name, body in scene.bodies.items() if body.turns}
+    for _ in scene.absorbers:
+        found |= {name for name, one in scene.absorbers.items() if one.host in found}
+    return found

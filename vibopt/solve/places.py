@@ -1,0 +1,109 @@
+"""Places left open: the scene is answered once for each combination of them, and the best answer is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from vibopt.design.checked import goal_of
+from vibopt.design.design import Design, Placed
+from vibopt.scene.scene import MINIMISE, Scene
+from vibopt.scene.settle import open_places, settled
+from vibopt.solve.method import Progress
+
+Answer = Callable[[Scene], Design]
+_PROVEN = ("optimal", "infeasible")
+
+
+def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -> Design:
+    """The best answer over all places.
+
+    Parameters
+    ----------
+    scene
+        A scene with at least one place left open, and a goal.
+    answer
+        Answers a scene with all places settled.
+    progress
+        Called with the places and the part that is done.
+
+    Notes
+    -----
+    "optimal" and "infeasible" only where that is proven of every place.
+    """
+    variants = list(settled(scene))
+    found: list[tuple[Mapping[str, str], Design]] = []
+    for index, (words, one) in enumerate(variants):
+        if progress is not None:
+            progress(f"on {_spoken(words)}", index / len(variants))
+        found.append((words, _with_goal(answer(one))))
+    words, best = min(found, key=lambda pair: _rank(pair[1]))
+    designs = [design for _, design in found]
+    status, claim = _verdict(best, designs)
+    rows = [_row(one, design) for one, design in found]
+    seconds = {stage: sum(one.timings.get(stage, 0.0) for one in designs) for stage in best.timings}
+    settled_places = {path: Placed(words[path], names) for path, names in open_places(scene).items()}
+    has_answer = best.goal is not None or best.status == "unbounded"
+    return replace(
+        best,
+        status=status,
+        claim=claim,
+        reason="" if has_answer else "; ".join(f"on {one['place']}: {one['claim']}" for one in rows),
+        places=settled_places if has_answer else {},
+        timings=seconds,
+        details={**best.details, "places": rows},
+    )
+
+
+def _with_goal(design: Design) -> Design:
+    """Where nothing else is to be chosen, a place is as good as its goal, or breaks a limit."""
+    if not design.scene.is_analysis:
+        return design
+    if design.status != "met":
+        broken = [name for name, one in design.limits.items() if not one.met]
+        return replace(design, status="infeasible", claim=f"breaks {', '.join(broken)}")
+    return replace(design, status="optimal", claim="every limit holds", goal=goal_of(design.scene, {}))
+
+
+def _rank(design: Design) -> tuple[int, float]:
+    """Less is better: an unbounded goal first, then the goal, then what is left open before what is not."""
+    if design.status == "unbounded":
+        return 0, 0.0
+    goal = design.scene.goal
+    if design.status in ("optimal", "feasible") and design.goal is not None and goal is not None:
+        return 1, design.goal[1].value * (1.0 if goal.sense == MINIMISE else -1.0)
+    return (2 if design.status == "check_failed" else 3 if design.status == "unproven" else 4), 0.0
+
+
+def _verdict(best: Design, designs: list[Design]) -> tuple[str, str]:
+    many = len(designs)
+    proven = all(one.status in _PROVEN for one in designs)
+    if best.status == "infeasible":
+        return "infeasible", f"proven for each of {many} places"
+    if best.status == "optimal" and not proven:
+        return "feasible", f"proven for this place, but not that each of the other {many - 1} is worse"
+    if best.status == "optimal":
+        return "optimal", f"the best of {many} places, each of them proven; {best.claim}"
+    if best.status == "feasible":
+        return "feasible", f"the best of {many} places; {best.claim}"
+    return best.status, best.claim
+
+
+def _row(words: Mapping[str, str], design: Design) -> dict[str, Any]:
+    return {
+        "place": _spoken(words),
+        "on": dict(words),
+        "status": design.status,
+        "goal": design.goal[1].shown if design.goal is not None else "",
+        "value": design.goal[1].value if design.goal is not None else None,
+        "claim": design.claim,
+    }
+
+
+def _spoken(words: Mapping[str, str]) -> str:
+    """Places by their names alone, "floor1, floor3"."""
+    return ", ".join(words.values())
+
+
+__all__ = ["best_place"]
