@@ -15,6 +15,7 @@ from vibopt.forms import DecayRate, FloatArray, ModeDamping, Modulus, RootMeanSq
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
+from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.method import Found, Progress
@@ -25,6 +26,8 @@ TOLERANCE = 1e-9
 _SAME = 1e-6
 _MANY = 128
 """Points to measure where no start led anywhere."""
+_AGREED, _BATCHES = 4, 3
+"""Starts that should agree on the best, and how many batches of them there may be."""
 _SHARE = 0.6
 """Part of the time that may go into the sampled programs."""
 _ALIKE = 0.02
@@ -112,6 +115,7 @@ class _Run:
         )
         if not good:
             return self._nothing(len(begun))
+        good += self._more(good, begun)
         goal, y = min(good)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
@@ -121,7 +125,31 @@ class _Run:
         agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
         claim = f"best of {len(begun)} starts, {agreed} agreed"
         x, details = self._x(np.array(y)), self._details(len(begun), agreed)
+        x, settled = improved_by_links(self.program, x, self.judge, self.deadline)
+        if self.judge.goal(x).value < goal - _SAME * abs(goal):
+            claim = f"best of {len(begun)} starts, made better one link at a time"
+        if settled:
+            claim += "; no other spring and damper of one link alone is better, which is proven"
         return Found("feasible", x, claim, self.method.name, details=details)
+
+    def _more(
+        self, good: list[tuple[float, tuple[float, ...]]], begun: list[FloatArray]
+    ) -> list[tuple[float, tuple[float, ...]]]:
+        """What further starts lead to, where few of the first ones agree on the best."""
+        found: list[tuple[float, tuple[float, ...]]] = []
+        for batch in range(1, _BATCHES):
+            best = min([*good, *found])[0]
+            agreed = sum(value - best <= _SAME * max(abs(best), 1e-300) for value, _ in [*good, *found])
+            late = time.perf_counter() - self.began > _SHARE * self.method.seconds
+            if late or not np.isfinite(best) or agreed >= _AGREED or not sampleable(self.program):
+                break
+            count = self.method.count
+            fresh = [
+                np.clip(y, self.low, self.high) for y in starts(self.program, (batch + 1) * count)[batch * count :]
+            ]
+            begun += fresh
+            found += self._good(self._sharpened(self._sampled(fresh)))
+        return found
 
     def _good(self, points: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
         """Goal and design of the points at which every limit holds."""

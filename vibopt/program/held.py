@@ -1,0 +1,65 @@
+"""A program with some variables held at their values: fewer axes, the same question."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Form, Monomials
+from vibopt.mechanics.model import Model, Term
+from vibopt.mechanics.monomial import Monomial
+from vibopt.program.program import Aim, Limit, Program
+
+
+def held(program: Program, x: FloatArray, free: Sequence[int]) -> Program:
+    """The program in the variables `free` alone, the others at x (n_vars,)."""
+    chosen = list(free)
+    fixed = [i for i in range(len(x)) if i not in chosen]
+    models: dict[int, Model] = {}
+
+    def smaller(model: Model) -> Model:
+        if id(model) not in models:
+            models[id(model)] = _model(model, x, chosen, fixed)
+        return models[id(model)]
+
+    def moved(part: Limit | Aim) -> Limit | Aim:
+        return replace(part, model=smaller(part.model), form=_form(part.form, x, chosen, fixed))
+
+    limits = tuple(one for one in map(moved, program.limits) if isinstance(one, Limit))
+    aim = moved(program.aim) if program.aim is not None else None
+    assert aim is None or isinstance(aim, Aim)
+    axes = tuple(program.axes[i] for i in chosen)
+    return replace(program, model=smaller(program.model), axes=axes, limits=limits, aim=aim)
+
+
+def _model(model: Model, x: FloatArray, free: list[int], fixed: list[int]) -> Model:
+    def term(one: Term) -> Term:
+        size = _power(one.exponents, x, fixed)
+        return replace(one, scale=one.scale * size, static_scale=one.static_scale * size, exponents=one.exponents[free])
+
+    def monomial(one: Monomial) -> Monomial:
+        size = _power(one.row(len(x)), x, fixed)
+        return Monomial(one.scale * size, {free.index(i): e for i, e in one.exponents.items() if i in free})
+
+    return replace(
+        model,
+        terms=tuple(term(one) for one in model.terms),
+        counts={name: monomial(one) for name, one in model.counts.items()},
+        ratios={name: monomial(one) for name, one in model.ratios.items()},
+        properties={key: monomial(one) for key, one in model.properties.items()},
+    )
+
+
+def _form(form: Form, x: FloatArray, free: list[int], fixed: list[int]) -> Form:
+    if not isinstance(form, Monomials):
+        return form
+    sizes = np.array([_power(row, x, fixed) for row in form.exponents])
+    return Monomials(form.scale * sizes, form.exponents[:, free])
+
+
+def _power(exponents: FloatArray, x: FloatArray, fixed: list[int]) -> float:
+    """prod over the held variables of x_i**exponents_i."""
+    powers = exponents[fixed]
+    return float(np.prod(np.where(powers == 0.0, 1.0, x[fixed] ** powers)))
