@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import vibopt as vo
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
@@ -105,6 +106,17 @@ def test_an_amplitude_that_can_be_zero_is_proven_to_be_the_best() -> None:
     program, found = best_of(document)
     assert found.status == "optimal"
     assert Judge(program).goal(found.x).value <= 1e-12
+
+
+def test_an_undamped_absorber_that_stills_its_host_is_proven_at_once() -> None:
+    """One variable, and a goal of zero: no gap in parts of the goal could ever be reached."""
+    document = scene()
+    document["links"]["tuner"].pop("damping")
+    document["excitations"]["shake"]["speed"] = "31 rad/s"
+    design = vo.solve(from_dict(document))
+    assert design.status == "optimal"
+    assert "the goal is zero" in design.claim
+    assert design.x[0] == pytest.approx(5.0 * 31.0**2, rel=1e-9)
 
 
 def random_scene(rng: np.random.Generator, *, free_mass: bool) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from vibopt.solve.conflict import loosenings, outward, smallest_conflict
 from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
+from vibopt.solve.plane.whatever import hopeless
 from vibopt.units import read_quantity, show, to_unit
 
 _LOOSE_GAP, _LOOSE_SECONDS = 1e-4, 3.0
@@ -33,6 +34,23 @@ def physical_words(scene: Scene, clash: Impossible) -> str:
         f"{show(clash.inertia, '', load)}: no stiffness and no damping can do it. "
         f"{'An inertia' if heavy == 'inertia' else 'A mass'} of at least {show(clash.needed, '', heavy)} instead of "
         f"{show(clash.mass, '', heavy)} could."
+    )
+
+
+def hopeless_words(scene: Scene, program: Program) -> str:
+    """The limit that no spring and damper of the chosen link can meet, with its speed; "" where there is none."""
+    one = hopeless(closed(program))
+    if one is None:
+        return ""
+    response = scene.limits[one.limit.name]
+    assert isinstance(response, HarmonicResponse)
+    excitation = scene.excitations[names_for(scene, response)[0]]
+    at = show(excitation.from_rotation(one.speed), excitation.speed.unit, excitation.speed.dimension)
+    unit = getattr(response.at_most, "unit", "")
+    value, bound = (shown_value(response, user_bound(one.limit, v), unit).shown for v in (one.value, one.limit.bound))
+    return (
+        f"At {at} {one.limit.name} is {value}, whatever the spring and the damper; at most {bound} is asked. Only a "
+        "wider limit, another mass, or a range of speeds without this one can help."
     )
 
 

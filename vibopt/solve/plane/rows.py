@@ -363,6 +363,16 @@ class LinkPlane:
         )
         return np.asarray(sign * rows, dtype=float)
 
+    def moebius(
+        self, limit: Limit, speeds: FloatArray
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """n0, n1, d0, d1 of a response (n0 + n1 kappa) / (d0 + d1 kappa) at its speeds [rad/s]; no third variable."""
+        made = self._sampled(limit, speeds)
+        group = self._link_group(made.groups)
+        assert group is not None
+        x = np.ones(len(self.program.axes))
+        return *self._affine(made.top, made, group, x), *self._affine(made.bottom, made, group, x)
+
     def _factors(self, made: Sampled, group: int) -> tuple[ComplexArray, ComplexArray]:
         """What k and c are multiplied by in kappa, each (n_speeds,)."""
         zero = np.zeros(made.count, dtype=complex)

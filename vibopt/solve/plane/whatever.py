@@ -1,0 +1,83 @@
+"""Speeds at which a response has one value, whatever the spring and the damper of the chosen link.
+
+(n0 + n1 kappa) / (d0 + d1 kappa) does not depend on kappa where n0 d1 = n1 d0.  For the stroke of an
+absorber n1 is zero, and d1 is zero where the machine with the absorber locked resonates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vibopt.forms import Band, ComplexArray, FloatArray, Modulus
+from vibopt.program.program import Limit, Program
+from vibopt.solve.plane.rows import LinkPlane
+
+_POINTS = 400
+_REAL = 1e-9
+_STEPS = 80
+
+
+@dataclass(frozen=True, slots=True)
+class Whatever:
+    """A limit that no spring and damper of the link can meet.
+
+    speed
+        Where the response cannot be changed [rad/s].
+    value
+        Its value there [SI].
+    """
+
+    limit: Limit
+    speed: float
+    value: float
+
+
+def hopeless(program: Program) -> Whatever | None:
+    """The limit missed most at a speed where the design has no say; None where there is none, or a third variable."""
+    plane = LinkPlane.of(program)
+    if plane is None or plane.other >= 0:
+        return None
+    found = []
+    for limit in program.limits:
+        form = limit.form
+        if isinstance(form, Modulus) and limit.side == "at_most" and plane.accepts(limit):
+            for band in form.drives[0].bands:
+                found += _in_band(plane, limit, band)
+    worst = max(found, key=lambda one: one.value / one.limit.bound, default=None)
+    return worst if worst is not None and worst.value > worst.limit.bound * (1.0 + 1e-9) else None
+
+
+def _in_band(plane: LinkPlane, limit: Limit, band: Band) -> list[Whatever]:
+    if band.is_point or not np.isfinite(band.high) or limit.bound <= 0.0:
+        return []
+    speeds = np.linspace(band.low, band.high, _POINTS)
+    bent, size = _difference(plane, limit, speeds)
+    bent = bent * np.exp(-1j * np.angle(bent[np.abs(bent).argmax()]))
+    if np.abs(bent.imag).max() > _REAL * size.max():
+        return []
+    turns = np.flatnonzero(np.sign(bent.real[:-1]) * np.sign(bent.real[1:]) < 0.0)
+    found = []
+    for i in turns:
+        speed = _root(plane, limit, float(speeds[i]), float(speeds[i + 1]))
+        n0, n1, d0, d1 = (abs(one[0]) for one in plane.moebius(limit, np.array([speed])))
+        if d0 > 0.0 and n0 > 0.0 and max(n1 * d0, d1 * n0) <= 1e-6 * size.max():
+            found.append(Whatever(limit, speed, float(n0 / d0)))
+    return found
+
+
+def _difference(plane: LinkPlane, limit: Limit, speeds: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """n0 d1 - n1 d0, on one line through zero where nothing else damps, and the size of its parts."""
+    n0, n1, d0, d1 = plane.moebius(limit, speeds)
+    return n0 * d1 - n1 * d0, np.abs(n0 * d1) + np.abs(n1 * d0)
+
+
+def _root(plane: LinkPlane, limit: Limit, low: float, high: float) -> float:
+    """Where the difference turns its sign, by bisection to the last digit."""
+    left = _difference(plane, limit, np.array([low]))[0][0]
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + high)
+        value = _difference(plane, limit, np.array([middle]))[0][0]
+        low, high = (middle, high) if (value * np.conj(left)).real > 0.0 else (low, middle)
+    return 0.5 * (low + high)
