@@ -44,7 +44,9 @@ _LONG = 100
 _files = click.argument("files", metavar="[FILE]...", nargs=-1)
 _quick = click.option("--quick", is_flag=True, help="Fewer scenes and methods; ends within a minute.")
 _family = click.option(
-    "--family", type=click.Choice(["isolation", "balancing"]), help="Stock cases of one kind only; both if left out."
+    "--family",
+    type=click.Choice(["isolation", "absorbers", "balancing"]),
+    help="Stock cases of one kind only; all if left out.",
 )
 _figure = click.option("--figure", metavar="FILE", help="Draw the chart (.svg, .png, .pdf).")
 
@@ -67,7 +69,7 @@ def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, figu
     parts.  Exit code 6 if vibopt itself claims anything wrong.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.both import speed_accuracy as run
+    from vibopt.study.chart.kinds import speed_accuracy as run
     from vibopt.study.chart.trial import DEFAULT
 
     target = checked_target(figure, FORMATS) if figure else None
@@ -93,7 +95,7 @@ def stability(family: str | None, quick: bool, figure: str | None, as_json: bool
     Exit code 6 if vibopt itself is ever silently wrong.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.both import stability as run
+    from vibopt.study.chart.kinds import stability as run
     from vibopt.study.chart.trial import DEFAULT, SILENT
 
     target = checked_target(figure, FORMATS) if figure else None
@@ -116,7 +118,7 @@ def stability(family: str | None, quick: bool, figure: str | None, as_json: bool
 def fidelity(files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
     """Freedoms, planes, sensors and speeds declared and needed; error of the smaller model, and time saved."""
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.both import fidelity as run
+    from vibopt.study.chart.kinds import fidelity as run
 
     target = checked_target(figure, FORMATS) if figure else None
     scenes = _scenes(files, family)
@@ -181,7 +183,7 @@ def _about(case: Case) -> dict[str, Any]:
 
 
 def _stability_json(result: Stability) -> dict[str, Any]:
-    from vibopt.study.chart.both import asked
+    from vibopt.study.chart.kinds import asked
 
     cases = [_about(case) for case in result.cases]
     counts = {
@@ -230,7 +232,7 @@ def _note(one: Trial) -> str:
 
 def _stability_table(result: Stability, console: Console) -> None:
     from vibopt.design.table import grid, section
-    from vibopt.study.chart.both import asked
+    from vibopt.study.chart.kinds import asked
     from vibopt.study.chart.stability import CLASSES
     from vibopt.study.chart.trial import MISSING, REFUSES
 
@@ -319,7 +321,7 @@ def _name(one: Trial) -> str:
 
 def _stability_figure(result: Stability) -> Figure:
     from vibopt.design.chart_figures import stability_figure
-    from vibopt.study.chart.both import asked
+    from vibopt.study.chart.kinds import asked
     from vibopt.study.chart.stability import CLASSES
 
     counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in asked(result, f)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case, chain, one_mass, press
 
@@ -23,10 +24,15 @@ def families() -> list[Case]:
 
 def quick_families() -> list[Case]:
     """Two cases of every family."""
+    return ends_of(families())
+
+
+def ends_of(cases: Sequence[Case]) -> list[Case]:
+    """The first and the last case of every family."""
     found: dict[str, list[Case]] = {}
-    for case in families():
+    for case in cases:
         found.setdefault(case.family, []).append(case)
-    return [case for cases in found.values() for case in {cases[0].name: cases[0], cases[-1].name: cases[-1]}.values()]
+    return [case for some in found.values() for case in {some[0].name: some[0], some[-1].name: some[-1]}.values()]
 
 
 def _shaken(limits: str, damping: float, goal: str = "maximise") -> str:

@@ -44,7 +44,12 @@ class SpeedAccuracy:
 
 
 def speed_accuracy(
-    scenes: Sequence[Scene] = (), *, quick: bool = False, progress: Progress | None = None
+    scenes: Sequence[Scene] = (),
+    *,
+    cases: Sequence[Case] | None = None,
+    methods: Sequence[str] | None = None,
+    quick: bool = False,
+    progress: Progress | None = None,
 ) -> SpeedAccuracy:
     """Run every method on the stock set, or on the user's scenes.
 
@@ -52,28 +57,30 @@ def speed_accuracy(
     ----------
     scenes
         The user's scenes; their best goals are proven first, with a gap of 1e-8.
+    cases, methods
+        Another stock set, and other methods than the usual ones.
     quick
         Fewer cases, methods and runs.
     """
-    methods = QUICK_METHODS if quick else METHODS
+    chosen = tuple(methods or (QUICK_METHODS if quick else METHODS))
     runs = 2 if quick else 3
     deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
-    warm_up(list(methods))
+    warm_up(list(chosen))
     pairs = [(referenced(scene), scene) for scene in scenes] or [
-        (case, case.scene()) for case in (QUICK if quick else STOCK)
+        (case, case.scene()) for case in cases or (QUICK if quick else STOCK)
     ]
     trials: list[Trial] = []
     skipped: list[tuple[str, str]] = []
-    total = len(pairs) * len(methods)
+    total = len(pairs) * len(chosen)
     for case, scene in pairs:
-        for method in methods:
+        for method in chosen:
             if progress:
                 progress(f"{case.name}: {method}", (len(trials) + len(skipped)) / total)
             if time.perf_counter() > deadline:
                 skipped.append((case.name, method))
                 continue
             trials.append(trial(case, scene, method, runs, PATIENCE))
-    return SpeedAccuracy(tuple(case for case, _ in pairs), methods, tuple(trials), tuple(skipped))
+    return SpeedAccuracy(tuple(case for case, _ in pairs), chosen, tuple(trials), tuple(skipped))
 
 
 def referenced(scene: Scene) -> Case:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vibopt.study.chart.cases import Case
-from vibopt.study.chart.hard import families, quick_families
+from vibopt.study.chart.hard import ends_of, families, quick_families
 from vibopt.study.chart.speed_accuracy import Progress
 from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Trial, trial, warm_up
 
@@ -38,21 +39,27 @@ class Stability:
         return Counter(one.verdict for one in self.trials if one.case in names and one.method == method)
 
 
-def stability(*, quick: bool = False, progress: Progress | None = None) -> Stability:
+def stability(
+    *,
+    cases: Sequence[Case] | None = None,
+    methods: Sequence[str] | None = None,
+    quick: bool = False,
+    progress: Progress | None = None,
+) -> Stability:
     """Run every method once on every case; with `quick` on two cases of each family."""
-    cases = quick_families() if quick else families()
-    methods = QUICK_METHODS if quick else METHODS
+    cases = (quick_families() if quick else families()) if cases is None else ends_of(cases) if quick else cases
+    chosen = tuple(methods or (QUICK_METHODS if quick else METHODS))
     deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
-    warm_up(list(methods))
+    warm_up(list(chosen))
     trials: list[Trial] = []
     skipped: list[tuple[str, str]] = []
     for number, case in enumerate(cases):
         scene = case.scene()
-        for method in methods:
+        for method in chosen:
             if progress:
-                progress(f"{case.name}: {method}", (number + methods.index(method) / len(methods)) / len(cases))
+                progress(f"{case.name}: {method}", (number + chosen.index(method) / len(chosen)) / len(cases))
             if time.perf_counter() > deadline:
                 skipped.append((case.name, method))
                 continue
             trials.append(trial(case, scene, method, 1, PATIENCE))
-    return Stability(tuple(cases), methods, tuple(trials), tuple(skipped))
+    return Stability(tuple(cases), chosen, tuple(trials), tuple(skipped))

@@ -1,0 +1,1 @@
+"""Absorbers in the charts."""
