@@ -141,6 +141,39 @@ class StaticRow:
 
 
 @dataclass(frozen=True, slots=True)
+class StaticLoad:
+    """Static force of one mount under the weights alone, as a part of what it is rated for: factor(x) * |row . u|.
+
+    `factor` is one monomial: static stiffness of one mount over its rating.
+    """
+
+    row: FloatArray
+    factor: Monomials
+
+
+@dataclass(frozen=True, slots=True)
+class StaticForce:
+    """Force of some springs under the weights alone, with its sign: sum_t signs_t p_t b_t . u [N], u downward."""
+
+    signs: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class ModeGap:
+    """Least difference between neighbouring undamped natural frequencies [rad/s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyShare:
+    """Part of the kinetic energy that a mode has in one motion of one body: (r . phi) (r . M phi) / (phi . M phi).
+
+    The greatest over all modes; modes of one frequency count together.  row (n_coords,).
+    """
+
+    row: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
 class ModeFrequency:
     """Undamped natural frequency number `mode` (1 is the lowest) [rad/s]; 0 means each of them."""
 
@@ -190,4 +223,16 @@ class Monomials:
     exponents: FloatArray
 
 
-Form = Modulus | StaticRow | ModeFrequency | ModeDamping | DecayRate | RootMeanSquare | Monomials
+Form = (
+    Modulus
+    | StaticRow
+    | StaticLoad
+    | StaticForce
+    | ModeFrequency
+    | ModeGap
+    | EnergyShare
+    | ModeDamping
+    | DecayRate
+    | RootMeanSquare
+    | Monomials
+)

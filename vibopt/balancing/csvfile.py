@@ -7,8 +7,6 @@ One row a run.  Columns: run, speed [rpm], stayed; per plane "left" (text such a
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -17,13 +15,12 @@ from typing import Any
 
 from vibopt.errors import InputError, way_out
 from vibopt.scene.mistakes import Mistakes, Path, toml_text
+from vibopt.values.sheet import letter, sheet_of
 
-LARGEST = 5_000_000
 _HEADER = re.compile(
     r"(?P<name>.*?)(?:\s+(?P<what>mass|weight|unbalance|amplitude|angle|phase))?\s*(?:[\[(](?P<unit>[^\])]*)[\])])?",
     re.I,
 )
-_COMMA = re.compile(r"([+-]?\d*),(\d+)(?=\D|$)")
 _YES, _NO = ("yes", "true", "1", "x", "ja", "oui"), ("no", "false", "0", "-", "nein", "non")
 _AMOUNTS = {"mass", "weight", "unbalance", "amplitude"}
 
@@ -98,45 +95,9 @@ def _sensors_of(header: list[str]) -> list[str]:
 
 
 def _rows(file: FilePath) -> list[tuple[int, list[str]]]:
-    """Rows that are not empty, with their number in the sheet."""
-    text = _text(file)
-    lines = text.splitlines()
-    offset = 1 if lines and lines[0].lower().startswith("sep=") else 0
-    sign = lines[0][4:5] if offset else _separator(lines[0] if lines else "")
-    try:
-        parsed = list(csv.reader(io.StringIO("\n".join(lines[offset:])), delimiter=sign or ";"))
-    except csv.Error as error:
-        raise InputError(f"{file.name} is no CSV file: {error}.") from None
-    comma = sign != ","
-    cells = [[_point(cell.strip()) if comma else cell.strip() for cell in row] for row in parsed]
-    return [(number, row) for number, row in enumerate(cells, start=1 + offset) if any(row)]
-
-
-def _text(file: FilePath) -> str:
-    try:
-        if file.stat().st_size > LARGEST:
-            raise InputError(f"{file.name} is larger than {LARGEST / 1e6:.0f} MB.")
-        raw = file.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{file} is not there. Name the CSV file, relative to the problem file.") from None
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="replace")
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return raw.decode("cp1252", errors="replace")
-
-
-def _separator(line: str) -> str:
-    """The sign between columns, told by the heading: tab, semicolon or comma."""
-    return max(("\t", ";", ","), key=line.count)
-
-
-def _point(cell: str) -> str:
-    """A cell with a decimal point for its decimal comma."""
-    return _COMMA.sub(r"\1.\2", cell) if cell.count(",") == 1 or "@" in cell else cell
+    """Rows that are not empty, with their number in the sheet; decimal commas are points."""
+    sheet = sheet_of(file)
+    return [(number, [sheet.number(cell) for cell in cells]) for number, cells in sheet.rows]
 
 
 def _columns(
@@ -145,7 +106,7 @@ def _columns(
     columns: list[Column | None] = []
     known = ["run", "speed [rpm]", "stayed", *planes, *sensors]
     for index, heading in enumerate(header):
-        column = _column(heading, _letter(index))
+        column = _column(heading, letter(index))
         name = column.name
         if name.lower() in ("run", "name", "speed", "stayed"):
             columns.append(Column(heading, column.letter, name.lower().replace("name", "run"), "", column.unit))
@@ -211,13 +172,3 @@ def _together(part: dict[str, str]) -> str:
     """Amount and angle as one text."""
     amount = part.get("amount", "")
     return f"{amount} @ {part['angle']}" if "angle" in part and "@" not in amount else amount
-
-
-def _letter(index: int) -> str:
-    """Column letters as a spreadsheet has them: A, B, ..., Z, AA."""
-    letters = ""
-    index += 1
-    while index:
-        index, rest = divmod(index - 1, 26)
-        letters = chr(65 + rest) + letters
-    return letters

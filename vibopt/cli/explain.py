@@ -33,7 +33,8 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], as_json: bo
         result = explained(scene, method=method, progress=bar)
     if as_json:
         reasons = {"model": result.model, "methods": result.methods, "limits": result.limits}
-        say_json({"status": result.design.status, **reasons, "design": result.design})
+        extra = {} if result.absorbers is None else {"absorbers": result.absorbers}
+        say_json({"status": result.design.status, **reasons, **extra, "design": result.design})
     else:
         from vibopt.design.table import rendered
 
@@ -56,6 +57,9 @@ def _tell(result: Explanation, console: Console) -> None:
     section(console, "Method", grid(methods, whole=(0,)))
     if result.limits:
         section(console, "Limits", grid([(one.name, one.words) for one in result.limits], whole=(0,)))
+    if result.absorbers is not None:
+        for title, rows in result.absorbers.blocks:
+            section(console, title, grid(rows, whole=(0,)))
     if design.conflict is not None:
         section(console, "Cannot hold together", ", ".join(design.conflict.limits))
     work = [(key, str(value)) for key, value in design.details.items() if isinstance(value, int)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,21 +14,52 @@ from vibopt.errors import InputError
 
 if TYPE_CHECKING:
     from vibopt.design.design import Design
+    from vibopt.design.plane import Plane
     from vibopt.jobs import Answer, Job
 
 FORMATS = (".svg", ".png", ".pdf")
 PAGES = (".html", ".htm")
+_ABSORBERS, _ALL = "absorbers.", "all"
 
 
-@click.command()
+class _Plot(click.Command):
+    """`--map` may stand alone or before the name of an absorber."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, list(_map_of(args)))
+
+
+def _map_of(args: list[str]) -> Iterator[str]:
+    left = iter(args)
+    for one in left:
+        if one != "--map":
+            yield one
+            continue
+        after = next(left, None)
+        named = after is not None and after.startswith(_ABSORBERS)
+        yield f"--map={after}" if named else f"--map={_ALL}"
+        if after is not None and not named:
+            yield from _map_of([after])
+
+
+@click.command(cls=_Plot)
 @file
 @click.option("-o", "--output", metavar="FILE", required=True, help="Picture to write: .svg, .png or .pdf.")
-@click.option("--map", "as_map", is_flag=True, help="Draw the plane of the two design variables instead.")
+@click.option(
+    "--map",
+    "as_map",
+    metavar="[absorbers.NAME]",
+    help="Draw the plane of the two design variables instead, or of tuning and damping of one absorber.",
+)
 @method
 @changes
 @as_json
-def plot(file: str, output: str, as_map: bool, method: str | None, changes: tuple[str, ...], as_json: bool) -> int:
+def plot(
+    file: str, output: str, as_map: str | None, method: str | None, changes: tuple[str, ...], as_json: bool
+) -> int:
     """Draw the responses of the answer against speed, with forbidden zones and worst points.
+
+    With absorbers also without them, and the stroke of each and the natural frequencies.
 
     Of a balancing job: where each weight goes, readings before and after, bars of what is left.
 
@@ -42,12 +74,12 @@ def plot(file: str, output: str, as_map: bool, method: str | None, changes: tupl
     return _done(found, target, as_json)
 
 
-def _drawn(found: Answer, job: Job, as_map: bool, form: str) -> bytes:
+def _drawn(found: Answer, job: Job, as_map: str | None, form: str) -> bytes:
     from vibopt.jobs import is_design
 
     if is_design(found):
         return _picture(found, as_map, form)
-    if as_map:
+    if as_map is not None:
         raise InputError(f"{job.name}: --map is not supported for balancing jobs yet. Leave it out.")
     from vibopt.balancing.figures import figure_of
     from vibopt.design.figures import saved
@@ -58,20 +90,39 @@ def _drawn(found: Answer, job: Job, as_map: bool, form: str) -> bytes:
     return saved(figure, form)
 
 
-def _picture(design: Design, as_map: bool, form: str) -> bytes:
+def _map(design: Design, asked: str) -> Plane:
+    """The plane of two variables, or of those of the absorber asked for."""
+    from vibopt.design.plane import absorbers_with_map, plane
+    from vibopt.errors import way_out
+
+    name, absorber = design.scene.name, asked.removeprefix(_ABSORBERS) if asked != _ALL else ""
+    if absorber and absorber not in design.scene.absorbers:
+        raise InputError(f"{name}: there is no absorber called {absorber}.{way_out(absorber, design.scene.absorbers)}")
+    possible = absorbers_with_map(design)
+    drawn = plane(design, absorber)
+    if drawn is None and not absorber and len(possible) == 1:
+        drawn = plane(design, possible[0])
+    if drawn is not None:
+        return drawn
+    if possible:
+        listed = " or ".join(f"--map {_ABSORBERS}{one}" for one in possible)
+        raise InputError(f"{name}: a map has two axes. Write {listed}.")
+    if absorber:
+        raise InputError(f"{name}: a map needs a design and two variables of {absorber} that are not whole or listed.")
+    raise InputError(f"{name}: a map needs exactly two variables that are not whole or listed.")
+
+
+def _picture(design: Design, as_map: str | None, form: str) -> bytes:
     from vibopt.design.curves import panels
-    from vibopt.design.figures import plane_figure, response_figure, saved
+    from vibopt.design.figures import below, plane_figure, response_figure, saved
     from vibopt.design.plane import plane
 
     name = design.scene.name
-    if as_map:
-        drawn = plane(design)
-        if drawn is None:
-            raise InputError(f"{name}: a map needs exactly two variables that are not whole or listed.")
-        return saved(plane_figure(drawn), form)
-    found = panels(design)
-    if found:
-        return saved(response_figure(found, design.scene.title), form)
+    if as_map is not None:
+        return saved(plane_figure(_map(design, as_map)), form)
+    found, under = panels(design), below(design)
+    if found or under:
+        return saved(response_figure(found, design.scene.title, under), form)
     drawn = plane(design)
     if drawn is not None:
         return saved(plane_figure(drawn), form)
@@ -105,8 +156,10 @@ def _page(found: Answer, job: Job, changes: tuple[str, ...]) -> str:
 
     if is_design(found):
         from vibopt.design.report import html
+        from vibopt.study.absorbers import study_absorbers
 
-        return html(found, changes=changes)
+        studied = study_absorbers(found)
+        return html(found, changes=changes, also=None if studied is None else studied.blocks)
     from vibopt.balancing.sheet import html as sheet
 
     return sheet(found, job, changes=changes)

@@ -99,12 +99,15 @@ def csv_text(result: Sweep) -> str:
     head = [_head(result.path, _unit(fact.unit, points[0].value.unit)), "status"]
     goal_unit = _unit((asked.unit if asked else "") or "", goal.unit) if goal is not None else ""
     head += [_head(result.goal or "goal", goal_unit)] if goal is not None else []
+    parts = list(dict.fromkeys(path for point in points for path in point.parts))
+    head += parts
     writer.writerow([*head, *(_head(path, units[path]) for path in paths), *(f"margin of {name}" for name in names)])
     for point in points:
         goals = [] if goal is None else ["" if point.goal is None else _number(point.goal, goal_unit)]
         chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in paths]
         margins = ["" if name not in point.margins else number(point.margins[name]) for name in names]
-        writer.writerow([_number(point.value, fact.unit), point.status, *goals, *chosen, *margins])
+        bought = [point.parts.get(path, "") for path in parts]
+        writer.writerow([_number(point.value, fact.unit), point.status, *goals, *bought, *chosen, *margins])
     return stream.getvalue()
 
 
@@ -130,14 +133,16 @@ def _list(result: Sweep, console: Console) -> None:
     from vibopt.design.table import grid
 
     console.print(result.scene.title, style="bold")
+    parts = list(dict.fromkeys(path for point in result.points for path in point.parts))
     paths = _columns(result)
     step = max(1, -(-len(result.points) // MOST_ROWS))
     rows = []
     for point in result.points[::step]:
         values = [point.variables[path].shown if path in point.variables else "-" for path in paths]
         goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
-        rows.append((point.value.shown, point.status, *goal, *values, _tight(point.margins)))
-    names = [path.split(".", 1)[-1] for path in paths]
+        bought = [point.parts.get(path, "-") for path in parts]
+        rows.append((point.value.shown, point.status, *goal, *bought, *values, _tight(point.margins)))
+    names = [path.split(".", 1)[-1] for path in (*parts, *paths)]
     heads = ("Value", "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
     console.print(f"{result.path} varied")
     console.print(grid(rows, heads))
@@ -147,12 +152,15 @@ def _list(result: Sweep, console: Console) -> None:
 
 def _columns(result: Sweep) -> list[str]:
     """Paths of the variables to list: none for a kept design, and not the one that is the goal itself."""
+    from vibopt.design.shelf import tied
+
     scene = result.scene
     if result.keep_design:
         return []
     goal = scene.goal.response if scene.goal is not None else None
     same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
-    return [variable.path for variable in scene.variables if variable.path != same]
+    inner = tied(scene)
+    return [one.path for one in scene.variables if one.path != same and one.path not in inner]
 
 
 def _tight(margins: Mapping[str, float]) -> str:

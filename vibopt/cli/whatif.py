@@ -88,7 +88,12 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
         name = (before.goal or after.goal or ("", None))[0]
         rows.append((name, *(one.goal[1].shown if one.goal else "-" for one in (before, after))))
     if not result.keep_design:
-        paths = list(dict.fromkeys((*before.variables, *after.variables)))
+        places = list(dict.fromkeys((*before.places, *after.places)))
+        rows += [
+            (path, *(one.places[path].value if path in one.places else "-" for one in (before, after)))
+            for path in places
+        ]
+        paths = [one for one in dict.fromkeys((*before.variables, *after.variables)) if ".part." not in one]
         rows += [
             (path, *(one.variables[path].value.shown if path in one.variables else "-" for one in (before, after)))
             for path in paths

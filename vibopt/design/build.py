@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vibopt.design.off import as_built
+from vibopt.design.space import in_space, line_part
 from vibopt.devices import AbsorberTable, BodyTable, LinkTable
 from vibopt.devices.spring import Beam, Shaft
 from vibopt.mechanics.beam import sag_under_load
@@ -20,6 +22,7 @@ from vibopt.mechanics.hosted import Carrier, HostedMachine
 from vibopt.mechanics.machine import Joint, Machine, Tuned
 from vibopt.scene.lookout import looked_at
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import is_spatial
 from vibopt.values.fields import Choice, Fact
 
 
@@ -36,7 +39,7 @@ class _Numbers:
 
 
 def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
-    """Bodies, absorbers and links in numbers.
+    """Bodies, absorbers and links in numbers, off by `scene.off`.
 
     Parameters
     ----------
@@ -45,6 +48,13 @@ def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     chosen
         Value of each design variable by path [SI].
     """
+    if is_spatial(scene):
+        return in_space(scene, chosen, machine_of(line_part(scene), chosen))
+    nominal = _nominal(scene, chosen)
+    return as_built(scene, nominal) if scene.off else nominal
+
+
+def _nominal(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     number = _Numbers(chosen)
     both = {name: _body(name, body, number) for name, body in scene.bodies.items()}
     masses, weights = ({name: one[i] for name, one in both.items()} for i in (0, 1))
@@ -120,6 +130,12 @@ def _joint(name: str, link: LinkTable, number: _Numbers, masses: Mapping[str, fl
     if link.beam is not None:
         single = _beam(link.beam)
     stiffness = count * single
+    part = link.part
+
+    def of_part(key: str, default: float = 0.0) -> float:
+        return number(f"links.{name}.part.{key}", getattr(part, key, None), default)
+
+    static = of_part("dynamic_to_static", 1.0) if part is not None else given("dynamic_to_static", 1.0)
     damping = count * (given("damping") or given("torsional_damping"))
     relative = link.relative_to or only
     if relative is not None and stiffness > 0.0:
@@ -132,9 +148,10 @@ def _joint(name: str, link: LinkTable, number: _Numbers, masses: Mapping[str, fl
         stiffness=stiffness,
         damping=damping,
         loss_factor=given("loss_factor"),
-        static_stiffness=stiffness / given("dynamic_to_static", 1.0),
+        static_stiffness=stiffness / static,
         count=count,
         damping_ratio=ratio,
+        price=count * of_part("price"),
     )
 
 

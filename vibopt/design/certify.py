@@ -23,6 +23,7 @@ from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.drives import bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import members
 from vibopt.values import SpeedRange
 
 _OTHERS = (0.118, 0.382, 0.764)
@@ -49,7 +50,14 @@ def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side:
 
 
 def measure_on(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
-    """As `measure`, on a machine already built."""
+    """As `measure`, on a machine already built; of a group of mounts the worst of them."""
+    each = members(scene, response)
+    found = [_measured(scene, machine, one, side) for one in each]
+    worst = min if side == "at_least" else max
+    return worst(found, key=lambda one: one.value)
+
+
+def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
     if isinstance(response, HarmonicResponse):
         return _harmonic(scene, machine, response, side)
     if isinstance(response, RandomResponse):
@@ -129,8 +137,10 @@ class Shaken:
         for line in lines:
             size = np.ones_like(speed) if self.response.normalised else line.amplitude.at(speed)
             drive = line.vector[0] * size.astype(complex)
-            forces = {place: drive} if self.excitation.family == "bodies" else {}
-            bases = {place: drive} if self.excitation.family == "bases" else {}
+            acts = self.excitation.acts if self.excitation.direction_known else {place: 1.0}
+            shaken = {key: weight * drive for key, weight in acts.items()}
+            forces = shaken if self.excitation.family == "bodies" else {}
+            bases = shaken if self.excitation.family == "bases" else {}
             motion = machine.shake(line.order * speed, forces, bases)
             found.append(self.response.measure(self.machine, motion))
         return combined(found, tuple(line.order for line in lines), self.combine)
@@ -138,7 +148,7 @@ class Shaken:
     def _place(self, machine: Machine) -> str:
         """Where the excitation acts; the receiver, where its body has been joined with it."""
         on = self.excitation.on
-        if on in machine.places or on in machine.bases:
+        if self.excitation.direction_known or on in machine.places or on in machine.bases:
             return on
         assert isinstance(self.response, InsertionLoss)
         return next(one.ends[1] for one in self.machine.joints if one.name == self.response.across)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from vibopt.design.build import machine_of
 from vibopt.design.certify import TOLERANCE, measure, measure_on
 from vibopt.design.design import Checked, Chosen, Shown
+from vibopt.design.rated import rated_rows
 from vibopt.design.words import place_of
 from vibopt.mechanics.machine import Machine
 from vibopt.responses import Response
@@ -22,22 +24,79 @@ def shown_value(response: Response, value: float, unit: str) -> Shown:
     return Shown.of(value, response.dimension, si_unit(response.dimension), unit, amplitude=response.amplitude)
 
 
-def checked_limits(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Checked]:
-    """Every limit on the built machine; a limit with two bounds has two rows."""
-    rows: dict[str, Checked] = {}
-    machine = machine_of(scene, chosen)
+Offs = Mapping[str, Sequence[Mapping[str, float]]]
+"""Per row of an answer the machines on which it is measured: factors of the numbers that are off, by path."""
+
+
+def limit_rows(scene: Scene) -> dict[str, tuple[str, str]]:
+    """Name and side of every row of the limits, by its key; a limit with two bounds has two rows."""
+    rows = {}
     for name, response in scene.limits.items():
         sides = [side for side in ("at_most", "at_least", "outside") if getattr(response, side, None) is not None]
         for side in sides:
-            key = name if side == sides[0] else f"{name} ({side})"
-            rows[key] = _checked(scene, machine, name, response, side)
+            rows[name if side == sides[0] else f"{name} ({side})"] = name, side
     return rows
 
 
-def checked_measures(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Checked]:
-    """Every measure on the built machine."""
+def checked_limits(scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None) -> dict[str, Checked]:
+    """Every limit on the built machine, or on the worst of several."""
     machine = machine_of(scene, chosen)
-    return {name: _checked(scene, machine, name, one, "") for name, one in scene.measures.items()}
+    rows = {}
+    for key, (name, side) in limit_rows(scene).items():
+        off = (offs or {}).get(key, ())
+        rows[key] = _worst_of(scene, chosen, off, machine, name, scene.limits[name], side)
+    return rows | _rated(scene, chosen, machine, offs or {})
+
+
+def _rated(scene: Scene, chosen: Mapping[str, float], machine: Machine, offs: Offs) -> dict[str, Checked]:
+    """Static loads of bought parts, each on the worst of several machines."""
+    rows = rated_rows(scene, chosen, machine)
+    for key in rows:
+        for off in offs.get(key, ()):
+            other = replace(scene, off=off)
+            row = rated_rows(other, chosen, machine_of(other, chosen))[key]
+            if rows[key].margin - row.margin > TOLERANCE:
+                differs = {path: factor - 1.0 for path, factor in off.items() if factor != 1.0}
+                rows[key] = replace(row, off=differs)
+    return rows
+
+
+def checked_measures(scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None) -> dict[str, Checked]:
+    """Every measure on the built machine, or on the worst of several."""
+    machine = machine_of(scene, chosen)
+    return {
+        name: _worst_of(scene, chosen, (offs or {}).get(name, ()), machine, name, one, "")
+        for name, one in scene.measures.items()
+    }
+
+
+def _worst_of(
+    scene: Scene,
+    chosen: Mapping[str, float],
+    offs: Sequence[Mapping[str, float]],
+    nominal: Machine,
+    name: str,
+    response: Response,
+    side: str,
+) -> Checked:
+    """The row of the machine, among those that are off, on which it is worst; the first among equals."""
+    if not offs:
+        return _checked(scene, nominal, name, response, side)
+    rows = []
+    for off in offs:
+        machine = machine_of(replace(scene, off=off), chosen)
+        differs = {path: factor - 1.0 for path, factor in off.items() if factor != 1.0}
+        rows.append(replace(_checked(scene, machine, name, response, side), off=differs))
+    sign = -1.0 if (side or _natural_side(response)) == "at_least" else 1.0
+    worst = rows[0]
+    for one in rows[1:]:
+        worse = worst.margin - one.margin if side else sign * (one.value.value - worst.value.value) / _size(worst)
+        worst = one if worse > TOLERANCE else worst
+    return worst
+
+
+def _size(row: Checked) -> float:
+    return abs(row.value.value) or 1.0
 
 
 def _checked(scene: Scene, machine: Machine, name: str, response: Response, side: str) -> Checked:
@@ -106,6 +165,8 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
 def usual_unit(scene: Scene, response: Response) -> str:
     """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
     path = f".{getattr(response, 'of', None)}.{response.response}"
+    if response.response == "price":
+        return next((link.part.price.unit for link in scene.links.values() if link.part and link.part.price), "")
     for variable in scene.variables:
         if variable.path.endswith(path):
             return variable.unit

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, log10
 
 import numpy as np
 
 from vibopt.design.design import Checked, Design
+from vibopt.design.equal import equal_peaks, rest_of, together
 from vibopt.design.panel import Curve, Mark, Panel, Zone, heights
+from vibopt.design.without import form_without, model_without
 from vibopt.design.words import SIDES, place_of, spoken, value_at
 from vibopt.forms import Band, BoolArray, Drive, FloatArray, Modulus
 from vibopt.mechanics.model import Model
@@ -17,36 +19,39 @@ from vibopt.program.pose import form_of, pose
 from vibopt.program.worst import DriveResponse, drive_extreme
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import bands_for, names_for
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import MINIMISE, Scene
 from vibopt.units import best_unit, show, to_unit
 from vibopt.units.spelling import split_detector
 
 POINTS = 500
 MOST_CURVES = 6
+MOST_PAIRS = 2
+"""Curves in one panel beside which the machine without absorbers is still drawn."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Entry:
-    """A limit or measure of one excitation."""
+    """A limit or measure of one excitation, or the goal, which has no row in the answer."""
 
     name: str
     response: HarmonicResponse
-    checked: Checked
+    checked: Checked | None
     is_limit: bool
 
 
 def panels(design: Design) -> list[Panel]:
-    """Every harmonic limit and measure of an answer as curves; none where there is no design.
+    """Every harmonic limit and measure of an answer as curves, and the goal; none where there is no design.
 
-    Limits that read the same response share a panel; measures of one kind share one without limits.
+    Limits that read the same response share a panel; measures of one kind share one without limits.  With
+    absorbers, the machine without them is drawn beside.
     """
     scene = design.scene
     if len(design.x) != len(scene.variables):
         return []
-    model = pose(scene).model
+    model, without = pose(scene).model, model_without(scene)
     drawn = []
     for excitation, entries in _groups(design):
-        panel = _Drawing(design, model, excitation, entries).panel()
+        panel = _Drawing(design, model, without, excitation, entries).panel()
         if panel is not None:
             drawn.append(panel)
     return drawn
@@ -65,6 +70,7 @@ def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
         if isinstance(response, HarmonicResponse) and name in checked
     ]
     limited = {_same(scene, one) for one in entries if one.is_limit}
+    entries += [one for one in _aimed(design) if _same(scene, one) not in {_same(scene, other) for other in entries}]
     groups: dict[tuple[object, ...], list[_Entry]] = {}
     for one in entries:
         alike = _same(scene, one)
@@ -72,6 +78,14 @@ def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
             key = (excitation, *alike) if alike in limited else (excitation, _quantity(one.response), "measures")
             groups.setdefault(key, []).append(one)
     return [(str(key[0]), group) for key, group in groups.items()]
+
+
+def _aimed(design: Design) -> list[_Entry]:
+    """The goal, where it is a response against speed."""
+    goal = design.scene.goal
+    if goal is None or design.goal is None or not isinstance(goal.response, HarmonicResponse):
+        return []
+    return [_Entry("goal", goal.response, None, False)]
 
 
 def _quantity(response: HarmonicResponse) -> str:
@@ -92,6 +106,7 @@ class _Drawing:
 
     design: Design
     model: Model
+    without: Model | None
     excitation: str
     entries: list[_Entry]
 
@@ -111,7 +126,10 @@ class _Drawing:
         shown = [one for group in groups for one in group]
         span, log_x = self._speeds(shown)
         unit = self._unit(shown)
-        curves = tuple(self._curve(group[0], unit, span, log_x, len(groups) > 1) for group in groups)
+        without = [self._before(group[0], unit, span, log_x, len(groups)) for group in groups]
+        before = [curve for curve in without if curve is not None]
+        after = [self._curve(group[0], unit, span, log_x, len(groups) > 1, bool(before)) for group in groups]
+        curves = (*after, *before)
         zones = tuple(zone for one in shown if one.is_limit for zone in self._zones(one, unit))
         marks = tuple(mark for one in shown if (mark := self._mark(one, unit)) is not None)
         y_span, log_y = heights(curves, zones, marks, unit)
@@ -131,6 +149,7 @@ class _Drawing:
             y_span=y_span,
             good=self._good(),
             notes=self._notes(shown, curves),
+            equal=tuple(mark for group in groups for mark in self._equal(group[0], unit)),
         )
 
     def _title(self, groups: list[list[_Entry]]) -> str:
@@ -213,7 +232,7 @@ class _Drawing:
         low = min([*marks, high])
         if low < high / 12.0:
             return (10.0 ** (np.floor(3.0 * log10(low / 3.0)) / 3.0), high), True
-        return (0.0, high), False
+        return (0.0 if self.without is None else 0.7 * low, high), False
 
     def _unit(self, shown: list[_Entry]) -> str:
         """Unit of the y axis: of the first bound, else of the first measure, else by size."""
@@ -226,37 +245,79 @@ class _Drawing:
         response = shown[0].response
         if response.complement:
             return ""
-        finite = [one.checked.value.value for one in shown if isfinite(one.checked.value.value)]
-        return best_unit(max(finite, default=0.0), response.dimension)
+        values = [one.checked.value.value for one in shown if one.checked is not None]
+        if not values and self.design.goal is not None:
+            values = [self.design.goal[1].value]
+        return best_unit(max((one for one in values if isfinite(one)), default=0.0), response.dimension)
 
-    def _curve(self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, labelled: bool) -> Curve:
+    def _curve(
+        self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, labelled: bool, paired: bool
+    ) -> Curve:
+        form, drive = self._form(one)
+        how = f"({one.response.combine})" if one.response.combine else ""
+        label = " ".join(filter(None, (place_of(one.response), how))) if labelled else ""
+        said = " ".join(filter(None, ("with absorbers" if paired else "", label)))
+        return self._drawn(one, unit, self.model, form, drive, self._samples(self.model, drive, span, log_x), said)
+
+    def _before(self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, pairs: int) -> Curve | None:
+        """The same response without absorbers, with its worst in words."""
+        if self.without is None or pairs > MOST_PAIRS:
+            return None
+        form = form_without(self.scene, self.without, one.response)
+        drive = next((drive for drive in form.drives if drive.name == self.excitation), None) if form else None
+        if form is None or drive is None:
+            return None
+        worst = drive_extreme(self.without, form, drive, self.x, False)
+        value = float(together(form, np.array([worst.value]), rest_of(self.without, form, drive, self.x))[0])
+        place = f" {place_of(one.response)}" if pairs > 1 else ""
+        words = f"without absorbers{place}: worst {self._words(one, value, worst.speed)}"
+        speeds = self._samples(self.without, drive, span, log_x)
+        return replace(self._drawn(one, unit, self.without, form, drive, speeds, words), before=True)
+
+    def _words(self, one: _Entry, value: float, speed: float) -> str:
+        """A value and its speed, each in the user's unit."""
+        excitation = self.scene.excitations[self.excitation]
+        bound = one.response.at_most or one.response.at_least
+        unit = one.response.unit or (bound.unit if bound is not None else "") or ""
+        shown = show(value, unit, one.response.dimension, amplitude=one.response.amplitude)
+        at = show(excitation.from_rotation(speed), excitation.speed.unit, excitation.speed.dimension)
+        return f"{shown} at {at}"
+
+    def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
         form = form_of(self.scene, self.model, one.response)
         assert isinstance(form, Modulus)
-        drive = next(drive for drive in form.drives if drive.name == self.excitation)
-        speeds = self._samples(form, drive, span, log_x)
-        values = DriveResponse(self.model, form, drive, self.x)(speeds)
-        others = [other for other in form.drives if other is not drive]
-        if others:
-            rest = np.array([drive_extreme(self.model, form, other, self.x, False).value for other in others])
-            values = np.hypot(values, np.sqrt((rest**2).sum())) if form.combine == "rss" else values + rest.sum()
-        excitation = self.scene.excitations[self.excitation]
+        return form, next(drive for drive in form.drives if drive.name == self.excitation)
+
+    def _drawn(
+        self, one: _Entry, unit: str, model: Model, form: Modulus, drive: Drive, speeds: FloatArray, label: str
+    ) -> Curve:
+        """A response of some model at given speeds, the other excitations at their worst."""
+        values = DriveResponse(model, form, drive, self.x)(speeds)
+        values = together(form, values, rest_of(model, form, drive, self.x))
         known = np.ones(speeds.shape, dtype=bool)
         if not one.response.normalised:
-            known = np.any([_inside(band, speeds) for band in excitation.known_bands], axis=0)
-        how = f"({one.response.combine})" if one.response.combine else ""
-        label = " ".join(filter(None, (place_of(one.response), how)))
-        return Curve(
-            label if labelled else "",
-            self._factor() * speeds,
-            _in_unit(values, unit, one.response.dimension),
-            known,
-        )
+            bands = self.scene.excitations[self.excitation].known_bands
+            known = np.any([_inside(band, speeds) for band in bands], axis=0)
+        return Curve(label, self._factor() * speeds, _in_unit(values, unit, one.response.dimension), known)
 
-    def _samples(self, form: Modulus, drive: Drive, span: tuple[float, float], log_x: bool) -> FloatArray:
+    def _equal(self, one: _Entry, unit: str) -> list[Mark]:
+        """Peaks that are as high as the greatest, of a machine with absorbers."""
+        if not self.scene.absorbers or one.response.complement:
+            return []
+        form, drive = self._form(one)
+        rest = rest_of(self.model, form, drive, self.x)
+        marks = []
+        for peak in equal_peaks(self.model, form, drive, self.x):
+            value = float(together(form, np.array([peak.value]), rest)[0])
+            height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+            marks.append(Mark(one.name, self._words(one, value, peak.speed), self._to_x(peak.speed), height))
+        return marks
+
+    def _samples(self, model: Model, drive: Drive, span: tuple[float, float], log_x: bool) -> FloatArray:
         """Speeds to draw, closer around resonances [rad/s]."""
         low, high = span
         even = np.geomspace(low, high, POINTS) if log_x else np.linspace(low, high, POINTS)
-        singular = poles(self.model, self.model.values(self.x))
+        singular = poles(model, model.values(self.x))
         near = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 40)])
         about = np.abs(np.concatenate([singular.real / line.order for line in drive.lines]))
         close = np.outer(about, np.concatenate([1.0 - near, 1.0 + near])).ravel()
@@ -284,6 +345,8 @@ class _Drawing:
         return zones
 
     def _mark(self, one: _Entry, unit: str) -> Mark | None:
+        if one.checked is None:
+            return self._goal_mark(one, unit)
         if self.excitation not in one.checked.worst_at:
             return None
         speed = self.scene.excitations[self.excitation].speed
@@ -292,6 +355,16 @@ class _Drawing:
         y = 1.0 - value if one.response.complement else value
         height = float(_in_unit(np.array([y]), unit, one.response.dimension)[0])
         return Mark(one.name, f"{one.name} {value_at(one.checked)}", x, height)
+
+    def _goal_mark(self, one: _Entry, unit: str) -> Mark | None:
+        """The worst that the goal speaks of."""
+        form, drive = self._form(one)
+        least_wanted = self.scene.goal is not None and self.scene.goal.sense != MINIMISE
+        worst = drive_extreme(self.model, form, drive, self.x, least_wanted)
+        value = float(together(form, np.array([worst.value]), rest_of(self.model, form, drive, self.x))[0])
+        height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+        words = f"goal {self._words(one, value, worst.speed)}"
+        return Mark("goal", words, self._to_x(worst.speed), height) if not one.response.complement else None
 
 
 def _inside(band: Band, speeds: FloatArray) -> BoolArray:

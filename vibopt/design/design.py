@@ -46,10 +46,11 @@ class Chosen:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A place as chosen, by its name, and the places that it was chosen from."""
+    """A place or a part as chosen, by its name, and what it was chosen from; `among` says that in words."""
 
     value: str
     options: tuple[str, ...]
+    among: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +95,8 @@ class Checked:
         Whether the limit holds.
     worst_at
         Speed per excitation at which the worst is reached.
+    off
+        By how much numbers of the machine are off at its worst, by path: -0.2 is 20 % less.
     """
 
     name: str
@@ -107,6 +110,29 @@ class Checked:
     met: bool
     worst_at: Mapping[str, Shown] = field(default_factory=dict)
     price: Price | None = None
+    off: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What tolerances do to an answer.
+
+    status, goal, variables
+        Of the answer without tolerances; empty for an analysis.
+    uncertain
+        How far each number may be off, by path.
+    goal_off
+        By how much numbers are off where the goal is worst.
+    open
+        Limits (and "the goal") of which the worst machine is found, but not proven to be the worst.
+    """
+
+    status: str
+    goal: Shown | None
+    variables: Mapping[str, Shown]
+    uncertain: Mapping[str, float]
+    goal_off: Mapping[str, float] = field(default_factory=dict)
+    open: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +179,8 @@ class Design:
         `find_all`: intervals (low, high) in the user's unit, else None.
     places
         Places chosen, by path; `scene` is then the one in which they have been.
+    tolerances
+        With numbers that may be off: `goal`, `limits` and `measures` are then the worst over all machines.
     method
         Name of the method that answered.
     timings
@@ -176,6 +204,7 @@ class Design:
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     places: Mapping[str, Placed] = field(default_factory=dict)
+    tolerances: Tolerances | None = None
 
     @property
     def exit_code(self) -> int:
@@ -185,7 +214,8 @@ class Design:
     @property
     def proven(self) -> bool:
         """Whether nothing about the status is left open."""
-        return self.status not in ("feasible", "unproven", "check_failed")
+        sure = self.tolerances is None or not self.tolerances.open or self.status == "violated"
+        return sure and self.status not in ("feasible", "unproven", "check_failed")
 
     def report(self) -> str:
         """The answer as text, as the command line prints it."""

@@ -9,6 +9,7 @@ from math import isinf, isnan
 from typing import Any
 
 from vibopt.design.design import Checked, Chosen, Conflict, Design, Placed, Price, Shown
+from vibopt.design.shelf import choices_of
 from vibopt.design.words import notes_of
 
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
@@ -31,6 +32,7 @@ def as_json(design: Design) -> dict[str, Any]:
             **{path: _placed(one) for path, one in design.places.items()},
             **{path: _chosen(one) for path, one in design.variables.items()},
         },
+        **({} if not design.scene.absorbers else {"build": {one.name: plain(one) for one in _parts(design)}}),
         "limits": {name: _checked(one) for name, one in design.limits.items()},
         "measures": {name: _checked(one) for name, one in design.measures.items()},
         "set": None if design.found is None else [[plain(low), plain(high)] for low, high in design.found],
@@ -38,8 +40,10 @@ def as_json(design: Design) -> dict[str, Any]:
         "model": plain(design.model),
         "method": design.method,
         "timings": plain(design.timings),
+        **({} if design.tolerances is None else {"tolerances": plain(design.tolerances)}),
         "notes": list(dict.fromkeys((*notes_of(design.scene), *design.notes))),
         "details": plain(design.details),
+        **({"choices": plain(choices_of(design))} if "picks" in design.details else {}),
     }
 
 
@@ -74,6 +78,13 @@ def number(value: float) -> float | str | None:
     if isinf(value):
         return INFINITE if value > 0 else MINUS_INFINITE
     return float(value)
+
+
+def _parts(design: Design) -> Sequence[Any]:
+    """The absorbers as they are built."""
+    from vibopt.design.absorbers import parts_of
+
+    return parts_of(design)
 
 
 def _goal(design: Design) -> dict[str, Any] | None:
@@ -112,6 +123,7 @@ def _checked(checked: Checked) -> dict[str, Any]:
         **plain(checked.value),
         **bound,
         "worst_at": plain(checked.worst_at),
+        **({"off": plain(checked.off)} if checked.off else {}),
         **({} if limit is None else {"price": _price(checked.price)}),
     }
 

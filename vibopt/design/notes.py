@@ -17,9 +17,23 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     for name, excitation in scene.excitations.items():
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
+    notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
     return tuple(notes)
+
+
+def needless(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """A hint for every absorber whose mass is the least that is allowed."""
+    fewer = {1: "none may do", 2: "one absorber may do"}.get(len(scene.absorbers), "one absorber less may do")
+    return [
+        f"{one.path} rests on the least that is allowed: {fewer}; try without it (vibopt explain does)."
+        for one in scene.variables
+        if one.path.startswith("absorbers.")
+        and one.path.rsplit(".", 1)[-1] in ("mass", "mass_ratio", "inertia")
+        and one.values is None
+        and chosen[one.path] <= one.low * (1.0 + 1e-9)
+    ]
 
 
 def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

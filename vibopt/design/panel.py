@@ -39,12 +39,16 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """y against x; `known` is false where the file does not say how the excitation varies."""
+    """y against x; `known` is false where the file does not say how the excitation varies.
+
+    `before` marks the machine without its absorbers.
+    """
 
     label: str
     x: FloatArray
     y: FloatArray
     known: BoolArray
+    before: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +59,8 @@ class Panel:
         Own speeds of the excitation: (low, high) each.
     good
         Intervals that `find_all` found.
+    equal
+        Peaks as high as the greatest within 0.1 %, where there are several.
     """
 
     title: str
@@ -71,6 +77,7 @@ class Panel:
     y_span: tuple[float, float]
     good: tuple[tuple[float, float], ...] = ()
     notes: tuple[str, ...] = ()
+    equal: tuple[Mark, ...] = ()
 
 
 def heights(

@@ -5,25 +5,27 @@ For pictures only: speeds are sampled, closely around every resonance of every d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
 from vibopt.design.design import Design
-from vibopt.forms import Drive, FloatArray, Form, Modulus, Monomials
-from vibopt.mechanics.combine import combined
-from vibopt.mechanics.harmonic import transfer
-from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
+from vibopt.design.words import place_of, spoken
+from vibopt.design.worsts import LARGE, over
+from vibopt.forms import FloatArray, Modulus, Monomials
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Limit
-from vibopt.program.worst import monomials, worst
+from vibopt.responses.absorbers import Stroke
 from vibopt.scene.scene import Variable
 from vibopt.units import best_unit, to_unit
+from vibopt.units.spelling import split_detector
 
-SIDE, SMALL_SIDE = 61, 21
-SPEEDS = 70
-_NEAR = np.concatenate([[0.0], np.geomspace(1e-3, 0.6, 13)])
+SIDE, MIDDLE_SIDE, SMALL_SIDE = 61, 37, 21
+_SPRINGS = ("tuning", "frequency", "stiffness", "torsional_stiffness", "length", "shaft")
+_DAMPERS = ("damping_ratio", "damping", "torsional_damping", "loss_factor")
+_MASSES = ("mass", "mass_ratio", "inertia")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,10 @@ class Boundary:
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """What the design map shows; `goal` (n_y, n_x) in `goal_label`'s unit, `best` in the axes' units."""
+    """What the design map shows; `goal` (n_y, n_x) in `goal_label`'s unit, `best` in the axes' units.
+
+    With `levels` the level lines are what the map is about; without the goal, of a worst response.
+    """
 
     title: str
     x: PlaneAxis
@@ -55,38 +60,121 @@ class Plane:
     goal_label: str
     best: tuple[float, float] | None
     best_words: str
+    levels: bool = False
 
 
-def plane(design: Design) -> Plane | None:
-    """The map of an answer with exactly two continuous variables; None for any other."""
-    variables = design.scene.variables
-    if len(variables) != 2 or any(one.values is not None for one in variables):
+def plane(design: Design, absorber: str = "") -> Plane | None:
+    """The map of an answer with exactly two continuous variables, or of two variables of one absorber.
+
+    Parameters
+    ----------
+    design
+        Any answer.
+    absorber
+        Its spring and its damper (else its mass) are the axes; all other variables stay as chosen.
+
+    Returns
+    -------
+    Plane | None
+        None where there are no such two variables, or no design in which the others could stay.
+    """
+    pair = _pair(design, absorber)
+    if pair is None:
         return None
     program = pose(design.scene)
     slow = any(isinstance(one.form, Modulus) and one.form.rigid_link for one in program.limits)
-    best = design.x if len(design.x) == 2 else None
-    axes = [_values(one, best[i] if best else None, SMALL_SIDE if slow else SIDE) for i, one in enumerate(variables)]
+    slow |= program.model.n_free >= LARGE
+    whole = np.array(design.x) if len(design.x) == len(design.scene.variables) else None
+    variables = [design.scene.variables[i] for i in pair]
+    best = None if whole is None else (float(whole[pair[0]]), float(whole[pair[1]]))
+    side = SMALL_SIDE if slow else MIDDLE_SIDE if absorber and program.model.n_free > 2 else SIDE
+    axes = [_values(one, best[i] if best else None, side) for i, one in enumerate(variables)]
+    if design.scene.absorbers and best is not None:
+        axes = [(_closer(values, here), log) for (values, log), here in zip(axes, best, strict=True)]
     grid = np.stack(np.meshgrid(axes[0][0], axes[1][0]), axis=-1)
-    flat = grid.reshape(-1, 2)
+    flat = np.tile(whole if whole is not None else np.zeros(2), (grid[..., 0].size, 1))
+    flat[:, list(pair)] = grid.reshape(-1, 2)
     shape = grid.shape[:2]
     units = [_unit(one, values) for one, (values, _) in zip(variables, axes, strict=True)]
     shown = [
         PlaneAxis(f"{one.path} [{unit}]" if unit else one.path, _scaled(values, unit, one), log)
         for one, unit, (values, log) in zip(variables, units, axes, strict=True)
     ]
+    excesses = [_excess(one, flat) for one in program.limits]
     goal, label = _goal(design, program.aim, flat, shape)
+    if goal is None and design.scene.absorbers:
+        goal, label = _worst_of(design, program.limits, excesses, shape)
+    left = len(design.scene.variables) - 2
     return Plane(
-        title="Where every limit holds",
+        title=_title(absorber, left),
         x=shown[0],
         y=shown[1],
-        boundaries=tuple(Boundary(one.name, _excess(one, flat).reshape(shape)) for one in program.limits),
+        boundaries=tuple(
+            Boundary(one.name, excess.reshape(shape)) for one, excess in zip(program.limits, excesses, strict=True)
+        ),
         goal=goal,
         goal_label=label,
         best=(
             (_one(best[0], units[0], variables[0]), _one(best[1], units[1], variables[1])) if best is not None else None
         ),
-        best_words="\n".join(f"{path.split('.', 1)[-1]} {one.value.shown}" for path, one in design.variables.items()),
+        best_words="\n".join(
+            f"{one.path.split('.', 1)[-1]} {design.variables[one.path].value.shown}"
+            for one in variables
+            if one.path in design.variables
+        ),
+        levels=bool(design.scene.absorbers),
     )
+
+
+def _others(count: int) -> str:
+    return "the other variable" if count == 1 else f"the other {count} variables"
+
+
+def _title(absorber: str, left: int) -> str:
+    whose = f": absorber {absorber}" if absorber else ""
+    return f"Where every limit holds{whose}" + (f" ({_others(left)} as chosen)" if left else "")
+
+
+def absorbers_with_map(design: Design) -> list[str]:
+    """Absorbers of which two continuous variables make a map."""
+    return [name for name in design.scene.absorbers if _pair(design, name) is not None]
+
+
+def _pair(design: Design, absorber: str) -> tuple[int, int] | None:
+    """Which two variables are the axes."""
+    variables = design.scene.variables
+    if not absorber:
+        plain = len(variables) == 2 and all(one.values is None for one in variables)
+        return (0, 1) if plain else None
+    if len(design.x) != len(variables):
+        return None
+    order = {word: rank for rank, words in enumerate((_SPRINGS, _DAMPERS, _MASSES)) for word in words}
+    own = [i for i, one in enumerate(variables) if one.path.startswith(f"absorbers.{absorber}.") and one.values is None]
+    own.sort(key=lambda i: order.get(variables[i].path.split(".")[2], len(order)))
+    return (own[0], own[1]) if len(own) >= 2 else None
+
+
+def _worst_of(
+    design: Design, limits: Sequence[Limit], excesses: Sequence[FloatArray], shape: tuple[int, ...]
+) -> tuple[FloatArray | None, str]:
+    """The response of a limit on the machine itself: of those that hold the design back, the one that varies most."""
+    order = sorted(range(len(limits)), key=lambda i: (not _active(design, limits[i]), -float(np.std(excesses[i]))))
+    for limit, excess in ((limits[i], excesses[i]) for i in order):
+        response = design.scene.limits[limit.name]
+        if limit.side != "at_most" or limit.complement or isinstance(response, Stroke) or not response.harmonic:
+            continue
+        unit = response.unit or response.at_most.unit
+        if split_detector(unit)[0] == "dB":
+            continue
+        said = unit if split_detector(unit)[1] or not response.amplitude else f"{unit} pk"
+        values = limit.bound * np.exp(excess) * to_unit(1.0, unit, response.dimension)
+        words = f"worst {spoken(response.response, place_of(response))}"
+        return values.reshape(shape), f"{words} [{said}]" if said else words
+    return None, ""
+
+
+def _active(design: Design, limit: Limit) -> bool:
+    return limit.name in design.limits and design.limits[limit.name].active
 
 
 def _values(variable: Variable, best: float | None, side: int) -> tuple[FloatArray, bool]:
@@ -101,8 +189,18 @@ def _values(variable: Variable, best: float | None, side: int) -> tuple[FloatArr
     return np.geomspace(max(low, best / 10.0), min(high, 10.0 * best), side), True
 
 
+def _closer(values: FloatArray, best: float) -> FloatArray:
+    """The same axis with more values next to the chosen one, where level lines bend most."""
+    step = (values[-1] - values[0]) / len(values) if best < 3.0 * values[0] else best / 10.0
+    near = best + step * np.array([-1.5, -1.0, -0.6, -0.3, -0.15, 0.0, 0.15, 0.3, 0.6, 1.0, 1.5])
+    merged: FloatArray = np.unique(np.concatenate([values, near[(near >= values[0]) & (near <= values[-1])]]))
+    return merged
+
+
 def _unit(variable: Variable, values: FloatArray) -> str:
     """The unit of the middle value: round numbers stand on the axis."""
+    if variable.dimension == "angular_rate" and variable.unit:
+        return variable.unit
     unit = best_unit(float(values[len(values) // 2]), variable.dimension)
     return unit if variable.unit in ("", unit) or _metric(variable.unit) else variable.unit
 
@@ -124,9 +222,9 @@ def _goal(design: Design, aim: Aim | None, x: FloatArray, shape: tuple[int, ...]
     if aim is None or design.scene.goal is None:
         return None, ""
     response = design.scene.goal.response
-    if isinstance(aim.form, Monomials) and np.count_nonzero(aim.form.exponents) == 1:
+    if isinstance(aim.form, Monomials) and (np.count_nonzero(aim.form.exponents) == 1 or design.scene.absorbers):
         return None, ""
-    values = _over(aim.model, aim.form, x, False)
+    values = over(aim.model, aim.form, x, False)
     values = 1.0 - values if aim.complement else values
     unit = response.unit or best_unit(float(np.median(values[np.isfinite(values)])), response.dimension)
     label = f"{design.scene.goal.sense} {response.response.replace('_', ' ')}{f' [{unit}]' if unit else ''}"
@@ -137,7 +235,7 @@ def _goal(design: Design, aim: Aim | None, x: FloatArray, shape: tuple[int, ...]
 
 def _excess(limit: Limit, x: FloatArray) -> FloatArray:
     """Positive where a limit is broken, logarithmic so that contours are straight lines of a power law."""
-    values = _over(limit.model, limit.form, x, limit.side == "at_least")
+    values = over(limit.model, limit.form, x, limit.side == "at_least")
     with np.errstate(divide="ignore"):
         size = np.clip(np.log(np.maximum(values, 1e-300) / max(limit.bound, 1e-300)), -50.0, 50.0)
         if limit.side == "at_most":
@@ -146,76 +244,3 @@ def _excess(limit: Limit, x: FloatArray) -> FloatArray:
             return np.asarray(-size, dtype=float)
         upper: FloatArray = np.log(limit.upper / np.maximum(values, 1e-300))
     return np.asarray(np.minimum(size, upper), dtype=float)
-
-
-def _over(model: Model, form: Form, x: FloatArray, least_wanted: bool) -> FloatArray:
-    """Worst value of a form at designs x (n, 2), shape (n,)."""
-    if isinstance(form, Monomials):
-        return monomials(form, x)
-    if not isinstance(form, Modulus) or form.rigid_link:
-        return np.array([worst(model, form, one, least_wanted=least_wanted).value for one in x])
-    parts = np.array([_drive(model, form, drive, x, least_wanted) for drive in form.drives])
-    total: FloatArray = np.sqrt((parts**2).sum(axis=0)) if form.combine == "rss" else parts.sum(axis=0)
-    return total
-
-
-def _drive(model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool) -> FloatArray:
-    """Worst over sampled speeds of the response to one excitation, shape (n,)."""
-    p = model.values(x)
-    speeds = _speeds(model, drive, p)
-    orders = tuple(line.order for line in drive.lines)
-    share = _share(model, form, x)[:, None]
-    with np.errstate(all="ignore"):
-        lines = [
-            transfer(model, p[:, None, :], form.output, line.vector, line.order * speeds) * line.amplitude.at(speeds)
-            for line in drive.lines
-        ]
-        values = combined([one / share for one in lines], orders, form.combine)
-    found: FloatArray = values.min(axis=1) if least_wanted else values.max(axis=1)
-    return found
-
-
-def _share(model: Model, form: Modulus, x: FloatArray) -> FloatArray:
-    """Number of mounts that share the value, shape (n,)."""
-    if not form.output.shared_by:
-        return np.ones(len(x))
-    count = model.counts[form.output.shared_by]
-    row = count.row(model.n_vars)
-    share: FloatArray = count.scale * np.where(row == 0.0, 1.0, x**row).prod(axis=1)
-    return share
-
-
-def _speeds(model: Model, drive: Drive, p: FloatArray) -> FloatArray:
-    """Speeds to look at, shape (n, n_speeds): evenly in each band, and around every resonance within."""
-    even = [np.array([band.low]) if band.is_point else np.linspace(band.low, band.high, SPEEDS) for band in drive.bands]
-    everywhere = np.broadcast_to(np.concatenate(even), (len(p), sum(map(len, even))))
-    wide = [band for band in drive.bands if not band.is_point]
-    if not wide:
-        return everywhere
-    orders = np.array([line.order for line in drive.lines])
-    modes = (_modes(model, p)[:, :, None] / orders).reshape(len(p), -1)
-    around = (modes[:, :, None] * np.concatenate([1.0 - _NEAR, 1.0 + _NEAR])).reshape(len(p), -1)
-    inside = [np.clip(around, band.low, band.high) for band in wide]
-    return np.concatenate([everywhere, *inside], axis=1)
-
-
-def _modes(model: Model, p: FloatArray) -> FloatArray:
-    """Undamped natural frequencies of many designs [rad/s], shape (n, n_free)."""
-    n = model.n_free
-    mass, stiffness = (_matrices(model, p, kind) for kind in (INERTIA, STIFFNESS))
-    squares: FloatArray
-    if n == 1:
-        squares = stiffness[:, :, 0] / mass[:, :, 0]
-    else:
-        root = np.linalg.inv(np.linalg.cholesky(mass))
-        squares = np.asarray(np.linalg.eigvalsh(root @ stiffness @ np.swapaxes(root, 1, 2)), dtype=float)
-    modes: FloatArray = np.sqrt(np.maximum(squares, 0.0))
-    return modes
-
-
-def _matrices(model: Model, p: FloatArray, kind: int) -> FloatArray:
-    """Matrix of one kind for many designs, shape (n, n_free, n_free)."""
-    chosen = model.kinds == kind
-    vectors = model.vectors[chosen, : model.n_free]
-    matrices: FloatArray = np.einsum("kt,ti,tj->kij", p[:, chosen], vectors, vectors)
-    return matrices

@@ -9,10 +9,11 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from vibopt.design.absorbers import BUILD, build_rows
 from vibopt.design.curves import panels
 from vibopt.design.design import Design
-from vibopt.design.figures import plane_figure, response_figure, saved
-from vibopt.design.plane import plane
+from vibopt.design.figures import below, plane_figure, response_figure, saved
+from vibopt.design.plane import absorbers_with_map, plane
 from vibopt.design.words import (
     ENDS,
     SIDES,
@@ -25,17 +26,23 @@ from vibopt.design.words import (
     range_words,
     spoken,
     state_words,
+    tolerance_rows,
     value_at,
     verdict,
+    worst_rows,
 )
 
 TEMPLATE = Path(__file__).with_name("template.html.j2")
-FAMILIES = ("bodies", "bases", "links", "excitations", "limits", "measures")
+FAMILIES = ("bodies", "bases", "structures", "links", "absorbers", "excitations", "limits", "measures")
 
 _REFERENCE = re.compile(r'(\bid="|url\(#|href="#)')
 
 
-def html(design: Design, *, changes: Sequence[str] = (), on: date | None = None) -> str:
+Blocks = Sequence[tuple[str, Sequence[tuple[str, str]]]]
+"""Titles, and rows of a name and a sentence."""
+
+
+def html(design: Design, *, changes: Sequence[str] = (), on: date | None = None, also: Blocks | None = None) -> str:
     """The page.
 
     Parameters
@@ -46,12 +53,21 @@ def html(design: Design, *, changes: Sequence[str] = (), on: date | None = None)
         What was set on the command line beside the file, to be said on the page.
     on
         Date of the page; today if None.
+    also
+        What a study found beside the answer.
     """
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    return template.render(**_words(design), changes=list(changes), date=(on or date.today()).isoformat())
+    rows = build_rows(design)
+    said = {
+        "changes": list(changes),
+        "date": (on or date.today()).isoformat(),
+        "build": (BUILD, rows) if rows else None,
+        "also": [(title, some) for title, some in also or () if title != BUILD],
+    }
+    return template.render(**_words(design), **said)
 
 
 def _words(design: Design) -> dict[str, Any]:
@@ -82,6 +98,8 @@ def _words(design: Design) -> dict[str, Any]:
         "limits": [_limit(name, design) for name in design.limits],
         "prices": [(name, one.price.words) for name, one in design.limits.items() if one.price is not None],
         "measures": [(name, spoken(one.response, one.place), value_at(one)) for name, one in design.measures.items()],
+        "without_tolerances": tolerance_rows(design),
+        "worst_machines": worst_rows(design),
         "model": model_words(design),
         "method": design.method,
         "seconds": f"{sum(design.timings.values()):.2g}",
@@ -108,8 +126,8 @@ def _limit(key: str, design: Design) -> dict[str, str]:
 def figures(design: Design) -> list[str]:
     """Inline SVG of every panel, then of the design map."""
     drawn = [(panel.title, response_figure([panel])) for panel in panels(design)]
-    mapped = plane(design)
-    if mapped is not None:
+    drawn += [(one.title, response_figure([], "", [one])) for one in below(design)]
+    for mapped in filter(None, (plane(design, name) for name in absorbers_with_map(design) or ("",))):
         drawn.append((mapped.title, plane_figure(mapped)))
     return [inline(saved(figure, "svg").decode(), f"f{index}", title) for index, (title, figure) in enumerate(drawn)]
 

@@ -9,7 +9,9 @@ from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING
 
+from vibopt.design.absorbers import BUILD, build_rows
 from vibopt.design.design import Checked, Design
+from vibopt.design.shelf import choice_rows, dropped_rows, free_words, tied
 from vibopt.design.words import (
     ENDS,
     SIDES,
@@ -22,7 +24,9 @@ from vibopt.design.words import (
     range_words,
     spoken,
     state_words,
+    tolerance_rows,
     verdict,
+    worst_rows,
 )
 
 if TYPE_CHECKING:
@@ -123,13 +127,18 @@ def _write(design: Design, console: Console) -> None:
 def _values_and_limits(design: Design, console: Console) -> None:
     if design.variables or design.places:
         section(console, "Design", grid(_values(design)))
-    if design.places:
+    if design.details.get("places"):
         section(console, "Places", grid(_places(design)))
+    build = build_rows(design)
+    if build:
+        section(console, BUILD, grid(build, whole=(0,)))
     if design.limits:
         heads = ("Limit", "Worst", "Allowed", "Margin")
         title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
         section(console, title, grid((_limit(one, design) for one in design.limits.values()), heads))
+    _tolerances(design, console)
     _prices(design, console)
+    _shelf(design, console)
     if design.measures:
         section(console, "Measures", grid(_measure(one) for one in design.measures.values()))
 
@@ -156,12 +165,14 @@ def _found(design: Design, console: Console) -> None:
 
 def _values(design: Design) -> list[tuple[str, ...]]:
     ranges = {variable.path: range_words(variable) for variable in design.scene.variables}
+    brought = {path: f"as {design.places[part].value} has it" for path, part in tied(design.scene).items()}
     placed: list[tuple[str, ...]] = [
-        (path, one.value, f"chosen from {', '.join(one.options)}") for path, one in design.places.items()
+        (path, one.value, f"chosen from {one.among or ', '.join(one.options)}") for path, one in design.places.items()
     ]
     return placed + [
-        (path, one.value.shown, ENDS.get(one.at_bound, "") or f"chosen from {ranges.get(path, '')}".strip())
+        (path, one.value.shown, ENDS.get(one.at_bound, "") or brought.get(path, f"chosen from {ranges.get(path, '')}"))
         for path, one in design.variables.items()
+        if ".part." not in path
     ]
 
 
@@ -186,10 +197,30 @@ def _measure(one: Checked) -> tuple[str, ...]:
     return one.name, spoken(one.response, one.place), f"{one.value.shown} at {at}" if at else one.value.shown
 
 
+def _tolerances(design: Design, console: Console) -> None:
+    both, worst = tolerance_rows(design), worst_rows(design)
+    if both:
+        section(console, "What the tolerances cost", grid(both, ("", "without", "with")))
+    if worst:
+        section(console, "Worst machine within the tolerances", grid(worst))
+
+
 def _prices(design: Design, console: Console) -> None:
     words = [(name, one.price.words) for name, one in design.limits.items() if one.price is not None]
     if words:
         section(console, "What loosening a limit buys", grid(words))
+
+
+def _shelf(design: Design, console: Console) -> None:
+    """The best choices from a catalogue, what was dropped, and what free values would do."""
+    choices, dropped, free = choice_rows(design), dropped_rows(design), free_words(design)
+    if len(choices) > 1:
+        costs = "" if not any(one[2] for one in choices) else "Price"
+        section(console, f"The best {len(choices)} choices", grid(choices, ("Order", "Goal", costs, "Tightest limit")))
+    if dropped:
+        section(console, "What was dropped", grid(dropped))
+    if free:
+        section(console, "Stiffness and damping made to order", grid([[free]]))
 
 
 def _footing(design: Design, console: Console) -> None:

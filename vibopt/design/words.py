@@ -13,9 +13,12 @@ from vibopt.scene.scene import MAXIMISE, Scene, Variable
 from vibopt.units import plain, show
 from vibopt.units.spelling import split_detector
 from vibopt.values.fields import Fact, rule_of
+from vibopt.values.vectors import UNIT
 
 SIDES = {"at_most": "at most", "at_least": "at least", "outside": "outside"}
 ENDS = {"from": "at the lower end of its range", "to": "at the upper end of its range"}
+MOST_LISTED = 12
+"""More values than this are not listed one by one."""
 PLACES = ("into", "through", "of", "across")
 
 _PLAIN = {
@@ -32,7 +35,18 @@ _PLAIN = {
 
 def place_of(response: Response) -> str:
     """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
-    return next((f"{key} {getattr(response, key)}" for key in PLACES if getattr(response, key, None)), "")
+    place = next((f"{key} {getattr(response, key)}" for key in PLACES if getattr(response, key, None)), "")
+    return f"{place}{_way(response)}"
+
+
+def _way(response: Response) -> str:
+    """The direction or the axis that a question in space names: " along z", " about x"."""
+    for key, word in (("direction", "along"), ("axis", "about")):
+        way = getattr(response, key, None)
+        if way is not None and key in response.model_fields_set:
+            letter = next((one for one in "xyz" if way == UNIT[one]), None)
+            return f" {word} {letter or '(' + ', '.join(plain(one, 3) for one in way) + ')'}"
+    return ""
 
 
 def spoken(response: str, place: str = "") -> str:
@@ -94,6 +108,34 @@ def at_words(worst_at: Mapping[str, Shown]) -> str:
     return ", ".join(f"{name} {one.shown}" for name, one in worst_at.items())
 
 
+def off_words(off: Mapping[str, float]) -> str:
+    """By how much numbers are off: "links.mount.stiffness -20 %, bodies.press.mass +5 %"."""
+    signed = ((path, "+" if part > 0.0 else "-", plain(100.0 * abs(part), 3)) for path, part in off.items())
+    return ", ".join(f"{path} {sign}{percent} %" for path, sign, percent in signed)
+
+
+def tolerance_rows(design: Design) -> list[tuple[str, str, str]]:
+    """The answer without tolerances beside the one with them: name, without, with."""
+    both = design.tolerances
+    if both is None or (both.goal is None and not both.variables):
+        return []
+    rows = []
+    if design.goal is not None and both.goal is not None:
+        rows.append((design.goal[0], both.goal.shown, design.goal[1].shown))
+    for path, one in both.variables.items():
+        if ".part." not in path:
+            rows.append((path, one.shown, design.variables[path].value.shown if path in design.variables else "none"))
+    return rows
+
+
+def worst_rows(design: Design) -> list[tuple[str, str]]:
+    """Per limit, measure and the goal the machine on which it is worst."""
+    rows = [(name, off_words(one.off)) for name, one in (*design.limits.items(), *design.measures.items()) if one.off]
+    if design.tolerances is not None and design.tolerances.goal_off and design.goal is not None:
+        rows.append((f"goal: {design.goal[0]}", off_words(design.tolerances.goal_off)))
+    return rows
+
+
 def value_at(checked: Checked) -> str:
     """Value and place of the worst: "infinite at 954 rpm"."""
     at = at_words(checked.worst_at)
@@ -103,6 +145,9 @@ def value_at(checked: Checked) -> str:
 def range_words(variable: Variable) -> str:
     """What may be chosen: "10 kN/m to 1 GN/m", "one of 1 MN/m, 2 MN/m"."""
     if variable.choice.options:
+        if len(variable.choice.options) > MOST_LISTED:
+            ends = (_short(one, variable) for one in (variable.low, variable.high))
+            return f"one of {len(variable.choice.options)} values from {' to '.join(ends)}"
         return "one of " + ", ".join(_short(one, variable) for one in variable.choice.options)
     low, high = _short(variable.low, variable), _short(variable.high, variable)
     whole = ", whole" if variable.choice.whole else ""

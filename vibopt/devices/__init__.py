@@ -5,6 +5,8 @@ from vibopt.devices.base import BaseTable
 from vibopt.devices.body import BodyTable
 from vibopt.devices.device import Device
 from vibopt.devices.link import LinkTable
+from vibopt.devices.mount import MountTable
+from vibopt.devices.point import PointTable
 from vibopt.devices.structure import StructureTable
 
 FAMILIES: dict[str, type[Device]] = {
@@ -13,7 +15,19 @@ FAMILIES: dict[str, type[Device]] = {
     "structures": StructureTable,
     "absorbers": AbsorberTable,
     "links": LinkTable,
+    "points": PointTable,
+    "mounts": MountTable,
 }
 """By table of the problem file, in the order in which they add to the model."""
 
-__all__ = ["FAMILIES", "AbsorberTable", "BaseTable", "BodyTable", "Device", "LinkTable", "StructureTable"]
+__all__ = [
+    "FAMILIES",
+    "AbsorberTable",
+    "BaseTable",
+    "BodyTable",
+    "Device",
+    "LinkTable",
+    "MountTable",
+    "PointTable",
+    "StructureTable",
+]

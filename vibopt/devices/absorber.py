@@ -15,7 +15,7 @@ from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Value, number, word
+from vibopt.values import Fact, Tolerance, Value, number, word
 from vibopt.values.fields import complaint
 
 
@@ -89,6 +89,7 @@ class AbsorberTable(Device):
     torsional_damping: Value | None = number("torsional_damping", sign="not negative")
     damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
+    tolerance: Tolerance | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> AbsorberTable:
@@ -152,6 +153,12 @@ class AbsorberTable(Device):
         """The key that says the viscous damping."""
         return "torsional_damping" if self.torsional_damping is not None else "damping"
 
+    def parts(self) -> dict[str, str]:
+        found = {key: key for key in (*self._given(_MASSES), *self._given(_DAMPERS))}
+        for key in self._given(_SPRINGS):
+            found[key if key in ("stiffness", "torsional_stiffness", "shaft") else "stiffness"] = key
+        return found
+
     @classmethod
     def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
         return (name,)
@@ -179,7 +186,7 @@ class AbsorberTable(Device):
         builder.add_link(name, (self.host, name), Monomial(1.0))
         base = builder.masses.get(self.relative_to or self.host)
         if base is not None:
-            builder.properties[name, "mass_ratio"] = mass * base**-1.0
+            builder.properties[name, "mass_ratio"] = mass * symbols.nominal(base) ** -1.0
         stiffness = self._stiffness(builder, name, symbols, mass)
         if stiffness is not None:
             builder.add_stiffness(name, stiffness)
@@ -196,20 +203,24 @@ class AbsorberTable(Device):
 
     def _mass(self, builder: ModelBuilder, name: str, symbols: Symbols) -> Monomial:
         if self.mass_ratio is not None:
-            return self._read(name, "mass_ratio", symbols) * builder.masses[self.relative_to or self.host]
+            base = symbols.nominal(builder.masses[self.relative_to or self.host])
+            return self._read(name, "mass_ratio", symbols) * base
         if self.disc is not None:
-            return Monomial(self.disc.inertia.value)
+            return symbols.off(f"absorbers.{name}.disc", Monomial(self.disc.inertia.value))
         return self._read(name, "mass" if self.mass is not None else "inertia", symbols)
 
     def _stiffness(self, builder: ModelBuilder, name: str, symbols: Symbols, mass: Monomial) -> Monomial | None:
+        path, said = f"absorbers.{name}.stiffness", symbols.nominal(mass)
         if self.shaft is not None:
-            return self.shaft.spring(f"absorbers.{name}.shaft", symbols)
+            shaft = f"absorbers.{name}.shaft"
+            return symbols.off(shaft, self.shaft.spring(shaft, symbols))
         if self.length is not None:
-            return (mass * self._read(name, "length", symbols) ** -1.0).times(GRAVITY)
+            return symbols.off(path, (mass * self._read(name, "length", symbols) ** -1.0).times(GRAVITY))
         if self.frequency is not None:
-            return mass * self._read(name, "frequency", symbols) ** 2.0
+            return symbols.off(path, said * self._read(name, "frequency", symbols) ** 2.0)
         if self.tuning is not None:
-            return mass * (self._read(name, "tuning", symbols) * builder.references[name]) ** 2.0
+            tuned = self._read(name, "tuning", symbols) * builder.references[name]
+            return symbols.off(path, said * tuned**2.0)
         for key in ("stiffness", "torsional_stiffness"):
             if getattr(self, key) is not None:
                 return self._read(name, key, symbols)
@@ -225,8 +236,10 @@ class AbsorberTable(Device):
                 builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
         elif stiffness is not None and self.damping_ratio is not None:
             ratio = self._read(name, "damping_ratio", symbols)
-            builder.ratios[name] = ratio
-            builder.add_damping(name, (ratio * (stiffness * mass) ** 0.5).times(2.0))
+            critical = ((stiffness * mass) ** 0.5).times(2.0)
+            damping = ratio * symbols.nominal(critical)
+            builder.ratios[name] = damping * critical**-1.0 if symbols.factors else ratio
+            builder.add_damping(name, damping)
         elif stiffness is not None and self.loss_factor is not None:
             builder.add_hysteretic(name, stiffness * self._read(name, "loss_factor", symbols))
 

@@ -17,4 +17,7 @@ class BaseTable(Device):
         return (name,)
 
     def declare(self, builder: ModelBuilder, name: str) -> None:
-        builder.add_base(name)
+        if name in builder.spatial:
+            builder.add_spatial_base(name)
+        else:
+            builder.add_base(name)

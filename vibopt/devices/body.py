@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import model_validator
+import numpy as np
+from pydantic import field_validator, model_validator
 
 from vibopt.devices.device import Device
 from vibopt.devices.disc import Disc
+from vibopt.devices.inertia import Piece, Principal, Shape, Solid, Tensor, read_inertia, tensor_fault, together
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Table, Value, number, word
-from vibopt.values.fields import Choice
+from vibopt.values import Fact, Table, Tolerance, Value, number, word
+from vibopt.values.fields import Choice, complaint
+from vibopt.values.vectors import Place
+
+FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
+"""Coordinates of a body by the word for its motion; of any other it is the one along its line."""
+_SPATIAL = ("centre", "shape", "made_of")
 
 
 class Rolling(Table):
@@ -33,12 +41,68 @@ class BodyTable(Device):
     """`[bodies.NAME]`: its mass, or its weight on earth; of a body that turns its moment of inertia."""
 
     mass: Value | None = number("mass")
-    weight: Fact | None = number("force", choice=False)
-    inertia: Value | None = number("inertia")
+    weight: Fact | None = number("force", choice=False, tolerance=True)
+    inertia: Value | Principal | Tensor | None = number("inertia")
     disc: Disc | None = None
     rolling: Rolling | None = None
+    tolerance: Tolerance | None = None
+    motion: Literal["space", "plane", "line"] | None = None
+    centre: Place | None = None
+    shape: Shape | None = None
+    made_of: tuple[Piece, ...] | None = None
+
+    @field_validator("inertia", mode="before")
+    @classmethod
+    def _tensor(cls, given: Any) -> Any:
+        return read_inertia(given)
+
+    @field_validator("motion", mode="before")
+    @classmethod
+    def _motion(cls, given: Any) -> Any:
+        if given not in (None, "space", "plane", "line"):
+            raise complaint('is no motion that vibopt knows. Write "space", "plane" (x, z and the turn about y) or "line".')
+        return given
 
     @model_validator(mode="after")
+    def _whole(self) -> BodyTable:
+        if self.freedoms:
+            self._check_space()
+        else:
+            self._check_line()
+        return self
+
+    def _check_space(self) -> None:
+        said = [key for key in ("disc", "rolling") if getattr(self, key) is not None]
+        if said:
+            raise word(f"moves in {'space' if self.moves == 'space' else 'a plane'} and has {said[0]}. Remove {said[0]}.")
+        if self.made_of is not None:
+            doubled = [k for k in ("mass", "weight", "centre", "inertia", "shape") if getattr(self, k) is not None]
+            if doubled:
+                raise word(f"gives made_of and {doubled[0]}. Keep one: made_of says mass, centre and inertia.")
+            if not self.made_of:
+                raise word("has an empty made_of. Name its pieces, or give mass and inertia.")
+            fault = tensor_fault(together(self.made_of).tensor) if self.moves == "space" else ""
+            if fault:
+                raise word(f"is made of pieces whose sum {fault}")
+        elif (self.mass is None) == (self.weight is None):
+            raise word('needs either mass or weight. Write mass = "300 kg".')
+        elif (self.inertia is None) == (self.shape is None):
+            about = '"620 kg m2" (about y)' if self.moves == "plane" else '["310 kg m2", "620 kg m2", "590 kg m2"]'
+            raise word(f"moves in a way that needs one of inertia and shape. Write inertia = {about}.")
+        elif self.moves == "space" and isinstance(self.inertia, (Fact, Choice)):
+            raise word(
+                "moves in space, but its inertia is one value. Write those about x, y, z: inertia = "
+                '["310 kg m2", "620 kg m2", "590 kg m2"].'
+            )
+        elif isinstance(self.inertia, Choice):
+            raise word("leaves its inertia open. Give it as a fact; the mass may be chosen.")
+
+    def _check_line(self) -> None:
+        for key in _SPATIAL:
+            if getattr(self, key) is not None and self.motion is None:
+                raise word(f'has a {key}, but no motion that needs it. Add motion = "space", or remove {key}.')
+        self._one_of_four()
+
     def _one_of_four(self) -> BodyTable:
         given = [key for key in ("mass", "weight", "inertia", "disc") if getattr(self, key) is not None]
         if len(given) > 1 and {"inertia", "disc"} & set(given):
@@ -55,38 +119,117 @@ class BodyTable(Device):
     @property
     def turns(self) -> bool:
         """Whether the body turns instead of moving along a line."""
-        return self.inertia is not None or self.disc is not None
+        return not self.freedoms and (self.inertia is not None or self.disc is not None)
+
+    @property
+    def moves(self) -> str:
+        """ "space", "plane" or "line"."""
+        if self.motion is not None:
+            return self.motion
+        spatial = isinstance(self.inertia, (Principal, Tensor)) or self.shape is not None or self.made_of is not None
+        return "space" if spatial else "line"
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """Coordinates of a body in space or in a plane, by the words behind its name; of any other none."""
+        return FREEDOMS.get(self.moves, ())
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Centre of mass [m]."""
+        if self.made_of is not None:
+            centre = together(self.made_of).centre
+            return float(centre[0]), float(centre[1]), float(centre[2])
+        return self.centre or (0.0, 0.0, 0.0)
+
+    def solid(self, mass: float) -> Solid:
+        """The body at a mass [kg]: what a shape weighs turns with it, an inertia in numbers does not."""
+        if self.made_of is not None:
+            return together(self.made_of)
+        if self.shape is not None:
+            return Solid(mass, np.array(self.place), mass * self.shape.per_mass)
+        if isinstance(self.inertia, Fact):
+            return Solid(mass, np.array(self.place), np.diag([0.0, self.inertia.value, 0.0]))
+        assert isinstance(self.inertia, (Principal, Tensor))
+        return Solid(mass, np.array(self.place), self.inertia.tensor)
 
     @property
     def quantity(self) -> tuple[str, Fact | Choice]:
         """The key that says how heavy it is, and its value: mass [kg] (of a weight too), or inertia [kg m^2]."""
         if self.weight is not None:
             return "mass", Fact(self.weight.value / GRAVITY, "kg")
+        if self.made_of is not None:
+            return "mass", Fact(together(self.made_of).mass, "kg")
+        if self.freedoms:
+            assert self.mass is not None
+            return "mass", self.mass
         if self.disc is not None:
             return "inertia", self.disc.inertia
         if self.inertia is not None:
+            assert not isinstance(self.inertia, Table)
             return "inertia", self.inertia
         assert self.mass is not None
         return "mass", self.mass
+
+    def parts(self) -> dict[str, str]:
+        keys = ("mass", "weight", "made_of") if self.freedoms else ("mass", "weight", "inertia", "disc")
+        key = next(key for key in keys if getattr(self, key) is not None)
+        return {key: key}
 
     @classmethod
     def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
         return (name,)
 
+    @classmethod
+    def freedoms_in(cls, name: str, given: Mapping[str, Any]) -> int:
+        motion = given.get("motion")
+        whole = isinstance(given.get("inertia"), (list, Mapping)) and "from" not in given["inertia"]
+        if motion is None and (whole or "shape" in given or "made_of" in given):
+            motion = "space"
+        return len(FREEDOMS.get(str(motion), (name,)))
+
     def declare(self, builder: ModelBuilder, name: str) -> None:
+        if self.freedoms:
+            builder.add_frame(name, self.place, self.freedoms)
+            return
         builder.add_coordinate(name)
         builder.add_point(name, {name: 1.0})
 
     def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
         key, value = self.quantity
+        (said,) = self.parts()
         inertia = symbols.read(f"bodies.{name}.{key}", value)
+        if said != key:
+            inertia = symbols.off(f"bodies.{name}.{said}", inertia)
+        if self.freedoms:
+            self._add_in_space(builder, name, inertia)
+            return
         builder.add_inertia(name, inertia, weighs=not self.turns)
         builder.turning[name] = self.turns
         whole = inertia
         if self.rolling is not None:
             added = Monomial(self.rolling.added)
             builder.add_inertia(name, added, weighs=False)
-            if inertia.exponents:
+            nominal = symbols.nominal(inertia)
+            if nominal.exponents:
                 return  # the sum is no product of powers
-            whole = Monomial(inertia.scale + added.scale)
+            whole = Monomial(nominal.scale + added.scale)
         builder.masses[name] = whole
+
+    def _add_in_space(self, builder: ModelBuilder, name: str, mass: Monomial) -> None:
+        """Mass along each coordinate, and the principal moments as rank-one terms of the turns."""
+        for axis in self.freedoms:
+            if axis in ("x", "y", "z"):
+                builder.add_inertia(f"{name}.{axis}", mass, name, weighs=axis == "z")
+        turns = [axis for axis in ("rx", "ry", "rz") if axis in self.freedoms]
+        kept = [("rx", "ry", "rz").index(axis) for axis in turns]
+        solid = self.solid(1.0)
+        tensor = solid.tensor[np.ix_(kept, kept)]
+        follows = mass.times(1.0 / solid.mass) if self.shape is not None or self.made_of is not None else Monomial(1.0)
+        diagonal = not (tensor - np.diag(np.diag(tensor))).any()
+        values, axes = (np.diag(tensor), np.eye(len(kept))) if diagonal else np.linalg.eigh(tensor)
+        for value, axis in zip(values, axes.T, strict=True):
+            row = {f"{name}.{turn}": float(part) for turn, part in zip(turns, axis, strict=True) if part}
+            builder.add_term(INERTIA, row, follows.times(float(value)), name, 0.0)
+        builder.masses[name] = mass
+        builder.turning[name] = False

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from vibopt.devices.part import Bound
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.values import Table
@@ -44,6 +45,14 @@ class Device(Table):
 
     def springs(self, name: str) -> tuple[str, ...]:
         """Links that have a stiffness."""
+        return ()
+
+    def parts(self) -> dict[str, str]:
+        """What a tolerance of the whole table makes uncertain: names of parts, each with the key that says it."""
+        return {}
+
+    def bound(self, name: str) -> tuple[Bound, ...]:
+        """Parts of a catalogue that are to be chosen."""
         return ()
 
     def declare(self, builder: ModelBuilder, name: str) -> None:

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, ValidationError, model_validator
 
 from vibopt.devices.device import Device, Ends
+from vibopt.devices.part import DYNAMIC, OWN, Bound, Part
 from vibopt.devices.spring import Beam, Shaft
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Value, number, word
-from vibopt.values.fields import complaint
+from vibopt.values import Fact, Tolerance, Value, number, word
+from vibopt.values.fields import Choice, complaint
 
 
 def _two_ends(given: object) -> object:
@@ -25,7 +26,7 @@ def _two_ends(given: object) -> object:
 
 
 TwoEnds = Annotated[Ends, BeforeValidator(_two_ends)]
-_ALONG = ("stiffness", "beam", "damping", "dynamic_to_static")
+_ALONG = ("part", "stiffness", "beam", "damping", "dynamic_to_static")
 _AROUND = ("torsional_stiffness", "shaft", "torsional_damping")
 _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "beam")
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
@@ -46,6 +47,23 @@ class LinkTable(Device):
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
     count: Value | None = number("count")
     dynamic_to_static: Fact | None = number("ratio", choice=False)
+    tolerance: Tolerance | None = None
+    part: Part | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_part(cls, given: Any) -> Any:
+        """The columns of a part that are keys of a link stand there as if they had been written there."""
+        if not isinstance(given, Mapping) or given.get("part") is None or isinstance(given["part"], Part):
+            return given
+        for key in (*_SPRINGS, *_DAMPERS, "dynamic_to_static"):
+            if key in given:
+                raise word(f"gives part and {key}. Keep one: a part brings its stiffness and its damping with it.")
+        try:
+            part = Part.model_validate(given["part"])
+        except ValidationError:  # said where the part itself is read
+            return given
+        return {**given, **{key: value for key in DYNAMIC if (value := part.column(key)) is not None}}
 
     @model_validator(mode="after")
     def _consistent(self) -> LinkTable:
@@ -91,6 +109,24 @@ class LinkTable(Device):
         """The key that says the viscous damping."""
         return "torsional_damping" if self.torsional_damping is not None else "damping"
 
+    @property
+    def brought(self) -> tuple[str, ...]:
+        """Keys that the part has filled in."""
+        return DYNAMIC if self.part is not None else ()
+
+    @property
+    def static_ratio(self) -> Value | None:
+        """Dynamic over static stiffness."""
+        return self.dynamic_to_static if self.part is None else self.part.dynamic_to_static
+
+    def bound(self, name: str) -> tuple[Bound, ...]:
+        paths = {key: f"links.{name}.{key}" for key in DYNAMIC} | {key: f"links.{name}.part.{key}" for key in OWN}
+        found = self.part.bound(f"links.{name}.part", paths) if self.part is not None else None
+        return () if found is None else (found,)
+
+    def parts(self) -> dict[str, str]:
+        return {key: key for key in (*self._given(_SPRINGS), *self._given(_DAMPERS))}
+
     @classmethod
     def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
         return (name,)
@@ -104,9 +140,10 @@ class LinkTable(Device):
     def spring(self, name: str, symbols: Symbols) -> Monomial | None:
         """Stiffness of one single mount [N/m] or [N m/rad]; None where there is no spring."""
         if self.beam is not None:
-            return Monomial(self.beam.stiffness)
+            return symbols.off(f"links.{name}.beam", Monomial(self.beam.stiffness))
         if self.shaft is not None:
-            return self.shaft.spring(f"links.{name}.shaft", symbols)
+            path = f"links.{name}.shaft"
+            return symbols.off(path, self.shaft.spring(path, symbols))
         for key in ("stiffness", "torsional_stiffness"):
             value = getattr(self, key)
             if value is not None:
@@ -124,18 +161,38 @@ class LinkTable(Device):
         mass = builder.masses.get(self.relative_to or (bodies[0] if len(bodies) == 1 else ""))
         many = symbol("count") if self.count is not None else Monomial(1.0)
         builder.add_link(name, self.between, many)
-        ratio = self.dynamic_to_static.value if self.dynamic_to_static is not None else 1.0
         single = self.spring(name, symbols)
         stiffness = many * single if single is not None else None
         if stiffness is not None:
-            builder.add_stiffness(name, stiffness, 1.0 / ratio)
+            self._add_spring(builder, name, symbols, stiffness)
             if self.loss_factor is not None:
                 builder.add_hysteretic(name, stiffness * symbol("loss_factor"))
             if self.damping_ratio is not None and mass is not None:
-                builder.ratios[name] = symbol("damping_ratio")
-                builder.add_damping(name, (symbol("damping_ratio") * (stiffness * mass) ** 0.5).times(2.0))
+                critical = ((stiffness * mass) ** 0.5).times(2.0)
+                damping = symbol("damping_ratio") * symbols.nominal(critical)
+                builder.ratios[name] = damping * critical**-1.0 if symbols.factors else symbol("damping_ratio")
+                builder.add_damping(name, damping)
         if getattr(self, self.damper) is not None:
             damping = many * symbol(self.damper)
             builder.add_damping(name, damping)
             if stiffness is not None and mass is not None:
                 builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
+
+    def _add_spring(self, builder: ModelBuilder, name: str, symbols: Symbols, stiffness: Monomial) -> None:
+        """The stiffness of the group, and under weights alone the static one; of a part its rating and its price."""
+        ratio = self.static_ratio
+        path = f"links.{name}.dynamic_to_static" if self.part is None else f"links.{name}.part.dynamic_to_static"
+        static = stiffness * symbols.read(path, ratio) ** -1.0 if ratio is not None else stiffness
+        if isinstance(ratio, Choice):
+            builder.add_stiffness(name, stiffness, 0.0)
+            builder.add_static_stiffness(name, static)
+        else:
+            builder.add_stiffness(name, stiffness, static.scale / stiffness.scale)
+        if self.part is None:
+            return
+        builder.properties[name, "static_stiffness"] = static * builder.counts[name] ** -1.0
+        for key in ("rated_min", "rated_max", "price"):
+            value = getattr(self.part, key)
+            if value is not None:
+                one = symbols.read(f"links.{name}.part.{key}", value)
+                builder.properties[name, key] = one * builder.counts[name] if key == "price" else one

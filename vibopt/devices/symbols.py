@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values.fields import Choice, Fact
@@ -11,12 +11,24 @@ from vibopt.values.fields import Choice, Fact
 
 @dataclass(frozen=True)
 class Symbols:
-    """Index of each design variable by its path in the file, such as "links.mount.stiffness"."""
+    """Index of each design variable by its path in the file, such as "links.mount.stiffness".
+
+    `factors` are the indices, behind those, of the factors by which numbers with a tolerance are off.
+    """
 
     indices: Mapping[str, int]
+    factors: Mapping[str, int] = field(default_factory=dict)
 
     def read(self, path: str, value: Fact | Choice) -> Monomial:
-        """The fact as a constant, the choice as its variable [SI]."""
+        """The fact as a constant, the choice as its variable [SI]; off by its factor where it has a tolerance."""
         if isinstance(value, Fact):
-            return Monomial(value.value)
-        return Monomial(1.0, {self.indices[path]: 1.0})
+            return self.off(path, Monomial(value.value))
+        return self.off(path, Monomial(1.0, {self.indices[path]: 1.0}))
+
+    def off(self, path: str, value: Monomial) -> Monomial:
+        """A value times the factor by which the number or part at `path` is off."""
+        return value * Monomial(1.0, {self.factors[path]: 1.0}) if path in self.factors else value
+
+    def nominal(self, value: Monomial) -> Monomial:
+        """As said and not as built: what ratios and frequencies of the file refer to."""
+        return value.only(len(self.indices)) if self.factors else value

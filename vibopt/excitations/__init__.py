@@ -6,12 +6,14 @@ from vibopt.excitations.harmonics import Harmonics
 from vibopt.excitations.kind import Excitation
 from vibopt.excitations.moment import Moment
 from vibopt.excitations.road import Road
+from vibopt.excitations.spatial import MomentHarmonics
 from vibopt.excitations.unbalance import Unbalance
 from vibopt.excitations.white_noise import WhiteNoise
 
 KINDS: dict[str, type[Excitation]] = {
     "force": Force,
     "moment": Moment,
+    "moment_harmonics": MomentHarmonics,
     "unbalance": Unbalance,
     "harmonics": Harmonics,
     "base_motion": BaseMotion,

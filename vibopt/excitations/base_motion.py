@@ -9,6 +9,7 @@ from pydantic import model_validator
 from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, number, word
+from vibopt.values.vectors import AXES, Direction
 
 
 class BaseMotion(Excitation):
@@ -17,6 +18,7 @@ class BaseMotion(Excitation):
     displacement: Fact | None = number("length", amplitude=True, choice=False)
     velocity: Fact | None = number("velocity", amplitude=True, choice=False)
     acceleration: Fact | None = number("acceleration", amplitude=True, choice=False)
+    direction: Direction | None = None
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
     family: ClassVar[str] = "bases"
@@ -27,6 +29,12 @@ class BaseMotion(Excitation):
         if len(given) != 1:
             raise word('needs one of displacement, velocity and acceleration. Write displacement = "1 mm".')
         return self
+
+    @property
+    def acts(self) -> dict[str, complex]:
+        if self.direction is None:
+            return super().acts
+        return {f"{self.on}.{axis}": complex(part) for axis, part in zip(AXES, self.direction, strict=True) if part}
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         for power, given in ((0, self.displacement), (-1, self.velocity), (-2, self.acceleration)):

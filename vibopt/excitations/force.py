@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.kind import OneSpeed, Varies, unit_line
+from vibopt.excitations.spatial import Directed
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, number
 
 
-class Force(Excitation):
+class Force(Directed):
     """`kind = "force"`: F cos(w t), amplitude [N] peak."""
 
     amplitude: Fact = number("force", amplitude=True, choice=False, required=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.kind import OneSpeed, Varies, unit_line
+from vibopt.excitations.spatial import Directed
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, Table, number, word
 
@@ -17,7 +18,7 @@ class Harmonic(Table):
     phase: Fact | None = number("angle", choice=False, sign="any")
 
 
-class Harmonics(Excitation):
+class Harmonics(Directed):
     """`kind = "harmonics"`: sum of F_h cos(h w t + phase_h)."""
 
     harmonics: tuple[Harmonic, ...]

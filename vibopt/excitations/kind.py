@@ -35,6 +35,8 @@ def _unknown_speed(given: dict[str, object]) -> SpeedRange:
     """{ from, to } for a speed: a range whose speeds `find_all` looks for."""
     unknown = [key for key in given if key not in ("from", "to")]
     if unknown or not given:
+        if "tolerance" in given:
+            raise QuantityError('has a tolerance, but a speed has none. Write every speed: "2900..3100 rpm".')
         raise QuantityError('is no range of speeds. Write { from = "0 rpm", to = "3000 rpm" }.')
     low = read_speeds(given["from"]) if "from" in given else None
     high = read_speeds(given["to"]) if "to" in given else None
@@ -139,6 +141,21 @@ class Excitation(Table):
     def from_rotation(self, omega: float) -> float:
         """The speed, as the file counts it [SI], that belongs to `omega` [rad/s]."""
         return omega
+
+    @property
+    def acts(self) -> dict[str, complex]:
+        """Rows of the model that it acts on, by name, each with its complex part of the amplitude."""
+        return {self.on: 1.0}
+
+    @property
+    def direction_known(self) -> bool:
+        """Whether it acts in space, in a direction of its own."""
+        return list(self.acts) != [self.on]
+
+    @property
+    def place(self) -> str:
+        """Name of the place where it acts."""
+        return self.on
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """Harmonics of the excitation; `direction` (n_coords,) is the unit row of `on`."""

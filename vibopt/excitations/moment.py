@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.spatial import about
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, number
+from vibopt.values.vectors import Direction
 
 
 class Moment(Excitation):
     """`kind = "moment"`: T cos(w t), amplitude [N m] peak."""
 
+    axis: Direction | None = None
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
+
+    @property
+    def acts(self) -> dict[str, complex]:
+        return super().acts if self.axis is None else about(self.on, self.axis)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         return (unit_line(1.0, direction, 0.0, self.shape(self.amplitude.value)),)

@@ -7,22 +7,27 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.excitations.kind import Excitation, unit_line
+from vibopt.excitations.kind import unit_line
+from vibopt.excitations.spatial import Directed, turned
 from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
 from vibopt.values import Fact, number, word
+from vibopt.values.vectors import AXES, Direction
 
 
-class Unbalance(Excitation):
+class Unbalance(Directed):
     """`kind = "unbalance"`: force m e w^2 [N] peak, by its nature at every speed."""
 
     unbalance: Fact | None = number("unbalance", choice=False)
     rotating_mass: Fact | None = number("mass", choice=False)
     radius: Fact | None = number("length", choice=False)
+    axis: Direction | None = None
     inherent: ClassVar[bool] = True
 
     @model_validator(mode="after")
     def _one_of_two(self) -> Unbalance:
         pair = (self.rotating_mass is not None, self.radius is not None)
+        if self.axis is not None and self.direction is not None:
+            raise word("gives axis (it rotates about it) and direction (it goes to and fro). Keep one.")
         if (self.unbalance is not None) == any(pair) or any(pair) != all(pair):
             raise word('needs either unbalance or both rotating_mass and radius. Write unbalance = "0.2 kg m".')
         return self
@@ -35,6 +40,14 @@ class Unbalance(Excitation):
         assert self.rotating_mass is not None
         assert self.radius is not None
         return self.rotating_mass.value * self.radius.value
+
+    @property
+    def acts(self) -> dict[str, complex]:
+        if self.axis is None:
+            return super().acts
+        first, second = turned(self.axis)
+        whole = first - 1j * second
+        return {f"{self.place}.{axis}": complex(part) for axis, part in zip(AXES, whole, strict=True) if part}
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         amplitude = Amplitude((Piece(Band(0.0, math.inf), self.product, 0.0, 2),))

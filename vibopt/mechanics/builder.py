@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Mode
 from vibopt.mechanics.monomial import Monomial
 
 GROUND = "ground"
+_AXES, _TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 
 
 @dataclass
@@ -37,6 +38,14 @@ class ModelBuilder:
         How high structures are looked at [rad/s], and how many of their lowest modes are asked for.
     left_out, remarks
         Degrees of freedom of structures that are not needed, and what is to be said of them.
+    frames
+        Bodies in space: their centre [m] and the words of their coordinates.
+    fixed
+        Places on bodies in space, by name: the body and the place [m].
+    spatial
+        Bases that may move in any direction.
+    axes
+        Per link of a mount its direction in space, shape (3,).
     """
 
     n_vars: int
@@ -57,6 +66,10 @@ class ModelBuilder:
     turning: dict[str, bool] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    frames: dict[str, tuple[FloatArray, tuple[str, ...]]] = field(default_factory=dict)
+    fixed: dict[str, tuple[str, FloatArray]] = field(default_factory=dict)
+    spatial: tuple[str, ...] = ()
+    axes: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
     def coords(self) -> list[str]:
@@ -70,6 +83,56 @@ class ModelBuilder:
         """A coordinate that is prescribed, and the point of the same name."""
         self.bases.append(name)
         self.add_point(name, {name: 1.0})
+
+    def add_spatial_base(self, name: str) -> None:
+        """A support prescribed in three directions; as a point of a line it is the vertical one."""
+        for axis in _AXES:
+            self.bases.append(f"{name}.{axis}")
+            self.add_point(f"{name}.{axis}", {f"{name}.{axis}": 1.0})
+        self.add_point(name, {f"{name}.z": 1.0})
+
+    def add_frame(self, name: str, centre: Sequence[float], freedoms: tuple[str, ...]) -> None:
+        """A body in space with its coordinates, and the points that read them."""
+        self.frames[name] = (np.array(centre), freedoms)
+        for axis in freedoms:
+            self.add_coordinate(f"{name}.{axis}")
+        for axis in (*_AXES, *_TURNS):
+            self.add_point(f"{name}.{axis}", {f"{name}.{axis}": 1.0} if axis in freedoms else {})
+
+    def fix(self, name: str, body: str, at: Sequence[float]) -> None:
+        """A place on a body in space, by name."""
+        self.fixed[name] = (body, np.array(at))
+        for k, axis in enumerate(_AXES):
+            self.add_point(f"{name}.{axis}", self.motion_at(body, at)[k])
+            self.add_point(f"{name}.r{axis}", self.points[f"{body}.r{axis}"])
+
+    def motion_at(self, place: str, at: Sequence[float]) -> list[dict[str, float]]:
+        """Displacement along x, y, z of what is at a place [m] on a body, base or the ground, over the coordinates.
+
+        u + theta x r; what knows one coordinate only moves along z.
+        """
+        if place == GROUND:
+            return [{}, {}, {}]
+        if place in self.spatial:
+            return [{f"{place}.{axis}": 1.0} for axis in _AXES]
+        if place not in self.frames:
+            return [{}, {}, dict(self.points[place])]
+        centre, freedoms = self.frames[place]
+        x, y, z = (float(one) for one in np.asarray(at) - centre)
+        arms = ({"x": 1.0, "ry": z, "rz": -y}, {"y": 1.0, "rx": -z, "rz": x}, {"z": 1.0, "rx": y, "ry": -x})
+        return [{f"{place}.{axis}": part for axis, part in arm.items() if axis in freedoms and part} for arm in arms]
+
+    def add_spring_at(self, name: str, between: tuple[str, str], at: Sequence[float], axis: FloatArray) -> None:
+        """A link of a mount along one direction at a place: its row . u is the extension, second end minus first."""
+        row = np.zeros(len(self.coords))
+        for sign, end in ((-1.0, between[0]), (1.0, between[1])):
+            for part, motion in zip(axis, self.motion_at(end, at), strict=True):
+                for coordinate, value in motion.items():
+                    row[self.coords.index(coordinate)] += sign * float(part) * value
+        self.links[name] = row
+        self.ends[name] = between
+        self.counts[name] = Monomial(1.0)
+        self.axes[name] = np.asarray(axis, dtype=float)
 
     def add_point(self, name: str, row: Mapping[str, float]) -> None:
         """A point that moves by the sum of its parts of the coordinates."""
@@ -98,6 +161,11 @@ class ModelBuilder:
     def add_stiffness(self, link: str, stiffness: Monomial, static: float = 1.0) -> None:
         self._add(STIFFNESS, self.links[link], stiffness, link, static)
 
+    def add_static_stiffness(self, link: str, stiffness: Monomial) -> None:
+        """A stiffness that acts under weights alone."""
+        row = self.links[link]
+        self.terms.append(Term(STIFFNESS, row, 0.0, stiffness.row(self.n_vars), link, stiffness.scale))
+
     def add_damping(self, link: str, damping: Monomial) -> None:
         self._add(DAMPING, self.links[link], damping, link)
 
@@ -124,6 +192,7 @@ class ModelBuilder:
             ratios=self.ratios,
             properties=self.properties,
             families=self.families,
+            axes=self.axes,
             left_out=self.left_out,
             remarks=tuple(self.remarks),
         )

@@ -22,7 +22,7 @@ _MANY = 8
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """One link as built, whole group: N/m, N s/m, loss factor, static stiffness N/m, number of mounts."""
+    """One link as built, whole group: N/m, N s/m, loss factor, static stiffness N/m, number of mounts, price."""
 
     name: str
     ends: tuple[str, str]
@@ -32,6 +32,7 @@ class Joint:
     static_stiffness: float
     count: float
     damping_ratio: float = 0.0
+    price: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, Drive, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
 
+K = TypeVar("K")
 INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3
 _NOTHING = 1e-13
 """A term whose vector shrinks below this part of itself has no part in a reduced model."""
@@ -60,6 +62,8 @@ class Model:
         Own numbers of a device by its name and the word for them, ("tmd", "tuning").
     families
         Names by the family of the file that they come from.
+    axes
+        Per link of a mount its direction in space, shape (3,); any other link is along z.
     basis
         Coordinates of the full model from these, shape (n_full, n_coords); empty where they are the same.
     left_out, remarks
@@ -75,6 +79,7 @@ class Model:
     ratios: dict[str, Monomial] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    axes: dict[str, FloatArray] = field(default_factory=dict)
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     left_out: int = 0
     remarks: tuple[str, ...] = ()
@@ -159,6 +164,33 @@ class Model:
         chosen = self.kinds == INERTIA
         total: FloatArray = p[chosen] @ self.vectors[chosen]
         return total
+
+    def held(self, kept: IntArray, values: FloatArray) -> Model:
+        """The model in the variables `kept` (indices) only, all others at their `values` (n_vars,)."""
+        fixed = np.setdiff1d(np.arange(len(values)), kept)
+        terms = []
+        for term in self.terms:
+            powers = term.exponents[fixed]
+            size = float(np.where(powers == 0.0, 1.0, np.asarray(values)[fixed] ** powers).prod())
+            terms.append(
+                replace(
+                    term,
+                    scale=term.scale * size,
+                    static_scale=term.static_scale * size,
+                    exponents=term.exponents[kept],
+                )
+            )
+
+        def all_held(table: dict[K, Monomial]) -> dict[K, Monomial]:
+            return {key: one.held(kept, values) for key, one in table.items()}
+
+        return replace(
+            self,
+            terms=tuple(terms),
+            counts=all_held(self.counts),
+            ratios=all_held(self.ratios),
+            properties=all_held(self.properties),
+        )
 
     def on_basis(self, basis: FloatArray, *, drop: bool = False) -> Model:
         """The model on fewer free coordinates, u_free = basis @ v; basis (n_free, n_new).

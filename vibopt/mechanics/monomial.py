@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.forms import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,18 @@ class Monomial:
 
     def times(self, factor: float) -> Monomial:
         return Monomial(self.scale * factor, self.exponents)
+
+    def only(self, count: int) -> Monomial:
+        """The product without the powers of all variables from index `count` on."""
+        return Monomial(self.scale, {i: e for i, e in self.exponents.items() if i < count})
+
+    def held(self, kept: IntArray, values: FloatArray) -> Monomial:
+        """With all variables but those `kept` (indices) at their `values` (n_vars,); kept ones are counted anew."""
+        places = {int(old): new for new, old in enumerate(kept)}
+        scale = self.scale
+        for i, power in self.exponents.items():
+            scale *= 1.0 if i in places or power == 0.0 else float(values[i]) ** power
+        return Monomial(scale, {places[i]: e for i, e in self.exponents.items() if i in places})
 
     def row(self, n_vars: int) -> FloatArray:
         """Exponents as an array, shape (n_vars,)."""

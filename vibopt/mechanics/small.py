@@ -8,27 +8,27 @@ What rounding could spoil is found by checks, and then there is no answer: the g
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from math import comb
 
 import numpy as np
 
-from vibopt.forms import Amplitude, Band, ComplexArray, FloatArray, IntArray, Line, Output
+from vibopt.forms import Amplitude, Band, BoolArray, ComplexArray, FloatArray, IntArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.mechanics.peaks import Extreme
 
 MOST = 4
 """Number of free coordinates up to which a model is small."""
-_SUBSETS = 1500
+_SUBSETS = 2500
 _GONE = 1e-13
-_TRUSTED = 1e7
-_EXACT = 300.0
+_TRUSTED = 1e3
 _LIGHT = 1e-7
 _POLISHES = 8
-_DONE = 1e-14
+_DONE = 1e-11
 _AT_REST = 1e-7
 _KEPT = 64
+_COUNTED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +40,11 @@ class Peak:
     slope, bend
         First and second derivative of the log of the value in log x, (n_vars,) and (n_vars, n_vars), the
         peak's own motion in them.
-    sound
-        Whether the value has all its digits; if not, it is to be measured again at its speed.
     """
 
     at: Extreme
     slope: FloatArray
     bend: FloatArray
-    sound: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,12 +85,34 @@ class Ratio:
     size: float
     order: float
     pairs: IntArray
+    known: dict[tuple[bytes, tuple[Band, ...]], list[Peak] | None] = field(default_factory=dict, compare=False)
+
+    def at(self, x: FloatArray, speeds: FloatArray) -> FloatArray:
+        """Modulus at designs x (n, n_vars) and speeds (m,) [rad/s], shape (n, m); without care for rounding."""
+        p = np.concatenate([self.model.values(x), np.ones((len(x), 1))], axis=1)
+        w = self.order * speeds
+        sides = []
+        for side in (self.top, self.bottom):
+            coefficients = p[:, side.members].prod(axis=2) @ side.spread.T
+            sides.append(np.abs(coefficients @ (1j * w) ** np.arange(coefficients.shape[1])[:, None]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            value: FloatArray = sides[0] / sides[1] * (self.size * w**self.power)
+        return value
 
     def peaks(self, x: FloatArray, bands: tuple[Band, ...], within: float) -> list[Peak] | None:
-        """Local maxima and band ends no lower than `within` times the greatest, highest first.
+        """Local maxima and band ends no lower than `within` (at least a half) times the greatest, highest first.
 
         None where rounding, or a resonance without damping, leaves a doubt.
         """
+        key = (x.tobytes(), bands)
+        if key not in self.known:
+            while len(self.known) >= _KEPT:
+                self.known.pop(next(iter(self.known)), None)
+            self.known[key] = self._peaks(x, bands)
+        found = self.known[key]
+        return found if found is None else [one for one in found if one.at.value >= within * found[0].at.value]
+
+    def _peaks(self, x: FloatArray, bands: tuple[Band, ...]) -> list[Peak] | None:
         p = np.append(self.model.values(x), 1.0)
         made = Polynomials.of(self.top.coefficients(p), self.bottom.coefficients(p), self.power)
         if made is None:
@@ -102,9 +121,9 @@ class Ratio:
         if any(one is None for one in found):
             return None
         at = np.concatenate([one for one in found if one is not None])
-        return self._measured(made, at[:, 0], at[:, 1] > 0.0, within)
+        return self._measured(made, at[:, 0], at[:, 1] > 0.0)
 
-    def _measured(self, made: Polynomials, v: FloatArray, moves: FloatArray, within: float) -> list[Peak] | None:
+    def _measured(self, made: Polynomials, v: FloatArray, moves: BoolArray) -> list[Peak] | None:
         top, bottom = made.sides(v)
         with np.errstate(divide="ignore", invalid="ignore"):
             log = np.log(np.abs(top[0][:, 0])) - np.log(np.abs(bottom[0][:, 0]))
@@ -112,7 +131,7 @@ class Ratio:
                 log = log + self.power * np.log(v)
         if np.isnan(log).any() or np.isposinf(log).any():
             return None
-        kept = np.flatnonzero(log >= log.max() + np.log(within))
+        kept = np.flatnonzero(log >= log.max() + np.log(_COUNTED))
         kept = kept[np.argsort(-log[kept], kind="stable")]
         with np.errstate(divide="ignore"):
             doubt = np.maximum(made.doubt(v[kept], 0), made.doubt(v[kept], 1))
@@ -121,13 +140,10 @@ class Ratio:
         first, bend = self._derivatives(top, bottom, moves, v)
         size = self.size * made.size * made.unit**self.power
         value = np.exp(log) * size
-        return [
-            Peak(Extreme(float(value[i]), float(v[i] * made.unit / self.order)), first[i], bend[i], bool(d <= _EXACT))
-            for i, d in zip(kept, doubt, strict=True)
-        ]
+        return [Peak(Extreme(float(value[i]), float(v[i] * made.unit / self.order)), first[i], bend[i]) for i in kept]
 
     def _derivatives(
-        self, top: list[ComplexArray], bottom: list[ComplexArray], moves: FloatArray, v: FloatArray
+        self, top: list[ComplexArray], bottom: list[ComplexArray], moves: BoolArray, v: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Slope and bend of the log of the value in log x at points v, the points' own motion in them."""
         n = self.pairs.shape[0]
@@ -164,7 +180,7 @@ class Polynomials:
     size: float
     power: int
     stationary: FloatArray
-    real: FloatArray
+    real: BoolArray
     poles: ComplexArray
 
     @classmethod
@@ -265,7 +281,7 @@ class Polynomials:
                 break
             first, second = self.rise(v)
             with np.errstate(divide="ignore", invalid="ignore"):
-                step = np.nan_to_num(-first / second, nan=0.1, posinf=0.1, neginf=-0.1)
+                step = np.where(second != 0.0, -first / second, v)
             settled = np.abs(second) * step**2 <= _DONE
             v = v + np.clip(step, -0.1 * v, 0.1 * v)
             if settled.all():

@@ -10,13 +10,17 @@ import numpy as np
 from vibopt.forms import (
     DecayRate,
     Drive,
+    EnergyShare,
     FloatArray,
     Form,
     ModeDamping,
     ModeFrequency,
+    ModeGap,
     Modulus,
     Monomials,
     RootMeanSquare,
+    StaticForce,
+    StaticLoad,
     StaticRow,
 )
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -41,12 +45,12 @@ class FormBounds:
     @property
     def bounded(self) -> bool:
         """Whether this form has bounds on boxes at all."""
-        if isinstance(self.form, Modulus | StaticRow) and self.model.mixed:
+        if isinstance(self.form, Modulus | StaticRow | StaticLoad) and self.model.mixed:
             return False
         if isinstance(self.form, Modulus):
             several = sum(len(drive.lines) for drive in self.form.drives) > 1
             return not (self.form.combine == "peak" and several)
-        if isinstance(self.form, RootMeanSquare | DecayRate):
+        if isinstance(self.form, RootMeanSquare | DecayRate | StaticForce | ModeGap | EnergyShare):
             return False
         return not isinstance(self.form, ModeDamping) or self.model.n_free == 1
 
@@ -90,6 +94,10 @@ class FormBounds:
             return self._modulus(form, low, high)
         if isinstance(form, Monomials):
             return monomial_bounds(form, low, high)
+        if isinstance(form, StaticLoad):
+            small, large = monomial_bounds(form.factor, low, high)
+            lower, upper = FormBounds(self.model, StaticRow(form.row), self.reference, self.samples).on(low, high)
+            return small * lower, large * upper
         if isinstance(form, StaticRow):
             key = ("static", 0)
             if key not in self.samples:

@@ -63,7 +63,8 @@ class Samples:
     def parts(self) -> list[tuple[int, Limit | Aim]]:
         """Limits by index, the goal as -1."""
         found: list[tuple[int, Limit | Aim]] = list(enumerate(self.program.limits))
-        return [*found, (-1, self.program.aim)] if self.program.aim is not None else found
+        aims = self.program.aim.pieces if self.program.aim is not None else ()
+        return [*found, *((-1 - index, aim) for index, aim in enumerate(aims))]
 
     def spread(self, count: int) -> Samples:
         """With `count` even speeds in every band, its ends among them."""
@@ -110,7 +111,7 @@ class SampledProgram:
         objective = casadi.SX(0)
         for index, part in samples.parts():
             if isinstance(part, Aim):
-                objective = self._goal(part, samples)
+                objective = self._goal(part, index, samples)
             else:
                 self._limit(index, part, samples)
         if elastic:
@@ -167,13 +168,15 @@ class SampledProgram:
         logs = self._logs(limit.model, limit.form, index, samples, limit.bound, sense)
         self.rows += [sense * one for one in logs]
 
-    def _goal(self, aim: Aim, samples: Samples) -> Any:
+    def _goal(self, aim: Aim, index: int, samples: Samples) -> Any:
+        """The goal; on several machines one unknown that none of them passes."""
         x = self.reference
         if isinstance(aim.form, Modulus):
-            worst = self._unknown("t", 0.0)
-            logs = self._logs(aim.model, aim.form, -1, samples, self._typical(aim, samples), aim.sense)
-            self.rows += [aim.sense * one - worst for one in logs]
-            return worst
+            if index == -1:
+                self.worst, self.typical = self._unknown("t", 0.0), self._typical(aim, samples)
+            logs = self._logs(aim.model, aim.form, index, samples, self.typical, aim.sense)
+            self.rows += [aim.sense * one - self.worst for one in logs]
+            return self.worst
         size = plain_value(aim.model, aim.form, x)
         logs = self._logs(aim.model, aim.form, -1, samples, size if 0 < size < np.inf else 1.0, aim.sense)
         return aim.sense * logs[0]
@@ -225,7 +228,7 @@ class SampledProgram:
             return rows
         power = 2.0 if form.combine == "rss" else 1.0
         total = casadi.log(sum(casadi.exp(power * share) for share in shares)) / power
-        if index == -1:
+        if index < 0:
             return [row + total for row in rows]
         self.rows.append(sense * total)
         return rows
@@ -305,8 +308,8 @@ class SampledProgram:
             log = self._frequency(limit.model, mode)
             self.rows.append((log - low) * (high - log) / (high - low))
 
-    def _first_order(self, model: Model, form: ModeDamping | DecayRate | RootMeanSquare) -> Any:
-        """Log of a modal damping ratio, a decay rate or a mean square to first order in y about the reference."""
+    def _first_order(self, model: Model, form: Form) -> Any:
+        """Log of a modal damping ratio, a decay rate, a mean square or a static load to first order in y about the reference."""
         import casadi
 
         value = plain_value(model, form, self.reference)

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-from vibopt.forms import Form
+import numpy as np
+
+from vibopt.forms import Form, Monomials, StaticLoad
 from vibopt.mechanics.model import Model
-from vibopt.program.program import Aim, Axis, Limit, Program, Side
+from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.program.reduce import reduced
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import combine_for, drives_for, noises_for
-from vibopt.scene.scene import MINIMISE, Scene
+from vibopt.scene.places import bound_parts
+from vibopt.scene.scene import MINIMISE, Goal, Scene
+from vibopt.scene.space import members
 from vibopt.values import SpeedRange
+
+_RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
 
 
 def pose(scene: Scene, *, reduce: bool = True) -> Program:
@@ -26,16 +34,56 @@ def pose(scene: Scene, *, reduce: bool = True) -> Program:
     reduce
         Give every form the smallest exact model that it needs.
     """
-    full = model_of(scene)
-    limits = tuple(limit for name, one in scene.limits.items() for limit in _limits(scene, full, name, one, reduce))
+    return asked_of(scene, model_of(scene), reduce=reduce)
+
+
+def asked_of(scene: Scene, full: Model, *, reduce: bool = True) -> Program:
+    """The question of a scene on a model of it; its axes are the design variables."""
+    limits = tuple(
+        limit
+        for name, one in scene.limits.items()
+        for each in members(scene, one)
+        for limit in _limits(scene, full, name, each, reduce)
+    )
+    limits += tuple(_ratings(full))
     aim = None
     if scene.goal is not None:
-        response = scene.goal.response
-        sense = 1.0 if scene.goal.sense == MINIMISE else -1.0
-        model, form = on_needed(scene, full, response, reduce=reduce)
-        aim = Aim(scene.goal.name, model, form, -sense if response.complement else sense, response.complement)
+        aim = _aim(scene, scene.goal, full, reduce)
     axes = tuple(Axis(v.path, v.low, v.high, v.values, v.choice.open_low) for v in scene.variables)
-    return Program(full, axes, limits, aim)
+    return Program(full, axes, limits, aim, ties=tuple(_ties(scene)))
+
+
+def _aim(scene: Scene, goal: Goal, full: Model, reduce: bool) -> Aim:
+    """The goal; of a group of mounts each of them counts."""
+    response = goal.response
+    sense = 1.0 if goal.sense == MINIMISE else -1.0
+    pieces = []
+    for each in members(scene, response):
+        model, form = on_needed(scene, full, each, reduce=reduce)
+        pieces.append(Aim(goal.name, model, form, -sense if response.complement else sense, response.complement))
+    return replace(pieces[0], others=tuple(pieces[1:]))
+
+
+def _ties(scene: Scene) -> Iterator[Tie]:
+    places = {variable.path: i for i, variable in enumerate(scene.variables)}
+    for one in bound_parts(scene):
+        yield Tie(one.path, tuple(places[path] for path in one.paths), one.table, one.names)
+
+
+def _ratings(full: Model) -> Iterator[Limit]:
+    """The static load of one mount of every part, between what it is rated for."""
+    for (name, word), rating in full.properties.items():
+        side = _RATINGS.get(word)
+        if side is None or name not in full.links or rating.scale == 0.0:
+            continue
+        part = full.properties[name, "static_stiffness"] * rating**-1.0
+        factor = Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
+        yield Limit(rated_name(name), full, StaticLoad(full.links[name], factor), side, 1.0)
+
+
+def rated_name(link: str) -> str:
+    """Name of the limit that a part brings with it."""
+    return f"{link}: rated load"
 
 
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -38,13 +38,22 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """What is made best: sense is +1 to minimise the form and -1 to maximise it."""
+    """What is made best: sense is +1 to minimise the form and -1 to maximise it.
+
+    With `others`, the same goal on other machines, the worst of all of them counts.
+    """
 
     name: str
     model: Model
     form: Form
     sense: float
     complement: bool = False
+    others: tuple[Aim, ...] = ()
+
+    @property
+    def pieces(self) -> tuple[Aim, ...]:
+        """The goal on each of the machines that count, by itself."""
+        return (replace(self, others=()), *self.others) if self.others else (self,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,22 +73,52 @@ class Axis:
 
 
 @dataclass(frozen=True, slots=True)
+class Tie:
+    """Variables that take their values together from one row of a table: a part of a catalogue.
+
+    path
+        Of the part in the file.
+    axes
+        Indices of the variables, one a column of the table.
+    table
+        Values [SI], shape (n_parts, n_axes).
+    names
+        Name of each part.
+    """
+
+    path: str
+    axes: tuple[int, ...]
+    table: FloatArray
+    names: tuple[str, ...]
+
+    def chosen(self, x: FloatArray) -> int:
+        """Index of the part that a design x (n_vars,) has; the first of those that are alike."""
+        return int(np.abs(self.table - np.asarray(x)[list(self.axes)]).max(axis=1, initial=0.0).argmin())
+
+
+@dataclass(frozen=True, slots=True)
 class Program:
     """The whole question.
 
     model
         The full mechanical model; every limit carries the part of it that it needs.
+    several
+        Whether the limits speak of several machines: the same design with its numbers off in different ways.
+    ties
+        Variables that take their values together.
     """
 
     model: Model
     axes: tuple[Axis, ...]
     limits: tuple[Limit, ...]
     aim: Aim | None
+    several: bool = False
+    ties: tuple[Tie, ...] = ()
 
     @property
     def parts(self) -> list[Limit | Aim]:
         """The limits, and the goal behind them where there is one."""
-        return [*self.limits, *([self.aim] if self.aim is not None else [])]
+        return [*self.limits, *(self.aim.pieces if self.aim is not None else ())]
 
     @property
     def used_dof(self) -> int:
@@ -97,7 +136,7 @@ class Program:
     def without(self, *names: str) -> Program:
         """The program less some limits."""
         kept = tuple(limit for limit in self.limits if limit.name not in names)
-        return Program(self.model, self.axes, kept, self.aim)
+        return replace(self, limits=kept)
 
     def aiming(self, aim: Aim | None) -> Program:
-        return Program(self.model, self.axes, self.limits, aim)
+        return replace(self, aim=aim)

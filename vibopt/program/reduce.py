@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus, Output, RootMeanSquare, StaticRow
+from vibopt.forms import FloatArray, Form, Modulus, Output, RootMeanSquare, StaticForce, StaticRow
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 
 _TINY = 1e-13
@@ -25,14 +25,14 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
-    if n == 1 or not isinstance(form, Modulus | StaticRow | RootMeanSquare):
+    if n == 1 or not isinstance(form, Modulus | StaticRow | StaticForce | RootMeanSquare):
         return model
     if isinstance(form, Modulus) and form.rigid_link:
         return model
-    static = isinstance(form, StaticRow)
+    static = isinstance(form, StaticRow | StaticForce)
     root, operators, singles = _operators(model, static=static)
     reach = closure(root.T @ np.array(_loads(model, form)).T[:n], operators, singles)
-    read = [form.row] if isinstance(form, StaticRow) else rows_of(model, form.output)
+    read = _read(model, form)
     seen = reach.T @ (root.T @ np.array(read).T[:n])
     kept = reach @ closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
     return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept, drop=True)
@@ -49,20 +49,32 @@ def reason(declared: int, used: int) -> str:
     return f"{modes} not excited or not observed"
 
 
-def _loads(model: Model, form: Modulus | StaticRow | RootMeanSquare) -> list[FloatArray]:
+def _read(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> list[FloatArray]:
     if isinstance(form, StaticRow):
+        return [form.row]
+    if isinstance(form, StaticForce):
+        return [model.vectors[t] for t in np.flatnonzero(form.signs)]
+    return rows_of(model, form.output)
+
+
+def _loads(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> list[FloatArray]:
+    if isinstance(form, StaticRow | StaticForce):
         return [term.vector for term in model.terms if term.kind == INERTIA and term.static_scale]
     if isinstance(form, RootMeanSquare):
         loads = [noise.vector for noise in form.noises]
     else:
-        loads = [line.vector.real for drive in form.drives for line in drive.lines]
+        lines = [line.vector for drive in form.drives for line in drive.lines]
+        loads = [part for one in lines for part in (one.real, one.imag) if part.any()]
     if any(load[model.n_free :].any() for load in loads):
         loads += [row for row in model.vectors if row[model.n_free :].any()]
     return loads
 
 
 def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[FloatArray], FloatArray]:
-    """M^-1/2 at nominal masses, the fixed operators and the rank-one vectors of variable terms."""
+    """M^-1/2 at nominal masses, the operators and the rank-one vectors of variable terms.
+
+    Terms that vary alike, as those of identical mounts, are one operator.
+    """
     n = model.n_free
     fixed = ~model.exponents.any(axis=1) if model.n_vars else np.ones(len(model.terms), dtype=bool)
     scales = np.where(model.kinds == INERTIA, model.scales, model.static_scales) if static else model.scales
@@ -73,7 +85,15 @@ def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[
         mass += np.outer(row, row) * max(float(np.diag(mass).max()), 1.0)
     root = np.linalg.inv(np.linalg.cholesky(mass)).T
     operators = [root.T @ model.matrix(kind, p)[:n, :n] @ root for kind in (STIFFNESS, DAMPING, HYSTERETIC)]
-    singles = root.T @ model.vectors[~fixed, :n].T
+    alike: dict[tuple[float, ...], list[int]] = {}
+    for t in np.flatnonzero(~fixed):
+        alike.setdefault((float(model.kinds[t]), *model.exponents[t]), []).append(int(t))
+    for group in alike.values():
+        if len(group) > 1:
+            rows = model.vectors[group, :n] @ root
+            operators.append((rows.T * scales[group]) @ rows)
+    lone = [group[0] for group in alike.values() if len(group) == 1]
+    singles = root.T @ model.vectors[lone, :n].T
     return root, [one for one in operators if one.any()], singles
 
 

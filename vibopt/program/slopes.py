@@ -33,6 +33,7 @@ from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.mechanics.peaks import Extreme, least, peaks
 from vibopt.mechanics.statics import sag
+from vibopt.program.few import few_peaks
 from vibopt.program.noise import root_mean_square_slope
 from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
@@ -55,11 +56,14 @@ class Local:
         d value / d log x, shape (n_vars,).
     speeds
         Speed per excitation [rad/s].
+    bend
+        Its second derivative in log x, shape (n_vars, n_vars), the peak's own motion in it; None where not known.
     """
 
     value: float
     slope: FloatArray
     speeds: tuple[float, ...] = ()
+    bend: FloatArray | None = None
 
 
 def local_extremes(model: Model, form: Form, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
@@ -77,12 +81,25 @@ def local_extremes(model: Model, form: Form, x: FloatArray, *, least_wanted: boo
         Part of the greatest value that a peak must have to be counted.
     """
     if isinstance(form, Modulus):
+        few = _of_few(model, form, x, within) if len(form.drives) == 1 and not least_wanted else None
+        if few is not None:
+            return few[:_MOST]
         per_drive = [_of_drive(model, form, drive, x, least_wanted, within) for drive in form.drives]
         found = [_together(form, combo) for combo in islice(product(*per_drive), 4 * _MOST)]
         return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:_MOST]
     if least_wanted and isinstance(form, DecayRate | ModeDamping):
         return _of_poles(model, form, x)
-    return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x))]
+    bend = np.zeros((len(x), len(x))) if isinstance(form, Monomials) and len(form.scale) == 1 else None
+    return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x), bend=bend)]
+
+
+def _of_few(model: Model, form: Modulus, x: FloatArray, within: float) -> list[Local] | None:
+    """The peaks by polynomials, with their bends, where those can be trusted."""
+    drive = form.drives[0]
+    found = few_peaks(model, form, drive, x, within)
+    if found is None:
+        return None
+    return [Local(_log(one.at.value), one.slope, (one.at.speed,), one.bend) for one in found]
 
 
 def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:

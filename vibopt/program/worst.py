@@ -10,14 +10,18 @@ from vibopt.forms import (
     ComplexArray,
     DecayRate,
     Drive,
+    EnergyShare,
     FloatArray,
     Form,
     ModeDamping,
     ModeFrequency,
+    ModeGap,
     Modulus,
     Monomials,
     Output,
     RootMeanSquare,
+    StaticForce,
+    StaticLoad,
     StaticRow,
 )
 from vibopt.mechanics.combine import combined
@@ -28,7 +32,9 @@ from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequenc
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
+from vibopt.program.few import few_peaks
 from vibopt.program.noise import root_mean_square
+from vibopt.program.spatial import spatial_value
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +60,11 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
     if isinstance(form, StaticRow):
         down = sag(model, x)
         return float("inf") if down is None else float(abs(form.row @ down))
+    if isinstance(form, StaticLoad):
+        down = sag(model, x)
+        return float("inf") if down is None else float(abs(form.row @ down) * monomials(form.factor, x))
+    if isinstance(form, StaticForce | ModeGap | EnergyShare):
+        return spatial_value(model, form, x)
     if isinstance(form, ModeFrequency):
         return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
     if isinstance(form, RootMeanSquare):
@@ -86,6 +97,10 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
     if closed is not None:
         ends = [one for band in drive.bands for one in closed.candidates(band)]
         return (min if least_wanted else max)(ends, key=lambda one: one.value)
+    if not least_wanted:
+        few = few_peaks(model, form, drive, x, 1.0)
+        if few is not None:
+            return few[0].at
     search = least if least_wanted else greatest
     modal = modal_of(model, model.values(x))
     singular, breaks = singularities(model, form, drive, x, modal)

@@ -8,6 +8,7 @@ from vibopt.responses.kind import HarmonicResponse, Response
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
 from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.responses.parameters import Count, Damping, Mass, Stiffness, TotalMass
+from vibopt.responses.price import TotalPrice
 from vibopt.responses.random import (
     RandomResponse,
     RmsAcceleration,
@@ -16,6 +17,7 @@ from vibopt.responses.random import (
     RmsRelativeDisplacement,
     RmsVelocity,
 )
+from vibopt.responses.spatial import EnergyShareOfBody, FrequencySeparation, StaticLoadOfMount, Tilt, Travel
 from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.responses.torsion import Inertia, Rotation, TorsionalDamping, TorsionalStiffness, TransmittedMoment, Twist
 from vibopt.responses.transmitted import Isolation, Transmissibility, TransmittedForce
@@ -38,6 +40,7 @@ KINDS: dict[str, type[Response]] = {
     "damping": Damping,
     "loss_factor": LossFactor,
     "count": Count,
+    "price": TotalPrice,
     "rotation": Rotation,
     "twist": Twist,
     "transmitted_moment": TransmittedMoment,
@@ -49,6 +52,11 @@ KINDS: dict[str, type[Response]] = {
     "mass_ratio": MassRatio,
     "tuning": Tuning,
     "absorber_mass": AbsorberMass,
+    "static_load": StaticLoadOfMount,
+    "tilt": Tilt,
+    "travel": Travel,
+    "energy_share": EnergyShareOfBody,
+    "frequency_separation": FrequencySeparation,
     "decay_rate": DecayRateOfModes,
     "rms_displacement": RmsDisplacement,
     "rms_velocity": RmsVelocity,

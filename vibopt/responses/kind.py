@@ -97,6 +97,8 @@ class Response(Table):
         for key in ("at_most", "at_least"):
             if given.get(key) is not None and not isinstance(given[key], Quantity):
                 try:
+                    if isinstance(given[key], dict) and "tolerance" in given[key]:
+                        raise QuantityError("has a tolerance, but a limit has none. Write the value alone.")
                     read[key] = read_quantity(
                         given[key], cls.dimension, amplitude=cls.amplitude, place=str(given.get("response"))
                     )

@@ -7,14 +7,17 @@ from typing import ClassVar
 from vibopt.forms import ComplexArray, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import HarmonicResponse
-from vibopt.responses.rows import across_link, at_point
+from vibopt.responses.rows import across_link, along, at_point
+from vibopt.values.vectors import Direction
 
 
 class Displacement(HarmonicResponse):
-    """`response = "displacement"`: of a body, absolute [m] peak."""
+    """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`."""
 
     of: str
+    direction: Direction | None = None
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     power: ClassVar[int] = 0
@@ -23,9 +26,14 @@ class Displacement(HarmonicResponse):
         return {"of": (self.of, "body")}
 
     def output(self, model: Model) -> Output:
+        if self.direction is not None:
+            return along(model, self.of, self.direction, power=self.power)
         return at_point(model, self.of, self.power)
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if self.direction is not None:
+            assert isinstance(machine, SpaceMachine)
+            return machine.moved(self.of, self.direction, motion) * (1j * motion.omega) ** self.power
         value: ComplexArray = motion.points[self.of] * (1j * motion.omega) ** self.power
         return value
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import numpy as np
+
 from vibopt.forms import Combine, Drive, Form, StaticRow
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import Response
+from vibopt.values.vectors import AXES, Direction
 
 
 class StaticDeflection(Response):
@@ -17,6 +21,7 @@ class StaticDeflection(Response):
     """
 
     of: str
+    direction: Direction = (0.0, 0.0, 1.0)
     dimension: ClassVar[str] = "length"
 
     def places(self) -> dict[str, tuple[str, str]]:
@@ -25,13 +30,30 @@ class StaticDeflection(Response):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if self.of in model.links:
             return StaticRow(model.links[self.of])
+        if f"{self.of}.z" in model.points:
+            rows = [part * model.points[f"{self.of}.{axis}"] for part, axis in zip(self.direction, AXES, strict=True)]
+            return StaticRow(np.sum(rows, axis=0))
         return StaticRow(model.points[self.of])
 
     def measure_static(self, machine: Machine) -> float:
         sag = machine.sag()
         if sag is None:
             return float("inf")
+        if isinstance(machine, SpaceMachine) and self.of not in sag:
+            return self._in_space(machine, sag)
         for joint in machine.joints:
             if joint.name == self.of:
                 return abs(sag.get(joint.ends[1], 0.0) - sag.get(joint.ends[0], 0.0))
         return abs(sag[self.of])
+
+    def _in_space(self, machine: SpaceMachine, sag: dict[str, float]) -> float:
+        """Of a place along the direction; of a mount, one own axis of it, its force over its stiffness."""
+        if f"{self.of}.z" in sag:
+            return abs(sum(part * sag[f"{self.of}.{axis}"] for part, axis in zip(self.direction, AXES, strict=True)))
+        if any(joint.name == self.of for joint in machine.joints):
+            joint = machine.joint(self.of)
+            return abs(sag.get(joint.ends[1], 0.0) - sag.get(joint.ends[0], 0.0))
+        single, _, axis = self.of.rpartition(".")
+        force, mount = machine.static_force(single), machine.mount(single)
+        assert force is not None
+        return abs(float(mount.axes[AXES.index(axis)] @ force)) / float(mount.static_stiffness[AXES.index(axis)])

@@ -10,9 +10,11 @@ from pydantic import model_validator
 from vibopt.forms import ComplexArray, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import HarmonicResponse
-from vibopt.responses.rows import at_point, link_forces
+from vibopt.responses.rows import at_point, forces_along, link_forces
 from vibopt.values import word
+from vibopt.values.vectors import AXES, Direction, Vector
 
 
 def _into(model: Model, place: str) -> Output:
@@ -31,6 +33,7 @@ class TransmittedForce(HarmonicResponse):
 
     into: str | None = None
     through: str | None = None
+    direction: Direction | None = None
     dimension: ClassVar[str] = "force"
     amplitude: ClassVar[bool] = True
 
@@ -46,12 +49,26 @@ class TransmittedForce(HarmonicResponse):
         return {"through": (self.through or "", "link")}
 
     def output(self, model: Model) -> Output:
+        if self.direction is not None:
+            return self._along(model, self.direction)
         if self.into is not None:
             return _into(model, self.into)
         whole = link_forces(model, {self.through or "": 1.0})
         return replace(whole, shared_by=self.through or "")
 
+    def _along(self, model: Model, way: Vector) -> Output:
+        if self.into is None:
+            return forces_along(model, {f"{self.through}.{axis}": 1.0 for axis in AXES}, way)
+        signs = {name: 1.0 if self.into == two[0] else -1.0 for name, two in model.ends.items() if self.into in two}
+        return forces_along(model, signs, way)
+
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if self.direction is not None:
+            assert isinstance(machine, SpaceMachine)
+            if self.into is not None:
+                return machine.force_along(self.into, self.direction, motion)
+            force: ComplexArray = machine.mount_force(machine.mount(self.through or ""), motion) @ self.direction
+            return force
         if self.into is not None:
             return machine.force_into(self.into, motion)
         joint = next(one for one in machine.joints if one.name == self.through)

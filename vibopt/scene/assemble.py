@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.devices import Device
 from vibopt.devices.symbols import Symbols
+from vibopt.forms import FloatArray
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.modes import natural_frequencies
@@ -16,6 +17,8 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.scene.lookout import looked_at
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import pins, spatial_bases
+from vibopt.scene.uncertain import uncertain
 
 _NOTHING = 1e-7
 """A natural frequency below this part of the highest one is that of a machine that nothing holds."""
@@ -25,15 +28,19 @@ class NoReferenceError(Exception):
     """There is no one frequency that a tuning could refer to; the text says why."""
 
 
-def model_of(scene: Scene) -> Model:
-    """The full mechanical model of a scene.
+def model_of(scene: Scene, chosen: FloatArray | None = None) -> Model:
+    """The full mechanical model of a scene in its design variables, off by `scene.off`.
+
+    With a design `chosen` (n_vars,), the model of that machine in the factors of its uncertain numbers instead.
 
     Raises
     ------
     NoReferenceError
         A tuning refers to a frequency that is not there, or that is to be chosen in a way that cannot be followed.
     """
-    builder = ModelBuilder(len(scene.variables))
+    count, doubts = len(scene.variables), uncertain(scene)
+    builder = ModelBuilder(count + len(doubts))
+    builder.spatial = spatial_bases(scene)
     if scene.structures:
         builder.top, builder.modes = looked_at(scene)
     builder.families = {family: tuple(getattr(scene, family)) for family in ("bodies", "absorbers")}
@@ -44,13 +51,25 @@ def model_of(scene: Scene) -> Model:
             except NoReferenceError:
                 if one.tuning is not None:
                     raise
-    symbols = Symbols({variable.path: i for i, variable in enumerate(scene.variables)})
+    symbols = Symbols(
+        {variable.path: i for i, variable in enumerate(scene.variables)},
+        {doubt.path: count + i for i, doubt in enumerate(doubts)},
+    )
     ordered = list(_ordered(scene))
     for name, table in ordered:
         table.declare(builder, name)
+    for name, (body, at) in pins(scene).items():
+        if name not in scene.points:
+            builder.fix(name, body, at)
     for name, table in ordered:
         table.add_to(builder, name, symbols)
-    return builder.build()
+    model = builder.build()
+    if not doubts:
+        return model
+    factors = np.array([scene.off.get(doubt.path, 1.0) for doubt in doubts])
+    if chosen is None:
+        return model.held(np.arange(count), np.concatenate([np.ones(count), factors]))
+    return model.held(count + np.arange(len(doubts)), np.concatenate([chosen, factors]))
 
 
 def _ordered(scene: Scene) -> Iterator[tuple[str, Device]]:
@@ -83,7 +102,7 @@ def reference(scene: Scene, name: str) -> Monomial:
     table = scene.absorbers[name]
     if table.tuning_to is not None:
         return Monomial(table.tuning_to.value)
-    model, mode = model_of(bare(scene)), table.mode or 1
+    model, mode = model_of(replace(bare(scene), off={})), table.mode or 1
     if mode > model.n_free:
         raise NoReferenceError(f"there is no mode {mode}: without absorbers there are {model.n_free}")
     asked = [term for term in model.terms if term.kind in (INERTIA, STIFFNESS)]

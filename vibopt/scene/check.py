@@ -10,12 +10,16 @@ from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
+from vibopt.scene.check_parts import check_price
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_random
+from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
+from vibopt.scene.check_tolerances import check_tolerances
 from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
+from vibopt.scene.uncertain import uncertain
 
 
 def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
@@ -23,9 +27,12 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_names(scene, mistakes)
     check_links(scene, mistakes)
     check_absorbers(scene, mistakes, broken)
+    check_tolerances(scene, mistakes)
+    check_space(scene, mistakes, broken)
     check_excitations(scene, mistakes)
     for path, response in _responses(scene):
         check_places(scene, path, response, mistakes, broken)
+        check_price(scene, path, response, mistakes)
         _bounds(path, response, mistakes)
         _moved(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
@@ -67,6 +74,8 @@ def _moved(scene: Scene, path: Path, response: Response, mistakes: Mistakes, bro
 def _sags(scene: Scene, path: Path, name: str, place: str, mistakes: Mistakes) -> None:
     """Whether springs carry all weights, so that there is a static deflection."""
     moving, ends = places.moving(scene), places.ends(scene)
+    if place in scene.points:
+        place = scene.points[place].on
     if place in moving and not _held(scene, place):
         mistakes.add(
             path,
@@ -153,6 +162,13 @@ def _find_all(scene: Scene, mistakes: Mistakes) -> None:
             ("goal", "find_all"),
             f"goal.find_all looks for speeds of a given machine, but {scene.variables[0].path} is to be chosen. "
             "Write it as a fact.",
+        )
+    doubts = uncertain(scene)
+    if doubts:
+        mistakes.add(
+            ("goal", "find_all"),
+            f"goal.find_all looks for speeds of a given machine, but {doubts[0].path} has a tolerance. Remove it, or "
+            "ask with limits over a range of speeds.",
         )
     if not scene.limits:
         mistakes.add(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from vibopt.scene import places
 from vibopt.scene.check_random import wrong_density
+from vibopt.scene.check_space import check_acting
 from vibopt.scene.mistakes import Mistakes, given_at
 from vibopt.scene.scene import Scene
 
@@ -50,6 +51,8 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
 
 def _kind(scene: Scene, name: str, mistakes: Mistakes) -> None:
     """Forces act on what moves along a line, moments on what turns."""
+    if check_acting(scene, name, mistakes):
+        return
     excitation, turning, path = scene.excitations[name], places.turning(scene), ("excitations", name)
     on, kind = excitation.on, excitation.kind
     if excitation.family == "bases":

@@ -6,6 +6,7 @@ from vibopt.responses import Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
+from vibopt.scene.check_space import check_in_space
 from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 
@@ -45,7 +46,11 @@ def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistake
         "point": places.points(scene),
         "absorber": absorbers,
         "mass": [*bodies, *absorbers],
+        "mount": [],
     }
+    if check_in_space(scene, path, response, mistakes):
+        _parameter(scene, path, response, mistakes, broken)
+        return
     words = {"point": "body, base or ground", "joining link": "link", "mass": "body"}
     for key, (name, family) in response.places().items():
         if name not in known[family]:
@@ -106,7 +111,7 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
         mistakes.add(path, f"{where} asks for the {key} of {name}, but {missing}")
     lossy = [
         f"{family}.{one}"
-        for family in ("links", "absorbers", "structures")
+        for family in ("links", "absorbers", "structures", "mounts")
         for one, table in getattr(scene, family).items()
         if table.loss_factor is not None
     ]

@@ -14,6 +14,8 @@ from vibopt.errors import InputError, way_out
 LARGEST = 2_000_000
 FILES = ("mass", "stiffness", "damping", "file")
 """Keys of a structure that name a file."""
+_LETTERS = ("x", "y", "z")
+"""Entries of a list of three, along the axes."""
 _PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
 _HINTS = {
@@ -41,12 +43,25 @@ class FileText(str):
 
 
 def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
-    """The document with the names of matrix files seen from the folder of the problem file."""
+    """The document with the names of matrix files and catalogues seen from the folder of the problem file."""
     new = dict(document)
     tables = new.get("structures")
     if isinstance(tables, Mapping):
         new["structures"] = {name: _placed(table, folder) for name, table in tables.items()}
+    for family in ("links", "mounts"):
+        tables = new.get(family)
+        if isinstance(tables, Mapping):
+            new[family] = {name: _with_part(table, folder) for name, table in tables.items()}
     return new
+
+
+def _with_part(table: Any, folder: FilePath) -> Any:
+    """A table whose part names its catalogue as seen from the folder."""
+    part = table.get("part") if isinstance(table, Mapping) else None
+    file = part.get("catalogue") if isinstance(part, Mapping) else None
+    if part is None or not isinstance(file, str):
+        return table
+    return {**table, "part": {**part, "catalogue": FileText(file, folder)}}
 
 
 def _placed(table: Any, folder: FilePath) -> Any:
@@ -117,7 +132,9 @@ def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     here: Any = document
     for step in steps[:-1]:
         here = here[_key(here, step, path)]
-    if isinstance(here, list):
+    if isinstance(here, list) and steps[-1] in _LETTERS and len(here) == 3:
+        here[_LETTERS.index(steps[-1])] = value
+    elif isinstance(here, list):
         here[_key(here, steps[-1], path)] = value
     elif isinstance(here, dict):
         here[steps[-1]] = value
@@ -128,6 +145,8 @@ def _replace(document: dict[str, Any], path: str, value: Any) -> None:
 def _key(here: Any, step: str, path: str) -> Any:
     """Key or index of a step; InputError where there is none."""
     if isinstance(here, list):
+        if step in _LETTERS and len(here) == 3:
+            return _LETTERS.index(step)
         if step.isdigit() and 1 <= int(step) <= len(here):
             return int(step) - 1
         raise InputError(f"--set {path}: {step} is no entry of this list. Write a number from 1 to {len(here)}.")

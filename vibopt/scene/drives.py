@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.excitations import Excitation
 from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Line, Noise, Piece
 from vibopt.responses import HarmonicResponse, RandomResponse
@@ -62,11 +63,19 @@ def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, Fl
     drives = []
     for name in names_for(scene, response):
         excitation = scene.excitations[name]
-        lines = excitation.lines(points[excitation.on])
+        lines = excitation.lines(row_of(excitation, points))
         if response.normalised:
             lines = tuple(replace(line, amplitude=_UNIT) for line in lines)
         drives.append(Drive(name, lines, bands_for(scene, response, name)))
     return tuple(drives)
+
+
+def row_of(excitation: Excitation, points: Mapping[str, FloatArray]) -> FloatArray:
+    """What an excitation acts on, as a row over the coordinates (n_coords,); complex where it goes round."""
+    parts = [(weight, points[place]) for place, weight in excitation.acts.items()]
+    real = all(weight.imag == 0.0 for weight, _ in parts)
+    row: FloatArray = sum((weight.real if real else weight) * one for weight, one in parts)  # type: ignore[assignment]
+    return row
 
 
 def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:

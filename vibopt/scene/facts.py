@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from vibopt.devices import FAMILIES
+from vibopt.devices.part import Part
 from vibopt.errors import InputError, way_out
 from vibopt.excitations import Excitation
 from vibopt.excitations.white_noise import WhiteNoise
@@ -41,8 +42,11 @@ def facts(scene: Scene) -> Iterator[FactAt]:
 
 def _facts(path: str, table: Table) -> Iterator[FactAt]:
     """Facts of a table, and of the tables in it."""
+    brought = getattr(table, "brought", ())
     for key in type(table).model_fields:
         inner = getattr(table, key)
+        if key in brought or isinstance(inner, Part):  # a part is taken as the catalogue has it
+            continue
         if isinstance(inner, Table):
             yield from _facts(f"{path}.{key}", inner)
         found = _fact(f"{path}.{key}", table, key)
@@ -75,6 +79,7 @@ def _fact(path: str, table: Table, key: str) -> FactAt | None:
         return FactAt(path, value.value, value.unit, table.quantity)
     if isinstance(value, Fact):
         rule = rule_of(type(table), key)
+        path = f"{path}.value" if value.tolerance else path
         if rule is not None:
             return FactAt(path, value.value, value.unit, rule.dimension, rule.amplitude)
     if isinstance(value, Quantity) and isinstance(table, Response):

@@ -114,6 +114,9 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
         mistakes.value(path, given, str(context["text"]))
     elif kind == "sentence":
         mistakes.add(path, f"{dotted(path)} {context['text']}")
+    elif kind == "sentences":
+        for text in str(context["text"]).split("\n"):
+            mistakes.add(path, text)
     elif kind == "extra_forbidden":
         mistakes.unknown_key(path, known)
     elif kind == "missing":

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from vibopt.devices import FAMILIES, Device
+from vibopt.devices.part import Bound
 from vibopt.mechanics.builder import GROUND
 from vibopt.scene.scene import Scene
 
@@ -23,6 +24,11 @@ def devices(scene: Scene) -> Iterator[tuple[str, str, Device]]:
     for family in FAMILIES:
         for name, table in getattr(scene, family).items():
             yield family, name, table
+
+
+def bound_parts(scene: Scene) -> list[Bound]:
+    """Parts of catalogues that are to be chosen."""
+    return [one for _, name, table in devices(scene) for one in table.bound(name)]
 
 
 def _raw_devices(scene: Scene) -> Iterator[tuple[type[Device], str, Mapping[str, Any]]]:
@@ -75,6 +81,7 @@ def neighbours(scene: Scene) -> dict[str, set[str]]:
     """Per point those that it moves along: over a link, or within one structure."""
     found: dict[str, set[str]] = {}
     groups: list[tuple[str, ...]] = list(ends(scene).values())
+    groups += [(name, point.on) for name, point in scene.points.items()]
     groups += [one for kind, name, table in _raw_devices(scene) if len(one := kind.moving_in(name, table)) > 1]
     for group in groups:
         for here in group:

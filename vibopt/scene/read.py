@@ -21,6 +21,7 @@ from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.notes import tuning_notes
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
+from vibopt.scene.own_bounds import with_own_bounds
 from vibopt.scene.settle import MOST, combinations, open_places, settled
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact
@@ -122,7 +123,7 @@ class _Parts:
             statement=self._text("statement", ""),
             **devices,
             excitations=excitations,
-            limits=limits,
+            limits=with_own_bounds(limits, devices["mounts"]),
             measures=measures,
             goal=goal,
             find_all=find_all,

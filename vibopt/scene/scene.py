@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from vibopt.devices import AbsorberTable, BaseTable, BodyTable, LinkTable, StructureTable
+from vibopt.devices import AbsorberTable, BaseTable, BodyTable, LinkTable, MountTable, PointTable, StructureTable
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
 from vibopt.scene.locate import Locator
@@ -61,7 +61,8 @@ class Scene:
 
     `find_all` names the excitation whose speeds are asked for; `notes` are readings and assumptions
     that are repeated in every output.  `asked` is the scene as it was asked, where places left open in it
-    have been settled here.
+    have been settled here.  `off` says by which factor numbers and parts of the machine as built differ from
+    what the file says, by path.
     """
 
     name: str
@@ -82,7 +83,10 @@ class Scene:
     locator: Locator | None = field(default=None, compare=False, repr=False)
     absorbers: dict[str, AbsorberTable] = field(default_factory=dict)
     structures: dict[str, StructureTable] = field(default_factory=dict)
+    points: dict[str, PointTable] = field(default_factory=dict)
+    mounts: dict[str, MountTable] = field(default_factory=dict)
     asked: Scene | None = field(default=None, compare=False, repr=False)
+    off: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def is_analysis(self) -> bool:

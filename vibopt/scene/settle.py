@@ -8,7 +8,9 @@ from dataclasses import replace
 from itertools import product
 
 from vibopt.devices.absorber import Places
+from vibopt.devices.mount import Sites
 from vibopt.scene.document import changed
+from vibopt.scene.mistakes import toml_text
 from vibopt.scene.scene import Scene
 
 MOST = 64
@@ -17,7 +19,11 @@ MOST = 64
 
 def open_places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """What may be chosen, by path: {"absorbers.tmd.on": ("floor1", "floor2")}."""
-    return {f"absorbers.{name}.on": one.on.names for name, one in scene.absorbers.items() if isinstance(one.on, Places)}
+    found = {f"absorbers.{name}.on": one.on.names for name, one in scene.absorbers.items() if isinstance(one.on, Places)}
+    for name, one in scene.mounts.items():
+        if isinstance(one.at, Sites):
+            found[f"mounts.{name}.at"] = tuple(toml_text(given) for given in one.at.given)
+    return found
 
 
 def combinations(scene: Scene) -> int:
@@ -34,5 +40,13 @@ def settled(scene: Scene) -> Iterator[tuple[Mapping[str, str], Scene]]:
             name: one.model_copy(update={"on": words.get(f"absorbers.{name}.on", one.on)})
             for name, one in scene.absorbers.items()
         }
-        document = changed(scene.document, words)
-        yield words, replace(scene, absorbers=absorbers, document=document, asked=scene)
+        mounts, said = {}, {}
+        for name, table in scene.mounts.items():
+            path = f"mounts.{name}.at"
+            mounts[name] = table
+            if isinstance(table.at, Sites):
+                index = places[path].index(words[path])
+                mounts[name] = table.model_copy(update={"at": table.at.options[index]})
+                said[path] = table.at.given[index]
+        document = changed(scene.document, {**words, **said})
+        yield words, replace(scene, absorbers=absorbers, mounts=mounts, document=document, asked=scene)

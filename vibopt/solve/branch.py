@@ -21,6 +21,8 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import Worst, worst
 
 BATCH = 256
+ZERO = 1e-12
+"""Part of the greatest amplitude met below which an amplitude is zero."""
 SAFETY = 1e-10
 """Part of a bound that rounding may take; a box must fail by more than this to be dropped."""
 
@@ -65,8 +67,9 @@ class Judge:
         aim = self.program.aim
         if aim is None:
             return Worst(0.0)
-        found = worst(aim.model, aim.form, x, least_wanted=aim.sense < 0)
-        return Worst(aim.sense * found.value, found.speeds)
+        found = [worst(one.model, one.form, x, least_wanted=one.sense < 0) for one in aim.pieces]
+        first = max(found, key=lambda one: aim.sense * one.value)
+        return Worst(aim.sense * first.value, first.speeds)
 
     def feasible(self, x: FloatArray) -> bool:
         return all(self.limit(limit, x)[0] <= self.tolerance for limit in self.program.limits)
@@ -109,8 +112,9 @@ class Search:
     progress: Callable[[str, float], None] | None = None
     patience: int = 200_000
     began: float = 0.0
+    greatest: float = 0.0
     forms: list[FormBounds] = field(default_factory=list)
-    aim_bounds: FormBounds | None = None
+    aim_bounds: list[FormBounds] = field(default_factory=list)
 
     def run(self, start: FloatArray | None = None) -> Proof:
         """Search the whole box; `start` (n_vars,) is a feasible design to beat."""
@@ -137,9 +141,16 @@ class Search:
                 return Proof("optimal", self.best_x, self.best, self.best, looked)
             if self.judge.program.aim is None and self.best_x is not None:
                 return Proof("optimal", self.best_x, 0.0, 0.0, looked)
+            if self.vanishes():
+                return Proof("optimal", self.best_x, self.best, 0.0, looked)
         if self.best_x is None:
             return Proof("infeasible", None, np.inf, np.inf, looked)
         return Proof("optimal", self.best_x, self.best, self.best - self._room(), looked)
+
+    def vanishes(self) -> bool:
+        """Whether the goal is an amplitude to be made least, and is zero up to rounding: it cannot be less."""
+        aim = self.judge.program.aim
+        return aim is not None and aim.sense > 0 and isinstance(aim.form, Modulus) and self.best <= ZERO * self.greatest
 
     def open_middles(self, count: int) -> FloatArray:
         """Middles of boxes that were left open, spread over them, shape (at most count, n_vars)."""
@@ -151,15 +162,16 @@ class Search:
         program = self.judge.program
         middle = _middle(program.low, program.high)
         self.forms = [FormBounds(limit.model, limit.form, middle) for limit in program.limits]
-        self.aim_bounds = FormBounds(program.aim.model, program.aim.form, middle) if program.aim else None
+        aims = program.aim.pieces if program.aim is not None else ()
+        self.aim_bounds = [FormBounds(aim.model, aim.form, middle) for aim in aims]
         for part, bounds in self._parts():
             for speeds in first_speeds(part.form):
                 bounds.add(speeds)
 
     def _parts(self) -> list[tuple[Limit | Aim, FormBounds]]:
         parts: list[tuple[Limit | Aim, FormBounds]] = list(zip(self.judge.program.limits, self.forms, strict=True))
-        if self.judge.program.aim is not None and self.aim_bounds is not None:
-            parts.append((self.judge.program.aim, self.aim_bounds))
+        if self.judge.program.aim is not None:
+            parts += zip(self.judge.program.aim.pieces, self.aim_bounds, strict=True)
         return parts
 
     def _first_boxes(self) -> tuple[FloatArray, FloatArray]:
@@ -201,7 +213,7 @@ class Search:
     def _contract(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Cut off the part of each box on which the goal itself, a sum of powers, cannot beat the best."""
         aim = self.judge.program.aim
-        if aim is None or not isinstance(aim.form, Monomials) or not np.isfinite(self.best):
+        if aim is None or not isinstance(aim.form, Monomials) or not np.isfinite(self.best) or aim.others:
             return low, high
         form = aim.form
         single = (form.exponents != 0.0).sum(axis=1) == 1
@@ -217,9 +229,10 @@ class Search:
         alive = np.ones(len(low), dtype=bool)
         goal = np.full(len(low), -np.inf)
         aim = self.judge.program.aim
-        if aim is not None and self.aim_bounds is not None:
-            lower, upper = self.aim_bounds.on(low, high)
-            goal = lower if aim.sense > 0 else -upper
+        if aim is not None:
+            for bounds in self.aim_bounds:
+                lower, upper = bounds.on(low, high)
+                goal = np.maximum(goal, lower if aim.sense > 0 else -upper)
             if np.isfinite(self.best):
                 alive &= goal < self.best - self._room()
         for limit, bounds in zip(self.judge.program.limits, self.forms, strict=True):
@@ -240,8 +253,10 @@ class Search:
             bounds.add(found.speeds)
             good = good and missed <= self.judge.tolerance
         goal = self.judge.goal(x)
-        if self.aim_bounds is not None:
-            self.aim_bounds.add(goal.speeds)
+        if np.isfinite(goal.value):
+            self.greatest = max(self.greatest, goal.value)
+        for bounds in self.aim_bounds:
+            bounds.add(goal.speeds)
         if good and (goal.value < self.best or self.best_x is None):
             self.best, self.best_x = goal.value, x
 

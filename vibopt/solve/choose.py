@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
 from vibopt.errors import InputError, way_out
 from vibopt.program.program import Program
 from vibopt.solve.method import Method
@@ -9,16 +14,20 @@ from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 
 _UNBOUNDED_SECONDS = 5.0
 """Time of a search that cannot prove anything, because a limit has no bound on boxes."""
+_FEW = 2
+"""Starts beside a design that is known to be near."""
 
 
-def choose(program: Program, name: str | None) -> Method:
-    """The method called `name`, or the one that proves most.
+def choose(program: Program, name: str | None, near: Sequence[float] | None = None) -> Method:
+    """The method called `name`, or the one that proves most; `near` is a design to start from.
 
     Raises
     ------
     InputError
         No such method, or it refuses the program.
     """
+    if program.ties:
+        return _of_parts(program, name)
     if name is not None:
         from vibopt.solve.registry import METHODS
 
@@ -28,14 +37,14 @@ def choose(program: Program, name: str | None) -> Method:
         refusal = method.refuses(program)
         if refusal is not None:
             raise InputError(f"--method {name}: {refusal}")
-        return method
+        return _begun(method, near)
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
             return exact
     from vibopt.solve.nlp import Nlp, blind
 
     if blind(program):
-        return Nlp()
+        return _begun(Nlp(), near)
     from vibopt.solve.plane.method import DiscsOfOneLink
 
     discs = DiscsOfOneLink()
@@ -53,4 +62,26 @@ def choose(program: Program, name: str | None) -> Method:
     refusal = general.refuses(program)
     if refusal is not None:
         raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
-    return general
+    return _begun(general, near)
+
+
+def _begun(method: Method, near: Sequence[float] | None) -> Method:
+    """The method, begun at a design; what tries many starts then tries few others."""
+    from vibopt.solve.nlp import Nlp
+
+    if near is None or not isinstance(method, Nlp):
+        return method
+    return replace(method, given=(np.array(near, dtype=float),), count=_FEW, brief=True)
+
+
+def _of_parts(program: Program, name: str | None) -> Method:
+    """Parts of a catalogue are chosen by one method alone."""
+    from vibopt.solve.shelf import Catalogue
+
+    method = Catalogue()
+    if name not in (None, method.name):
+        raise InputError(f"--method {name}: parts of a catalogue are chosen by --method {method.name} alone.")
+    refusal = method.refuses(program)
+    if refusal is not None:
+        raise InputError(refusal)
+    return method

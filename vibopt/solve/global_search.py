@@ -62,6 +62,9 @@ class BranchAndBound:
             return self._found(program, "optimal", x, boxes, "a design that meets every limit")
         if judge.goal(x).value == np.inf:
             return self._found(program, "feasible", x, boxes, "the goal is infinite at every design that was looked at")
+        if search.vanishes():
+            claim = "proven: the goal is zero, up to rounding, and cannot be less"
+            return self._found(program, "optimal", x, boxes, claim, 0.0)
         for gap in (MIDDLE, self.gap):
             search.gap = gap
             proof = search.run(x)

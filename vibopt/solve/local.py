@@ -6,13 +6,15 @@ import time
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.forms import FloatArray, Modulus
+from vibopt.program.few import few_sampled
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.sharpen import Exact, Sharpener
 from vibopt.solve.starts import log_box, starts
 
 _SECONDS = 5.0
+_CLEAR = 1e-6
 
 
 def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
@@ -20,7 +22,7 @@ def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
     x, value = _to_ends(program, judge, np.array(x, dtype=float))
     if program.aim is None:
         return x
-    there = _sharpened(program, x)
+    there = sharpened(program, x)
     if there is not None and judge.feasible(there):
         other = judge.goal(there).value
         if other <= value + 1e-15 * abs(value):
@@ -35,7 +37,7 @@ def rescued(program: Program, middles: FloatArray, judge: Judge) -> FloatArray |
         x = _on_values(program, x)
         if judge.feasible(x):
             return x
-        there = _sharpened(program, x, only_feasible=True)
+        there = sharpened(program, x, only_feasible=True)
         if there is not None and judge.feasible(there):
             return there
     return None
@@ -48,7 +50,7 @@ def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
     for start in np.exp(starts(program, 8)):
         if time.perf_counter() > until:
             break
-        there = _sharpened(program, _on_values(program, start))
+        there = sharpened(program, _on_values(program, start))
         if there is not None and judge.feasible(there) and judge.goal(there).value < value:
             best, value = there, judge.goal(there).value
     return best
@@ -63,7 +65,8 @@ def _on_values(program: Program, x: FloatArray) -> FloatArray:
     return moved
 
 
-def _sharpened(program: Program, x: FloatArray, *, only_feasible: bool = False) -> FloatArray | None:
+def sharpened(program: Program, x: FloatArray, *, only_feasible: bool = False) -> FloatArray | None:
+    """Where sequential programming on the exact peaks leads from x (n_vars,); None where nothing is continuous."""
     low, high = log_box(program)
     for i, axis in enumerate(program.axes):
         if axis.values is not None:
@@ -93,7 +96,18 @@ def _to_ends(program: Program, judge: Judge, x: FloatArray) -> tuple[FloatArray,
                 continue
             there = x.copy()
             there[i] = end
+            if _no_better(program, there, value):
+                continue
             other = judge.goal(there).value
             if other < value and judge.feasible(there):
                 x, value = there, other
     return x, value
+
+
+def _no_better(program: Program, x: FloatArray, value: float) -> bool:
+    """Whether a look at some speeds shows already that the goal at x (n_vars,) is no less than `value`."""
+    aim = program.aim
+    if aim is None or aim.sense < 0 or not isinstance(aim.form, Modulus) or (x <= 0.0).any():
+        return False
+    found = few_sampled(aim.model, aim.form, x[None, :])
+    return found is not None and bool(found[0] > (1.0 + _CLEAR) * value)

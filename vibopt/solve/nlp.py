@@ -11,7 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vibopt.forms import DecayRate, FloatArray, ModeDamping, Modulus, RootMeanSquare
+from vibopt.forms import (
+    DecayRate,
+    EnergyShare,
+    FloatArray,
+    ModeDamping,
+    ModeGap,
+    Modulus,
+    RootMeanSquare,
+    StaticForce,
+)
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
@@ -30,6 +39,8 @@ _AGREED, _BATCHES = 4, 3
 """Starts that should agree on the best, and how many batches of them there may be."""
 _SHARE = 0.6
 """Part of the time that may go into the sampled programs."""
+_FAR = 0.05
+"""Log violation beyond which a start is not followed where a design is known and little time is to be spent."""
 _ALIKE = 0.02
 """Designs this near to each other (in logs) lead to the same local optimum."""
 
@@ -44,12 +55,15 @@ class Nlp:
         Further starts x, each (n_vars,).
     seconds
         Time after which no new start is tried.
+    brief
+        Whether what leads nowhere better than the first design found is left as it is, and no start is added.
     """
 
     count: int = 8
     seconds: float = 20.0
     given: tuple[FloatArray, ...] = ()
     rounds: int = 3
+    brief: bool = False
     name: str = "nlp"
     summary: str = "nonlinear programming (IPOPT on sampled speeds, Newton on the exact peaks), best of several starts"
     counts: dict[str, float] = field(default_factory=dict)
@@ -76,7 +90,7 @@ class Nlp:
 def sampleable(program: Program) -> bool:
     """Whether the sampled program says more than first slopes at one design: no poles and no mean squares in it."""
     return not any(
-        isinstance(part.form, DecayRate | RootMeanSquare)
+        isinstance(part.form, DecayRate | RootMeanSquare | StaticForce | ModeGap | EnergyShare)
         or (isinstance(part.form, ModeDamping) and part.model.n_free > 1)
         for part in program.parts
     )
@@ -137,7 +151,7 @@ class _Run:
     ) -> list[tuple[float, tuple[float, ...]]]:
         """What further starts lead to, where few of the first ones agree on the best."""
         found: list[tuple[float, tuple[float, ...]]] = []
-        for batch in range(1, _BATCHES):
+        for batch in range(1, 1 if self.method.brief else _BATCHES):
             best = min([*good, *found])[0]
             agreed = sum(value - best <= _SAME * max(abs(best), 1e-300) for value, _ in [*good, *found])
             late = time.perf_counter() - self.began > _SHARE * self.method.seconds
@@ -208,9 +222,11 @@ class _Run:
     def _sharpened(self, reached: list[FloatArray], *, rescue: bool = False) -> list[FloatArray]:
         """Every distinct design brought to its exact local optimum, one per start."""
         done: list[tuple[FloatArray, FloatArray]] = []
-        found = []
+        found: list[FloatArray] = []
         for y in sorted(reached, key=self._missed):
             known = next((end for begin, end in done if np.abs(begin - y).max() < _ALIKE), None)
+            if known is None and self.method.brief and self._beaten(y, found):
+                continue
             if known is None:
                 if time.perf_counter() > self.deadline:
                     break
@@ -218,6 +234,13 @@ class _Run:
                 done.append((y, known))
             found.append(known)
         return found
+
+    def _beaten(self, y: FloatArray, found: list[FloatArray]) -> bool:
+        """Whether a design found is no worse than y, which holds at some speeds only, or y is far from holding."""
+        best = min((goal for goal, _ in self._good(found)), default=np.inf)
+        if best < np.inf and self._missed(y) > _FAR:
+            return True
+        return self.judge.goal(self._x(y)).value >= best - _SAME * abs(best)
 
     def _missed(self, y: FloatArray) -> float:
         """Log violation, 0 where every limit holds or where there is no time to measure."""

@@ -75,6 +75,8 @@ class OneVariable:
     summary = "roots of polynomials in the one variable, over the worst speeds"
 
     def refuses(self, program: Program) -> str | None:
+        if program.several:
+            return "the limits speak of several machines, the same design within its tolerances."
         if len(program.axes) != 1 or program.axes[0].values is not None:
             return "there is not exactly one continuous variable."
         if program.aim is not None and direction(program.aim, program.aim.model, 0) is None:
@@ -182,6 +184,8 @@ class StiffnessAndDamping:
         return self._last[1]
 
     def refuses(self, program: Program) -> str | None:
+        if program.several:
+            return "the limits speak of several machines, the same design within its tolerances."
         rows = self._rows(program)
         if rows is None:
             return "the variables are not the stiffness and the damping of one link under one mass."
@@ -243,7 +247,7 @@ class Plane:
 
     def __init__(self, table: FloatArray, low: FloatArray, high: FloatArray) -> None:
         self.low, self.high = low, high
-        self.scale = np.array([high[0], high[1] ** 2])
+        self.scale = _sizes(table, high)
         box = np.array([[0.0, 0.0, -(high[1] ** 2), 1.0], [0.0, 0.0, low[1] ** 2, -1.0]])
         rows = np.concatenate([table, box]) * np.array([self.scale[0] ** 2, self.scale[0], 1.0, self.scale[1]])
         size = np.abs(rows).max(axis=1, keepdims=True)
@@ -291,7 +295,7 @@ class Plane:
 
     def _cuts(self, place: int) -> FloatArray:
         """Every k [scaled] at which the feasible interval of q may open, close or turn."""
-        low, high = self.low[0] / self.scale[0], 1.0
+        low, high = self.low[0] / self.scale[0], self.high[0] / self.scale[0]
         found = [np.array([low, high]), self._meetings()]
         if place == 1:
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -313,6 +317,21 @@ class Plane:
         if len(self.walls):
             good &= np.all(self.walls @ powers <= 4e-15 * (np.abs(self.walls) @ powers), axis=0)
         return good, bottom, np.maximum(top, bottom)
+
+
+def _sizes(table: FloatArray, high: FloatArray) -> FloatArray:
+    """Sizes of k and q = c^2 at which the rows turn, no greater than the ends of the box.
+
+    A far end, as that of an open range, would hide all but the highest powers in rounding.
+    """
+    made = np.array([high[0], high[1] ** 2])
+    for place, (column, power) in enumerate(((0, 0.5), (3, 1.0))):
+        own, rest = np.abs(table[:, column]), np.abs(table[:, 2])
+        good = (own > 0.0) & (rest > 0.0)
+        if good.any():
+            size = float(np.exp(power * np.log(rest[good] / own[good]).mean()))
+            made[place] = min(made[place], size)
+    return made
 
 
 @lru_cache(maxsize=64)

@@ -43,7 +43,7 @@ class Impossible:
 def impossible(program: Program) -> Impossible | None:
     """The clash that holds for every design, or None where this bound says nothing."""
     model = program.model
-    if model.n_free != 1 or model.n_coords != 1:
+    if program.several or model.n_free != 1 or model.n_coords != 1:
         return None
     forces = [limit for limit in program.limits if _plain(limit) and _is_total_force(limit)]
     motions = [limit for limit in program.limits if _plain(limit) and _is_motion(limit)]

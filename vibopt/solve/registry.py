@@ -23,6 +23,7 @@ METHODS: dict[str, Callable[[], Method]] = {
     "discs": _late("plane.method", "DiscsOfOneLink"),
     "branch_and_bound": _late("global_search", "BranchAndBound"),
     "nlp": _late("nlp", "Nlp"),
+    "catalogue": _late("shelf.method", "Catalogue"),
     "grid": _late("rivals.grid", "Grid"),
     "slsqp": _late("rivals.slsqp", "Slsqp"),
     "slsqp_50": _late("rivals.slsqp", "Slsqp", speeds=50, name="slsqp_50"),
@@ -37,5 +38,5 @@ METHODS: dict[str, Callable[[], Method]] = {
 }
 """Name and how to make the method."""
 
-OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "nlp")
+OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "nlp", "catalogue")
 """Those from which vibopt chooses by itself; the others only answer to --method."""

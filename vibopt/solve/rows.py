@@ -14,12 +14,15 @@ import numpy as np
 from vibopt.forms import (
     ComplexArray,
     DecayRate,
+    EnergyShare,
     FloatArray,
     ModeDamping,
     ModeFrequency,
+    ModeGap,
     Modulus,
     Monomials,
     RootMeanSquare,
+    StaticForce,
     StaticRow,
 )
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
@@ -33,7 +36,7 @@ _Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)
 def single_lines(limit: Limit) -> bool:
     """Whether a limit is one harmonic of one excitation, or knows neither speeds nor poles nor noise."""
     form = limit.form
-    if isinstance(form, DecayRate | RootMeanSquare):
+    if isinstance(form, DecayRate | RootMeanSquare | StaticForce | ModeGap | EnergyShare):
         return False
     if isinstance(form, Modulus):
         return (

@@ -15,11 +15,18 @@ import numpy as np
 from vibopt.forms import BoolArray, FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
+from vibopt.solve.working_set import least_of
 
 BEYOND = 40.0
 """Log violation from which on a limit is missed without end (an undamped resonance within its band)."""
 _STEP = 1e-5
 _INSIDE = 2e-10
+_FEW = 4
+_WITHIN = 1e-6
+_SETTLED = 1e-14
+_NEAR = 0.1
+_DASHES = 8
+_SOFT = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,15 +34,18 @@ class Piece:
     """One local extreme as a row: value <= 0 for a limit, the value itself for the goal.
 
     part
-        Index of the limit; -1 for the goal.
+        Index of the limit; -1 for the goal, -2 and on for it on other machines.
     mark
         Logs of its speeds, to find it again at a near design.
+    bend
+        Second derivative in y, shape (n_vars, n_vars); None where not known.
     """
 
     part: int
     value: float
     slope: FloatArray
     mark: tuple[float, ...]
+    bend: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -50,6 +60,10 @@ class Point:
     def missed(self) -> float:
         """Log of the factor by which the worst limit is missed; negative when all are met."""
         return max((piece.value for piece in self.limits), default=-BEYOND)
+
+    @property
+    def bends_known(self) -> bool:
+        return all(piece.bend is not None for piece in (*self.goals, *self.limits))
 
     @property
     def goal(self) -> float:
@@ -99,8 +113,9 @@ class Exact:
             yield _piece(index, one, sense, bound)
 
     def _goal(self, aim: Aim, x: FloatArray) -> Iterator[Piece]:
-        for one in local_extremes(aim.model, aim.form, x, least_wanted=aim.sense < 0):
-            yield _piece(-1, one, aim.sense, 0.0)
+        for index, each in enumerate(aim.pieces):
+            for one in local_extremes(each.model, each.form, x, least_wanted=aim.sense < 0):
+                yield _piece(-1 - index, one, aim.sense, 0.0)
 
 
 def _piece(index: int, one: Local, sense: float, bound: float) -> Piece:
@@ -108,7 +123,8 @@ def _piece(index: int, one: Local, sense: float, bound: float) -> Piece:
     value = sense * (one.value - bound)
     if not np.isfinite(value):
         value = np.copysign(BEYOND, value)
-    return Piece(index, float(np.clip(value, -BEYOND, BEYOND)), sense * one.slope, mark)
+    bend = None if one.bend is None else sense * one.bend
+    return Piece(index, float(np.clip(value, -BEYOND, BEYOND)), sense * one.slope, mark, bend)
 
 
 def _outside(index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
@@ -129,30 +145,37 @@ class Sharpener:
         `time.perf_counter()` beyond which it stops.
     hopeless
         Log violation beyond which a start that no longer improves is given up.
+    guess
+        The last bend of the Lagrangian, where the pieces know theirs.
     """
 
     exact: Exact
     deadline: float
     rounds: int = 60
     hopeless: float = 1e-3
+    guess: FloatArray | None = field(default=None, init=False)
 
     def run(self, start: FloatArray, *, only_feasible: bool = False) -> Point:
-        """The best design reached from `start` (y); with `only_feasible` the least missed one."""
+        """The best design reached from `start` (y); with `only_feasible` the first within the limits."""
+        if only_feasible and self.exact.program.aim is not None:
+            exact = Exact(self.exact.program.aiming(None), self.exact.low, self.exact.high)
+            return Sharpener(exact, self.deadline, self.rounds, self.hopeless).run(start, only_feasible=True)
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
-        for weight in (1e2, 1e5) if not only_feasible else (1e8,):
-            here = self._descend(here, weight)
+        for weight in (1e2, 1e5) if not only_feasible else (1e2,):
+            here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)
             if here.missed <= 1e-7 or here.missed > self.hopeless:
                 break
         return here if only_feasible else self._finish(here)
 
-    def _descend(self, here: Point, weight: float) -> Point:
-        radius, moved = 1.0, False
-        bend = np.zeros((len(here.y), len(here.y)))
+    def _descend(self, here: Point, weight: float, enough: float) -> Point:
+        """Steps until nothing is gained, or the limits are missed by no more than `enough`."""
+        radius, moved, near = 1.0, False, _NEAR
+        bend = _convex(_first_bend(here))
         missed: list[float] = []
         for _ in range(self.rounds):
             missed.append(here.missed)
             stuck = here.missed > self.hopeless and len(missed) > 8 and missed[-8] - here.missed < 0.05 * here.missed
-            if stuck or time.perf_counter() > self.deadline:
+            if stuck or here.missed <= enough or time.perf_counter() > self.deadline:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
             if moved:
@@ -161,6 +184,12 @@ class Sharpener:
             size = float(np.abs(step).max(initial=0.0))
             if size < 1e-10 or promised <= 1e-13:
                 break
+            if moved and size < near and here.bends_known:
+                near = 0.5 * size
+                there = self._dashed(here, weight)
+                if there is not here:
+                    here = there
+                    continue
             there = self.exact.at(np.clip(here.y + step, self.exact.low, self.exact.high))
             gained = _merit(here, weight) - _merit(there, weight)
             if gained <= 0.3 * promised:
@@ -175,6 +204,21 @@ class Sharpener:
                 break
         return here
 
+    def _dashed(self, here: Point, weight: float) -> Point:
+        """The best of a few Newton steps as long as they shrink, each free to break limits a little on its way."""
+        best, at, last = here, here, np.inf
+        for _ in range(_DASHES):
+            there = self._newton(at, 0.0, _NEAR)
+            size = np.inf if there is None else float(np.abs(there.y - at.y).max(initial=0.0))
+            if there is None or size > 0.7 * last:
+                break
+            at, last = there, size
+            if _merit(at, weight) < _merit(best, weight):
+                best = at
+            if size < _SETTLED:
+                break
+        return best
+
     def _corrected(self, here: Point, there: Point, bend: FloatArray, radius: float, weight: float) -> Point:
         """Second try after a step that curved limits spoilt: the step again, with the pieces found where it led."""
         moved = there.y - here.y
@@ -187,11 +231,14 @@ class Sharpener:
         return other if _merit(other, weight) < _merit(there, weight) else there
 
     def _bend(self, here: Point, multipliers: FloatArray) -> FloatArray:
-        """Second derivative of the Lagrangian along the moving peaks, by differences of exact slopes."""
+        """Second derivative of the Lagrangian along the moving peaks: known, or by differences of exact slopes."""
         n = len(here.y)
         pieces = (*here.goals, *here.limits)
         active = [(piece, m) for piece, m in zip(pieces, multipliers, strict=True) if m > 1e-9]
         bend = np.zeros((n, n))
+        if all(piece.bend is not None for piece, _ in active):
+            self.guess = sum((m * piece.bend for piece, m in active if piece.bend is not None), bend)
+            return self.guess
         for i in np.flatnonzero(self.exact.free):
             step = _STEP if here.y[i] + _STEP <= self.exact.high[i] else -_STEP
             y = here.y.copy()
@@ -207,19 +254,27 @@ class Sharpener:
         """Newton on the pieces that hold, then a step inside where rounding left a limit broken."""
         if here.missed > 1e-4:
             return here
+        settled = np.inf
         for target in (0.0, 0.0, 0.0, -_INSIDE, -_INSIDE):
             if time.perf_counter() > self.deadline or (target < 0.0 and here.missed <= 0.5 * _INSIDE):
                 break
+            if target == settled:
+                continue
             there = self._newton(here, target)
             if there is None or not _better(there, here):
+                settled = target
                 continue
+            if np.abs(there.y - here.y).max() <= _SETTLED:
+                settled = target
             here = there
         return here
 
-    def _newton(self, here: Point, target: float) -> Point | None:
-        step, _, multipliers = _quadratic(here, np.zeros((len(here.y),) * 2), 1e-3, 1e5, self.exact)
+    def _newton(self, here: Point, target: float, reach: float = 0.01) -> Point | None:
+        guess = _first_bend(here) if self.guess is None or not here.bends_known else self.guess
+        step, _, multipliers = _quadratic(here, _convex(guess), reach, 1e5, self.exact)
         bend = self._bend(here, multipliers)
-        step, _, multipliers = _quadratic(here, _convex(bend), 1e-3, 1e5, self.exact)
+        if not here.bends_known:
+            step, _, multipliers = _quadratic(here, _convex(bend), reach, 1e5, self.exact)
         chosen = multipliers > 1e-7
         n_goals = len(here.goals)
         goals = [piece for piece, on in zip(here.goals, chosen[:n_goals], strict=True) if on]
@@ -231,10 +286,10 @@ class Sharpener:
         held = np.where(self.exact.free, held, here.y)
         moved = held - here.y
         solved = _stationary(here, goals, limits, bend, free, moved, target)
-        if solved is None or np.abs(solved).max(initial=0.0) > 0.01:
+        if solved is None or np.abs(solved).max(initial=0.0) > reach:
             return None
-        there = held + np.where(free, solved, 0.0)
-        return self.exact.at(np.clip(there, self.exact.low, self.exact.high))
+        there = np.clip(held + np.where(free, solved, 0.0), self.exact.low, self.exact.high)
+        return here if np.abs(there - here.y).max(initial=0.0) <= _SETTLED else self.exact.at(there)
 
 
 def _stationary(
@@ -276,9 +331,6 @@ def _quadratic(
 
     Unknowns: step (n), top of the goal's pieces, greatest violation.
     """
-    import clarabel
-    from scipy import sparse
-
     n, pieces = len(here.y), (*here.goals, *here.limits)
     rows = np.array([piece.slope for piece in pieces]).reshape(len(pieces), n)
     values = np.array([piece.value for piece in pieces])
@@ -290,10 +342,10 @@ def _quadratic(
     low = np.maximum(exact.low - here.y, -radius)
     high = np.minimum(exact.high - here.y, radius)
     box = np.concatenate([np.eye(n), -np.eye(n)])
-    walls = np.concatenate([box, np.zeros((2 * n, 2))], axis=1)
+    sides = np.concatenate([box, np.zeros((2 * n, 2))], axis=1)
     slack = np.zeros((1, n + 2))
     slack[0, n + 1] = -1.0
-    table = np.concatenate([np.concatenate([rows, lift], axis=1) / size[:, None], walls, slack])
+    table = np.concatenate([np.concatenate([rows, lift], axis=1) / size[:, None], sides, slack])
     right = np.concatenate([-values / size, high, -low, [0.0]])
     if not count:
         table[-1, n] = 0.0
@@ -301,15 +353,16 @@ def _quadratic(
     quadratic[:n, :n] = bend
     linear = np.zeros(n + 2)
     linear[n], linear[n + 1] = (1.0 if count else 0.0), weight
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.time_limit = 2.0
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
-    answer = clarabel.DefaultSolver(
-        sparse.csc_matrix(np.triu(quadratic)), linear, sparse.csc_matrix(table), right,
-        [clarabel.NonnegativeConeT(len(right))], settings,
-    ).solve()  # fmt: skip
-    step, duals = np.array(answer.x[:n]), np.array(answer.z[: len(pieces)]) / size
+    found = None
+    if n <= _FEW and count:
+        quadratic[:n, :n] += _SOFT * np.eye(n)
+        top = int(values[:count].argmax())
+        walls = len(pieces) + np.arange(n) + n * (rows[top] > 0.0)
+        for working in ([top, len(right) - 1], [top, len(right) - 1, *walls.tolist()]):
+            found = found or least_of(quadratic, linear, table, right, working)
+        quadratic[:n, :n] = bend
+    answer, prices = _by_cones(quadratic, linear, table, right) if found is None else found
+    step, duals = answer[:n], prices[: len(pieces)] / size
     if not np.isfinite(step).all():
         return np.zeros(n), 0.0, np.zeros(len(pieces))
     step = np.where(exact.free, np.clip(step, low, high), 0.0)
@@ -318,6 +371,30 @@ def _quadratic(
     missed = max(float(reached[count:].max(initial=0.0)), 0.0)
     promised = weight * (max(here.missed, 0.0) - missed) - top - 0.5 * float(step @ bend @ step)
     return step, promised, duals
+
+
+def _by_cones(
+    quadratic: FloatArray, linear: FloatArray, table: FloatArray, right: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least 1/2 z quadratic z + linear z under table z <= right, and the prices of the rows."""
+    import clarabel
+    from scipy import sparse
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.time_limit = 2.0
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix(np.triu(quadratic)), linear, sparse.csc_matrix(table), right,
+        [clarabel.NonnegativeConeT(len(right))], settings,
+    ).solve()  # fmt: skip
+    return np.array(answer.x), np.array(answer.z)
+
+
+def _first_bend(here: Point) -> FloatArray:
+    """Bend of the highest piece of the goal, where it is known: a guess at that of the whole."""
+    top = max(here.goals, key=lambda piece: piece.value, default=None)
+    return np.zeros((len(here.y),) * 2) if top is None or top.bend is None else top.bend
 
 
 def _merit(point: Point, weight: float) -> float:
@@ -333,7 +410,7 @@ def _better(there: Point, here: Point) -> bool:
 
 def _same(piece: Piece, there: Point) -> Piece | None:
     """The piece of another, near design that continues this one."""
-    pool = there.goals if piece.part == -1 else there.limits
+    pool = there.goals if piece.part < 0 else there.limits
     near = [one for one in pool if one.part == piece.part and len(one.mark) == len(piece.mark)]
     if not near:
         return None

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from vibopt.design.checked import checked_limits, checked_measures, chosen_of, goal_of
-from vibopt.design.design import Design, Shown, Used
+from vibopt.design.design import Checked, Design, Shown, Used
 from vibopt.design.notes import notes_of
+from vibopt.design.rated import parts_of
 from vibopt.forms import Monomials
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
@@ -17,6 +21,7 @@ from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
+from vibopt.scene.uncertain import uncertain
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Progress
@@ -25,7 +30,14 @@ from vibopt.solve.rows import direction
 from vibopt.units import si_unit
 
 
-def solve(scene: Scene, *, method: str | None = None, progress: Progress | None = None, explain: bool = True) -> Design:
+def solve(
+    scene: Scene,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    explain: bool = True,
+    near: Sequence[float] | None = None,
+) -> Design:
     """Answer a scene.
 
     Parameters
@@ -38,6 +50,8 @@ def solve(scene: Scene, *, method: str | None = None, progress: Progress | None 
         Called now and then with a stage and the part that is done (0 to 1).
     explain
         For an infeasible scene, look for the limits that clash and the loosening that helps.
+    near
+        A design of a scene much like this one [SI]: where several starts are all there is, the first and few others.
 
     Returns
     -------
@@ -52,7 +66,10 @@ def solve(scene: Scene, *, method: str | None = None, progress: Progress | None 
     if open_places(scene):
         from vibopt.solve.places import best_place
 
-        return best_place(scene, lambda one: solve(one, method=method, progress=progress, explain=False), progress)
+        def at_place(one: Scene) -> Design:
+            return solve(one, method=method, progress=progress, explain=False, near=near)
+
+        return best_place(scene, at_place, progress)
     clock = _Clock()
     program = pose(scene)
     clock.stage("pose")
@@ -60,14 +77,27 @@ def solve(scene: Scene, *, method: str | None = None, progress: Progress | None 
         return _find_all(scene, program, clock)
     if scene.is_analysis:
         return _analysis(scene, program, clock)
-    found, reason_text = answer(program, scene, method, progress)
+    found, reason_text = answer(program, scene, method, progress, near)
     clock.stage("solve")
+    if program.ties and explain and found.x is not None:
+        from vibopt.solve.shelf.free import free_optimum
+
+        found = replace(found, details={**found.details, "free": free_optimum(program, found)})
+        clock.stage("free values")
+    if uncertain(scene):
+        return _over_tolerances(scene, program, found, reason_text, clock, method, progress, explain=explain)
     if found.x is None or found.status == "unbounded":
         return _nothing(scene, program, found, reason_text, clock, explain)
     return _something(scene, program, found, clock)
 
 
-def answer(program: Program, scene: Scene, method: str | None, progress: Progress | None) -> tuple[Found, str]:
+def answer(
+    program: Program,
+    scene: Scene,
+    method: str | None,
+    progress: Progress | None,
+    near: Sequence[float] | None = None,
+) -> tuple[Found, str]:
     """What a method says, with the physical reason where there is one."""
     finite = closed(program)
     clash = impossible(finite)
@@ -76,14 +106,24 @@ def answer(program: Program, scene: Scene, method: str | None, progress: Progres
 
         claim = "proven by the balance of forces on the machine, for any isolator"
         return Found("infeasible", None, claim, "physical bound"), physical_words(scene, clash)
-    chosen = choose(finite, method)
+    if program.ties:
+        from vibopt.solve.shelf.words import reason_of
+
+        found = choose(finite, method).solve(finite, progress)
+        return found, reason_of(program, found) if found.status == "infeasible" else ""
+    chosen = choose(finite, method, near)
     found = chosen.solve(finite, progress)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
         from vibopt.solve.global_search import BranchAndBound
 
         found, exact = BranchAndBound().solve(finite, progress), False
-    return _open_ends(finite, found, exact=exact), ""
+    found = _open_ends(finite, found, exact=exact)
+    if found.status == "infeasible":
+        from vibopt.solve.impasse import hopeless_words
+
+        return found, hopeless_words(scene, program)
+    return found, ""
 
 
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
@@ -108,6 +148,37 @@ def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
         claim = f"every limit holds; the goal comes ever nearer to its best value as {axis.path} {way}"
         return replace(found, status="feasible", claim=claim)
     return found
+
+
+def _over_tolerances(
+    scene: Scene,
+    program: Program,
+    nominal: Found,
+    reason_text: str,
+    clock: _Clock,
+    method: str | None,
+    progress: Progress | None,
+    *,
+    explain: bool,
+) -> Design:
+    """The answer that holds for every machine within the tolerances, beside the one without them."""
+    from vibopt.solve.off import differing, goal_machine, rows_over, side_by_side
+    from vibopt.solve.robust import robust
+
+    best = robust(scene, nominal, method, progress)
+    found = best.found
+    clock.stage("tolerances")
+    if found.x is None:
+        clash = explain and nominal.status == "infeasible"
+        design = _nothing(scene, program, found, reason_text, clock, clash)
+        return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
+    x = np.asarray(found.x)
+    rows = rows_over(scene, x, best)
+    machine = goal_machine(scene, best.hits)
+    made = _answered(replace(scene, off=machine), program, found, clock, rows)
+    notes = (*made.notes, "Tolerances: figures show the machine without them.")
+    both = side_by_side(scene, nominal, best, differing(machine))
+    return replace(made, scene=scene, notes=notes, tolerances=both)
 
 
 class _Clock:
@@ -141,15 +212,22 @@ def _used_by(scene: Scene, program: Program) -> Used:
 
 
 def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
-    limits = checked_limits(scene, {})
-    measures = checked_measures(scene, {})
+    robust = None
+    if uncertain(scene):
+        from vibopt.solve.off import analysed, rows_over
+        from vibopt.solve.robust import judged
+
+        robust = judged(scene, np.zeros(0))
+        limits, measures = rows_over(scene, np.zeros(0), robust)
+    else:
+        limits, measures = checked_limits(scene, {}), checked_measures(scene, {})
     clock.stage("measure")
     good = all(one.met for one in limits.values())
     broken = [name for name, one in limits.items() if not one.met]
     claim = "every limit holds" if good else f"broken: {', '.join(broken)}"
     if not limits:
         claim = "measured; there is no limit to judge"
-    return Design(
+    design = Design(
         scene=scene,
         status="met" if good else "violated",
         claim=f"{claim} (measured at every speed of each range)",
@@ -163,6 +241,7 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         timings=clock.seconds,
         notes=notes_of(scene, {}),
     )
+    return design if robust is None else analysed(design, robust)
 
 
 def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
@@ -203,8 +282,16 @@ def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
 def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> Design:
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
-    limits = checked_limits(scene, chosen)
-    measures = checked_measures(scene, chosen)
+    return _answered(scene, program, found, clock, (checked_limits(scene, chosen), checked_measures(scene, chosen)))
+
+
+def _answered(
+    scene: Scene, program: Program, found: Found, clock: _Clock, rows: tuple[dict[str, Checked], dict[str, Checked]]
+) -> Design:
+    """A design with its rows; the goal is measured on the machine that `scene` speaks of."""
+    assert found.x is not None
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
+    limits, measures = rows
     broken = [name for name, one in limits.items() if not one.met]
     clock.stage("certify")
     status, claim = found.status, found.claim
@@ -225,13 +312,15 @@ def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> D
         timings=clock.seconds,
         notes=notes_of(scene, chosen),
         details=found.details,
+        places=parts_of(scene, chosen),
     )
 
 
 def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, explain: bool) -> Design:
     from vibopt.solve.impasse import conflict_of
 
-    conflict = conflict_of(scene, program, found) if found.status == "infeasible" and explain else None
+    asked = found.status == "infeasible" and explain and not program.ties
+    conflict = conflict_of(scene, program, found) if asked else None
     clock.stage("conflict")
     return Design(
         scene=scene,

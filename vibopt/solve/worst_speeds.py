@@ -8,6 +8,7 @@ from vibopt.forms import Drive, FloatArray, Form, Modulus
 from vibopt.mechanics.harmonic import modal_of
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme, peaks
+from vibopt.program.few import few_peaks
 from vibopt.program.worst import DriveResponse, closed_form, drive_extreme, plain_value, singularities
 
 
@@ -31,6 +32,8 @@ def _drive_extremes(model: Model, form: Modulus, drive: Drive, x: FloatArray, le
         found = [one for band in drive.bands for one in closed.candidates(band)]
     elif least:
         return [drive_extreme(model, form, drive, x, True)]
+    elif (few := few_peaks(model, form, drive, x, 0.9)) is not None:
+        found = [one.at for one in few]
     else:
         modal = modal_of(model, model.values(x))
         singular, breaks = singularities(model, form, drive, x, modal)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vibopt.design.design import Design
 from vibopt.design.words import margin_words, model_words
@@ -14,6 +14,7 @@ from vibopt.solve import solve
 from vibopt.solve.box import closed
 from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
+from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.prices import priced
 
 
@@ -46,12 +47,15 @@ class Explanation:
         Methods considered.
     limits
         What each limit does to the design.
+    absorbers
+        What to build, how exactly, and what happens without it; None where there are none.
     """
 
     design: Design
     model: tuple[Said, ...]
     methods: tuple[Considered, ...]
     limits: tuple[Said, ...]
+    absorbers: Absorbers | None = None
 
 
 _QUICK = 0.1
@@ -78,6 +82,7 @@ def explain(scene: Scene, *, method: str | None = None, progress: Progress | Non
         tuple(_model(design, program)),
         tuple(_methods(design, program, method)),
         tuple(Said(name, _limit(design, name)) for name in design.limits),
+        study_absorbers(design),
     )
 
 
@@ -102,7 +107,7 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
         return [Considered(design.method, True, f"asked for by --method {forced}")]
     if design.method == "physical bound":
         return [Considered(design.method, True, "a balance of forces settles it, whatever the mount")]
-    finite = closed(program)
+    finite = replace(closed(program), several=design.tolerances is not None)
     considered = []
     for one in _in_order():
         refusal = one.refuses(finite)

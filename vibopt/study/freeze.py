@@ -7,11 +7,17 @@ from typing import Any
 
 from vibopt.design.build import machine_of
 from vibopt.scene.document import changed
-from vibopt.scene.places import turning
+from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
 
+_MASSES = ("mass", "inertia", "mass_ratio", "disc")
+_SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "frequency", "tuning", "length")
+_DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
+_POWERS = {"frequency": 2, "tuning": 2, "length": -1, "shaft.diameter": 4, "shaft.length": -1}
+"""With which power of a number its part goes; 1 where none is given."""
 _ALONG = (("mass", "kg"), ("stiffness", "N/m"), ("damping", "N s/m"))
 _AROUND = (("inertia", "kg m2"), ("torsional_stiffness", "N m/rad"), ("torsional_damping", "N m s/rad"))
 
@@ -26,11 +32,23 @@ def frozen(scene: Scene, x: Sequence[float]) -> Scene:
     x
         Their values, in the order of `scene.variables`.
     """
-    values = {}
+    values: dict[str, Any] = {}
+    chosen = {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)}
+    tied = set()
+    for part in bound_parts(scene):
+        values[f"{part.path}.name"] = part.names[part.chosen(chosen)]
+        tied |= set(part.paths)
     for variable, value in zip(scene.variables, x, strict=True):
+        if variable.path in tied:
+            continue
         unit = variable.unit
-        values[variable.path] = f"{to_unit(value, unit, variable.dimension):.17g} {unit}" if unit else float(value)
+        said = f"{to_unit(value, unit, variable.dimension):.17g} {unit}" if unit else float(value)
+        off = variable.choice.tolerance
+        values[variable.path] = {"value": said, "tolerance": off} if off else said
     document = changed(scene.document, values)
+    for part in bound_parts(scene):
+        family, name = part.path.split(".")[:2]
+        document[family][name]["part"].pop("only", None)
     if scene.absorbers:
         document["absorbers"] = _bought(scene, x)
     document.pop("goal", None)
@@ -47,8 +65,32 @@ def _bought(scene: Scene, x: Sequence[float]) -> dict[str, dict[str, Any]]:
         joint = machine.joint(name)
         kept = {key: scene.document["absorbers"][name].get(key) for key in ("on", "relative_to", "tuning_to", "mode")}
         parts = (machine.masses[name], joint.stiffness, joint.damping)
-        given = {key: f"{value:.17g} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0}
+        given: dict[str, Any] = {
+            key: f"{value:.17g} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0
+        }
         if table.loss_factor is not None:
             given["loss_factor"] = f"{joint.loss_factor:.17g}"
+        _keep_tolerances(scene, name, given)
         tables[name] = {**{key: value for key, value in kept.items() if value is not None}, **given}
     return tables
+
+
+def _keep_tolerances(scene: Scene, name: str, given: dict[str, Any]) -> None:
+    """Tolerances of an absorber's numbers, put on the parts that they became."""
+    kinds = (_MASSES, _SPRINGS, _DAMPERS)
+    for doubt in uncertain(scene):
+        family, owner, word = doubt.path.split(".")[:3]
+        if (family, owner) != ("absorbers", name):
+            continue
+        power = _POWERS.get(doubt.path.split(".", 2)[2], 1)
+        key = next((key for key in given if any(word in kind and key in kind for kind in kinds)), None)
+        if key is None:
+            continue
+        had = given[key]["tolerance"] if isinstance(given[key], dict) else 0.0
+        value = given[key]["value"] if isinstance(given[key], dict) else given[key]
+        given[key] = {"value": value, "tolerance": (1.0 + had) * _spread(doubt.tolerance, power) - 1.0}
+
+
+def _spread(tolerance: float, power: int) -> float:
+    """Greatest factor of a part that goes with a power of the number that is off."""
+    return float((1.0 + tolerance) ** power if power > 0 else (1.0 - tolerance) ** power)

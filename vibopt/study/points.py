@@ -19,13 +19,14 @@ DECIBEL = "dB"
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Answer at one value of the varied fact; `margins` by limit name."""
+    """Answer at one value of the varied fact; `margins` by limit name, places and parts by path."""
 
     value: Shown
     status: str
     goal: Shown | None
     variables: Mapping[str, Shown]
     margins: Mapping[str, float]
+    parts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -137,4 +138,5 @@ def point_of(fact: FactAt, value: float, answer: Design) -> Point:
         goal=answer.goal[1] if answer.goal is not None else None,
         variables={path: one.value for path, one in answer.variables.items()},
         margins={name: one.margin for name, one in answer.limits.items()},
+        parts={path: one.value for path, one in answer.places.items()},
     )

@@ -13,6 +13,7 @@ from vibopt.scene.facts import FactAt, fact_at, read_fact
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
+from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
@@ -117,7 +118,8 @@ def _answered(scene: Scene, fact: FactAt, values: FloatArray, progress: Progress
         if progress is not None:
             progress("sweep", part)
 
-    together = columns(scene, fact, values, tell) if len(values) >= FEWEST_TOGETHER else None
+    apart = len(values) < FEWEST_TOGETHER or bool(uncertain(scene))
+    together = None if apart else columns(scene, fact, values, tell)
     single: dict[int, Point] = {}
     if together is not None:
         for index in (0, len(values) // 2, len(values) - 1):

@@ -11,6 +11,7 @@ from vibopt.errors import InputError
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
+from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
@@ -29,7 +30,7 @@ class WhatIf:
         Limits that held before and break after (`keep_design` only).
     thresholds
         Where the frozen design fails, fact by fact (`keep_design` only): from the changed facts on when
-        they leave every limit met, else from the facts as they were.
+        they leave every limit met, else from the facts as they were.  Not looked for in a scene with tolerances.
     """
 
     changes: Mapping[str, Any]
@@ -77,4 +78,5 @@ def whatif(
     held = {name for name, one in before.limits.items() if one.met}
     breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)
     base = with_changes(kept, changes) if after.status == "met" else kept
-    return WhatIf(changes, before, after, keep_design, breaks, tuple(thresholds(base, progress)))
+    ends = () if uncertain(base) else tuple(thresholds(base, progress))
+    return WhatIf(changes, before, after, keep_design, breaks, ends)

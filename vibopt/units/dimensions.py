@@ -165,6 +165,13 @@ _ALL = (
     _dimension("angle", "an angle", "rad", "30 deg", "deg, rad, mrad, rev"),
     _dimension("wavenumber", "a wavenumber", "rad/m", "0.6 rad/m", "rad/m, rad/mm"),
     _dimension("count", "a whole number", "", "4", ""),
+    _dimension(
+        "price",
+        "a price",
+        "money",
+        "45 EUR",
+        "EUR, USD, GBP, CHF, SEK, NOK, DKK, PLN, CZK, CNY, JPY, INR, KRW, BRL, CAD, AUD",
+    ),
     _dimension("level", "a level in decibel", "dB", "14 dB", "dB"),
     _dimension("time", "a time", "s", "0.2 s", "s, ms, min, h", ((0.0, "ms"), (1.0, "s"))),
 )

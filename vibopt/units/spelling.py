@@ -19,6 +19,9 @@ _SIGNS = str.maketrans(
         "⁴": "^4",
         "°": "deg",
         "%": "percent",
+        "€": "EUR",
+        "£": "GBP",
+        "$": "USD",
     }
 )
 _TOKEN = re.compile(

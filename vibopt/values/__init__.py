@@ -2,5 +2,6 @@
 
 from vibopt.values.fields import Choice, Fact, Table, Value, number, rule_of, word
 from vibopt.values.speeds import SpeedRange, read_speeds
+from vibopt.values.tolerance import Tolerance
 
-__all__ = ["Choice", "Fact", "SpeedRange", "Table", "Value", "number", "read_speeds", "rule_of", "word"]
+__all__ = ["Choice", "Fact", "SpeedRange", "Table", "Tolerance", "Value", "number", "read_speeds", "rule_of", "word"]

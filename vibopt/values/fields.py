@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
@@ -12,15 +12,20 @@ from pydantic_core import PydanticCustomError
 
 from vibopt.errors import QuantityError
 from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
+from vibopt.values.tolerance import read_tolerance
 
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """A given value: `value` in SI (amplitudes peak), `unit` as the user wrote it."""
+    """A given value: `value` in SI (amplitudes peak), `unit` as the user wrote it.
+
+    As built it may be off by the part `tolerance` of itself, either way.
+    """
 
     value: float
     unit: str
     echo: str | None = None
+    tolerance: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +33,7 @@ class Choice:
     """A design variable: the range [low, high] in SI, or the listed `options` only.
 
     Where the user left the range half open `high` is inf, or `open_low` says that `low` stands for
-    "as near to zero as you like".
+    "as near to zero as you like".  As built it may be off by the part `tolerance` of what is chosen.
     """
 
     low: float
@@ -38,6 +43,7 @@ class Choice:
     options: tuple[float, ...] = ()
     echo: str | None = None
     open_low: bool = False
+    tolerance: float = 0.0
 
 
 Value = Fact | Choice
@@ -86,6 +92,12 @@ class Rule:
     choice: bool = True
     sign: str = "positive"
     most: float = float("inf")
+    tolerance: bool = False
+
+    @property
+    def may_be_off(self) -> bool:
+        """Whether the number may have a tolerance: what may be chosen as a part, but no count."""
+        return self.tolerance or (self.choice and self.dimension != "count")
 
     def check(self, value: float) -> None:
         if self.sign == "positive" and value <= 0.0:
@@ -109,6 +121,7 @@ def number(
     sign: str = "positive",
     most: float = float("inf"),
     required: bool = False,
+    tolerance: bool = False,
 ) -> Any:
     """Field of a table that reads a Fact (or a Choice) of one dimension.
 
@@ -126,8 +139,10 @@ def number(
         Greatest value allowed [SI].
     required
         Whether the key must be there.
+    tolerance
+        Whether a tolerance may be given although the number may not be chosen.
     """
-    rule = Rule(dimension, amplitude, choice, sign, most)
+    rule = Rule(dimension, amplitude, choice, sign, most, tolerance)
     default: Any = ... if required else None
     return Field(default=default, json_schema_extra=RuleSchema(rule))
 
@@ -148,21 +163,35 @@ def _schema(rule: Rule) -> dict[str, Any]:
         "type": ["string", "number"],
         "description": f"{rule.dimension}, for example {DIMENSIONS[rule.dimension].example}",
     }
-    if not rule.choice:
-        return plain
     side = {"type": ["string", "number"]}
-    table = {
+    off = {
         "type": "object",
-        "properties": {"from": side, "to": side, "one_of": {"type": "array"}, "whole": {"type": "boolean"}},
+        "properties": {"value": side, "tolerance": side},
+        "required": ["value", "tolerance"],
         "additionalProperties": False,
     }
-    return {"anyOf": [plain, table]}
+    if not rule.choice:
+        return {"anyOf": [plain, off]} if rule.may_be_off else plain
+    table = {
+        "type": "object",
+        "properties": {
+            "from": side,
+            "to": side,
+            "one_of": {"type": "array"},
+            "whole": {"type": "boolean"},
+            **({"tolerance": side} if rule.may_be_off else {}),
+        },
+        "additionalProperties": False,
+    }
+    return {"anyOf": [plain, table, *([off] if rule.may_be_off else [])]}
 
 
 def _read(rule: Rule, given: object) -> Value:
-    if isinstance(given, (Fact, Choice)):
-        return given
+    if isinstance(given, (Fact, Choice, Table)):
+        return given  # type: ignore[return-value]  # a table of such values, read by its own kind
     try:
+        if isinstance(given, Mapping) and ("tolerance" in given or "value" in given):
+            return _read_off(rule, given)
         if isinstance(given, Mapping):
             return _read_choice(rule, given)
         if isinstance(given, str) and is_range(given):
@@ -173,6 +202,40 @@ def _read(rule: Rule, given: object) -> Value:
         return _read_fact(rule, given)
     except QuantityError as error:
         raise complaint(str(error)) from None
+
+
+def read_value(rule: Rule, given: object) -> Value:
+    """A fact or a choice by its rule.
+
+    Raises
+    ------
+    QuantityError
+        It is none.
+    """
+    if isinstance(given, Mapping) and ("tolerance" in given or "value" in given):
+        return _read_off(rule, given)
+    return _read_choice(rule, given) if isinstance(given, Mapping) else _read_fact(rule, given)
+
+
+def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:
+    """A value or a choice with its tolerance."""
+    if rule.dimension == "count":
+        raise QuantityError("has a tolerance, but a count is built as it is said. Remove the tolerance.")
+    if not rule.may_be_off:
+        raise QuantityError(
+            "has a tolerance, but only masses, stiffnesses and dampings of devices have one. Write the value alone."
+        )
+    if "tolerance" not in given:
+        raise QuantityError('has a value without a tolerance. Add tolerance = "5 %", or write the value alone.')
+    tolerance = read_tolerance(given["tolerance"])
+    rest = {key: one for key, one in given.items() if key != "tolerance"}
+    if list(rest) != ["value"]:
+        if not rest or "value" in rest:
+            raise QuantityError('needs one value, or from and to. Write { value = "...", tolerance = "5 %" }.')
+        return replace(_read_choice(rule, rest), tolerance=tolerance)
+    if isinstance(rest["value"], Mapping):
+        raise QuantityError('has a table as its value. Write { value = "...", tolerance = "5 %" }.')
+    return replace(_read_fact(rule, rest["value"]), tolerance=tolerance)
 
 
 def _read_fact(rule: Rule, given: object) -> Fact:

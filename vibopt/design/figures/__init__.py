@@ -1,12 +1,13 @@
-"""Figures: responses against speed, the plane of two design variables, a sweep.
+"""Figures: responses against speed, the plane of two design variables, strokes and modes of absorbers, a sweep.
 
 Drawn for paper as well as for the screen: forbidden zones are hatched and lines differ by style, so that
 nothing is lost in grey.  Matplotlib is loaded when something is drawn, and none of its global state is touched.
 """
 
+from vibopt.design.figures.absorbers import below
 from vibopt.design.figures.paper import saved
 from vibopt.design.figures.plane import plane_figure
 from vibopt.design.figures.response import response_figure
 from vibopt.design.figures.strips import strips_figure
 
-__all__ = ["plane_figure", "response_figure", "saved", "strips_figure"]
+__all__ = ["below", "plane_figure", "response_figure", "saved", "strips_figure"]

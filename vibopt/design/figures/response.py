@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import groupby
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -41,13 +42,27 @@ CLOSE = 0.03
 """Part of the axes' size within which worst points share a label."""
 
 
-def response_figure(panels: list[Panel], title: str = "") -> Figure:
-    """Panels under each other in one figure."""
-    figure = sheet(WIDTH, HEIGHT * max(len(panels), 1) + (0.35 if title else 0.0))
+class Below(Protocol):
+    """What may stand under the panels: so many inches high, drawn into a part of the figure."""
+
+    @property
+    def height(self) -> float: ...
+
+    def draw(self, part: Any) -> None: ...
+
+
+def response_figure(panels: list[Panel], title: str = "", below: Sequence[Below] = ()) -> Figure:
+    """Panels under each other in one figure, and under them what else is to be seen."""
+    heights = [*(HEIGHT for _ in panels), *(one.height for one in below)]
+    figure = sheet(WIDTH, (sum(heights) or HEIGHT) + (0.35 if title else 0.0))
     if title:
         figure.suptitle(title, fontsize=SIZE + 3, fontweight="bold", color=INK)
-    parts: Any = figure.subfigures(len(panels), 1, squeeze=False)[:, 0] if len(panels) > 1 else [figure]
+    parts: Any = [figure]
+    if len(heights) > 1:
+        parts = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
     labels = [_draw(part, panel) for part, panel in zip(parts, panels, strict=False)]
+    for part, one in zip(parts[len(panels) :], below, strict=False):
+        one.draw(part)
     figure.draw_without_rendering()
     for some, panel in zip(labels, panels, strict=True):
         _spread(some, panel)
@@ -75,8 +90,11 @@ def _draw(part: Any, panel: Panel) -> list[Annotation]:
 
 def _curve(axes: Any, curve: Curve, index: int) -> None:
     """Full where the file says how the excitation varies, thin and dashed elsewhere."""
-    style, colour = STYLES[index % len(STYLES)], COLOURS[index % len(COLOURS)]
     words = curve.label or None
+    if curve.before:
+        axes.plot(curve.x, curve.y, linestyle=(0, (1, 1.3)), color=INK, lw=1.2, label=words, zorder=3.5)
+        return
+    style, colour = STYLES[index % len(STYLES)], COLOURS[index % len(COLOURS)]
     stretch = int(curve.known.sum()) > 1
     if stretch:
         known = np.where(curve.known, curve.y, np.nan)
@@ -161,7 +179,8 @@ def _marks(axes: Any, panel: Panel) -> list[Annotation]:
             near[0].append(mark)
         else:
             groups.append([mark])
-    labels = []
+    _equal(axes, panel)
+    labels = _equal_labels(axes, panel)
     for marks in groups:
         x, y = marks[0].x, marks[0].y
         floor, ceiling = panel.y_span
@@ -172,6 +191,21 @@ def _marks(axes: Any, panel: Panel) -> list[Annotation]:
         if len(groups) <= MOST_LABELS:
             labels.append(label(axes, "\n".join(mark.words for mark in marks), x, height))
     return labels
+
+
+def _equal(axes: Any, panel: Panel) -> None:
+    """Equal peaks: full dots, under the ring of the worst."""
+    if panel.equal:
+        x, y = [one.x for one in panel.equal], [one.y for one in panel.equal]
+        words = "equal peaks (within 0.1 %)"
+        axes.plot(x, y, "D", ms=4.5, mfc=INK, mec="white", mew=0.6, zorder=7, clip_on=False, label=words)
+
+
+def _equal_labels(axes: Any, panel: Panel) -> list[Annotation]:
+    """Speed and value of the equal peaks that are not labelled as the worst of something."""
+    worst = [_spot(axes, one) for one in panel.marks]
+    plain = [one for one in panel.equal if all(np.hypot(*(_spot(axes, one) - other)) >= CLOSE for other in worst)]
+    return [label(axes, one.words, one.x, one.y) for one in plain[:MOST_LABELS]]
 
 
 def _spot(axes: Any, mark: Mark) -> FloatArray:

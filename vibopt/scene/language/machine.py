@@ -27,6 +27,7 @@ class BodyWords(TypedDict, total=False):
     inertia: Given
     disc: Mapping[str, Bound]
     rolling: Mapping[str, Bound]
+    tolerance: Bound
 
 
 class LinkWords(TypedDict, total=False):
@@ -36,6 +37,8 @@ class LinkWords(TypedDict, total=False):
         {"length": ..., "diameter": ..., "shear_modulus": ...}, and inner_diameter or inner_ratio.
     beam
         {"kind": ..., "length": ..., "modulus": ...}, at, and second_moment, diameter, or width and height.
+    part
+        {"catalogue": "mounts.csv"}, and name or only.
     """
 
     stiffness: Given
@@ -49,6 +52,8 @@ class LinkWords(TypedDict, total=False):
     loss_factor: Given
     count: Given
     dynamic_to_static: Bound
+    tolerance: Bound
+    part: Mapping[str, object]
 
 
 class StructureWords(TypedDict, total=False):
@@ -102,6 +107,7 @@ class AbsorberWords(TypedDict, total=False):
     damping_ratio: Given
     loss_factor: Given
     torsional_damping: Given
+    tolerance: Bound
 
 
 class Varied(TypedDict, total=False):

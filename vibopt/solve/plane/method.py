@@ -11,20 +11,24 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.forms import FloatArray, Modulus, Monomials
+from vibopt.program.few import applies, few_sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.plane.conics import monomials
 from vibopt.solve.plane.rows import Interval, LinkPlane
-from vibopt.solve.starts import starts
+from vibopt.solve.starts import halton, log_box, starts
 from vibopt.solve.worst_speeds import local_extremes
 
 GAP = 1e-6
 _ROUNDS = 40
 _FIRST = 13
 _TRIED = 128
+_NEAR = 48
+_REACHES = (0.3, 0.08, 0.02)
+_DECADE = 5.0
 _NARROW = 1e-12
 
 
@@ -39,6 +43,8 @@ class DiscsOfOneLink:
 
     def refuses(self, program: Program) -> str | None:
         """Anything but one link's stiffness and damping, with at most one variable beside them."""
+        if program.several:
+            return "the limits speak of several machines, the same design within its tolerances."
         plane = LinkPlane.of(program)
         if plane is None:
             return "the variables are not the stiffness and the damping of one link, with at most one other."
@@ -80,6 +86,7 @@ class _Run:
         self.judge = Judge(self.program)
         self.parts = self.program.parts
         self.speeds = [_first(part) for part in self.parts]
+        self._cheap = all(_is_cheap(part) for part in self.parts)
 
     def answer(self) -> Found:
         self._begin()
@@ -122,6 +129,7 @@ class _Run:
         """A design to beat: the best of many points, polished."""
         tried = np.exp(starts(self.program, _TRIED))
         merit = self._rough(tried)
+        tried, merit = self._nearer(tried, merit)
         self._zero = 1e-12 * float(np.median(self._goals[np.isfinite(self._goals)])) if self.program.aim else 0.0
         for x in tried[np.argsort(merit)[:3]]:
             self._offer(x)
@@ -132,11 +140,25 @@ class _Run:
             if x is not None:
                 self._offer(x)
 
+    def _nearer(self, tried: FloatArray, merit: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The designs and more around the best of them, ever closer, where a look at many speeds is cheap."""
+        if not self._cheap or any(axis.values is not None for axis in self.program.axes):
+            return tried, merit
+        low, high = log_box(self.program)
+        spread = halton(_NEAR, len(low)) - 0.5
+        for reach in _REACHES:
+            best = np.log(tried[merit.argmin()])
+            fresh = np.exp(np.clip(best + 2.0 * reach * np.minimum(high - low, _DECADE) * spread, low, high))
+            tried = np.concatenate([tried, fresh])
+            merit = np.concatenate([merit, self._rough(fresh)])
+        return tried, merit
+
     def _rough(self, x: FloatArray) -> FloatArray:
         """Merit of designs (n, n_vars) at the first speeds: log violation, then the goal."""
         missed, goal = np.zeros(len(x)), np.zeros(len(x))
         for part, speeds in zip(self.parts, self.speeds, strict=True):
-            value = self.plane.rough(as_limit(part, 1.0), np.array(speeds), x)
+            few = few_sampled(part.model, part.form, x) if self._cheap and isinstance(part.form, Modulus) else None
+            value = self.plane.rough(as_limit(part, 1.0), np.array(speeds), x) if few is None else few
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 if isinstance(part, Aim):
                     self._goals = value
@@ -244,6 +266,14 @@ class _Run:
         goal = self.value * (aim.sense if aim is not None else 1.0)
         bound = self.value - self.gap * abs(self.value) if status == "optimal" and aim is not None else float("nan")
         return Found(status, self.best, claim, self.name, bound, {**self._details(), "goal": goal})
+
+
+def _is_cheap(part: Limit | Aim) -> bool:
+    """Whether many speeds of many designs can be looked at in no time."""
+    if isinstance(part.form, Monomials):
+        return True
+    greatest = part.sense > 0 if isinstance(part, Aim) else part.side == "at_most"
+    return greatest and isinstance(part.form, Modulus) and applies(part.model, part.form)
 
 
 def _widened(limit: Limit) -> Limit:

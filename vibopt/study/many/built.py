@@ -81,6 +81,8 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
         mass = known[f"bodies.{body}.weight"] / GRAVITY
     links = {}
     for name, table in scene.links.items():
+        if table.part is not None:  # its rating is a limit that no table of limits names
+            raise RefusedError
         given = {
             key: number(
                 f"links.{name}.{key}", getattr(table, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0

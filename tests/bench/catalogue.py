@@ -1,0 +1,102 @@
+"""Parts from a catalogue: seconds to the proven best, against looking at every combination one by one.
+
+    python tests/bench/catalogue.py [parts ...]
+
+Two masses on two groups of up to four mounts each; limits on the static load of each mount, the lowest natural
+frequency, the amplitude over the whole run-up, and the price; least force into the floor, and least price.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.scene.document import placed
+from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Scene
+from vibopt.solve.branch import Judge
+from vibopt.solve.shelf.method import Catalogue
+from vibopt.solve.shelf.tree import Shelf, factors_of
+
+MOST_ENUMERATED = 100_000
+HEADS = "part;rated load min [N];rated load max [N];stiffness [N/mm];loss factor;price [EUR]"
+
+
+def catalogue(folder: Path, parts: int) -> None:
+    """Parts spread over loads, hardness and prices as makers spread them."""
+    rng = np.random.default_rng(parts)
+    rows = [HEADS]
+    for index in range(parts):
+        load = 10 ** rng.uniform(2.6, 4.3)
+        stiff = 1e-3 * load / rng.uniform(2e-3, 12e-3)
+        price = 3.0 + 0.4 * load**0.55 * rng.uniform(0.8, 1.3)
+        cells = (0.15 * load, load, stiff, rng.uniform(0.05, 0.25), price)
+        rows.append(f"P{index};" + ";".join(f"{one:.5g}" for one in cells))
+    (folder / "parts.csv").write_text("\n".join(rows), encoding="utf-8")
+
+
+def scene(folder: Path, goal: dict[str, str], *, counts: bool) -> Scene:
+    """A machine on a frame on a floor."""
+    part = {"part": {"catalogue": "parts.csv"}, "count": {"from": 1, "to": 4, "whole": True} if counts else 4}
+    document = {
+        "bodies": {"machine": {"mass": "900 kg"}, "frame": {"mass": "1200 kg"}},
+        "links": {
+            "upper": {"between": ["machine", "frame"], **part},
+            "lower": {"between": ["frame", "ground"], **part},
+        },
+        "excitations": {
+            "shaft": {"kind": "unbalance", "on": "machine", "unbalance": "0.1 kg m", "speed": "1200..1500 rpm"}
+        },
+        "limits": {
+            "bounce": {"response": "natural_frequency", "at_least": "3 Hz", "at_most": "8 Hz"},
+            "run_up": {"response": "displacement", "of": "machine", "over": "start-up", "at_most": "1.5 mm"},
+            "price": {"response": "price", "at_most": "400 EUR"},
+        },
+        "goal": goal,
+    }
+    return from_dict(placed(document, folder), name="bench.toml")
+
+
+def enumerated(program: Program) -> tuple[float, float]:
+    """Least goal over all combinations, and seconds."""
+    began = time.perf_counter()
+    judge, shelf = Judge(program), Shelf(factors_of(program), len(program.axes))
+    best = np.inf
+    for entries in product(*(range(len(one.table)) for one in shelf.factors)):
+        x = shelf.designs(np.array([entries]))[0]
+        if judge.feasible(x):
+            best = min(best, judge.goal(x).value)
+    return best, time.perf_counter() - began
+
+
+def main() -> None:
+    """A table of sizes."""
+    sizes = [int(one) for one in sys.argv[1:]] or [20, 70, 150, 300, 1000]
+    goals = {"force": {"minimise": "transmitted_force", "into": "ground"}, "price": {"minimise": "price"}}
+    print(f"{'parts':>6} {'goal':>6} {'combinations':>13} {'seconds':>8} {'measured':>9} {'one by one':>11}  same")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for parts, (goal, words), counts in product(sizes, goals.items(), (False, True)):
+            catalogue(folder, parts)
+            program = pose(scene(folder, words, counts=counts))
+            began = time.perf_counter()
+            found = Catalogue().solve(program)
+            seconds = time.perf_counter() - began
+            total = found.details["combinations"]
+            line = f"{parts:6} {goal:>6} {total:13} {seconds:8.2f} {found.details['measured']:9}"
+            if total <= MOST_ENUMERATED:
+                best, slow = enumerated(program)
+                same = found.status == "optimal" and abs(found.bound - best) <= 1e-9 * abs(best)
+                line += f" {slow:9.1f} s  {'yes' if same or (found.x is None and not np.isfinite(best)) else 'NO'}"
+            print(line, found.status, flush=True)
+
+
+if __name__ == "__main__":
+    main()

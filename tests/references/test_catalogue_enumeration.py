@@ -1,0 +1,108 @@
+"""The shipped catalogue problems against brute force: every combination, by formulas written out here."""
+
+from __future__ import annotations
+
+import csv
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibopt.scene.read import read
+from vibopt.solve import solve
+
+MOUNTS = Path(__file__).parents[2] / "problems" / "mounts"
+GRAVITY = 9.80665
+
+
+def parts() -> list[dict[str, float | str]]:
+    """The rows of the shipped catalogue in SI, read by other code."""
+    with (MOUNTS / "mounts.csv").open(encoding="utf-8-sig", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter=";"))
+
+    def number(row: dict[str, str], key: str) -> float:
+        return float(row[key].replace(",", "."))
+
+    return [
+        {
+            "name": row["part"],
+            "least": number(row, "rated load min [N]"),
+            "most": number(row, "rated load max [N]"),
+            "k": 1e3 * number(row, "stiffness [N/mm]"),
+            "static": 1e3 * number(row, "static stiffness [N/mm]"),
+            "loss": number(row, "loss factor"),
+            "price": number(row, "price [EUR]"),
+        }
+        for row in rows
+    ]
+
+
+def numbers(rows: list[dict[str, float | str]], key: str) -> np.ndarray:
+    """One column as an array."""
+    return np.array([row[key] for row in rows], dtype=float)
+
+
+def test_the_catalogue_has_sixty_parts_and_says_that_they_are_made_up() -> None:
+    text = (MOUNTS / "mounts.csv").read_text(encoding="utf-8-sig")
+    assert len(parts()) == 60
+    assert all(line.startswith("made up;") for line in text.splitlines()[1:])
+
+
+def test_compressor_by_brute_force() -> None:
+    """One mass m on n mounts: X = m_e e w^2 / |n k (1 + i eta) - m w^2|, force through = n k |1 + i eta| X."""
+    rows, mass, unbalance, speed = parts(), 620.0, 0.09, 970.0 * np.pi / 30.0
+    omega = np.linspace(1e-3, speed, 400_001)
+    found = []
+    for index, count in product(range(len(rows)), range(4, 9)):
+        row = {key: float(value) for key, value in rows[index].items() if key != "name"}
+        load = mass * GRAVITY / count
+        stiff = count * row["k"] * (1.0 + 1j * row["loss"])
+        if not row["least"] <= load <= row["most"] or load / row["static"] > 8e-3:
+            continue
+        force = abs(stiff) * unbalance * speed**2 / abs(stiff - mass * speed**2)
+        if force > 250.0:
+            continue
+        moved = (unbalance * omega**2 / np.abs(stiff - mass * omega**2)).max()
+        assert abs(moved / 1.2e-3 - 1.0) > 1e-6, "too near the limit for a grid to tell"
+        if moved < 1.2e-3:
+            found.append((round(count * row["price"], 9), str(rows[index]["name"]), count))
+    design = solve(read(MOUNTS / "compressor_on_bought_mounts.toml"))
+    picks = design.details["picks"]
+    assert [(round(one["goal"], 9), one["parts"]["links.feet.part"]) for one in picks] == [
+        (price, name) for price, name, _ in sorted(found)[:10]
+    ]
+    assert design.status == "optimal"
+
+
+def test_chiller_by_brute_force() -> None:
+    """Two masses in a row, 7200 combinations, each solved directly at the one speed of the goal."""
+    rows, speed, upper_mass, frame = parts(), 1450.0 * np.pi / 30.0, 900.0, 1400.0
+    k, loss, price = numbers(rows, "k"), numbers(rows, "loss"), numbers(rows, "price")
+    least, most = numbers(rows, "least"), numbers(rows, "most")
+    omega = np.linspace(0.01, 1.0, 2000) * speed
+    first = [i for i in range(60) if least[i] <= upper_mass * GRAVITY / 4 <= most[i]]
+    found = []
+    for i, j, count in product(first, range(60), (4, 6)):
+        load = (upper_mass + frame) * GRAVITY / count
+        cost = 4 * price[i] + count * price[j]
+        if not least[j] <= load <= most[j] or cost > 450.0:
+            continue
+        upper, lower = 4 * k[i] * (1 + 1j * loss[i]), count * k[j] * (1 + 1j * loss[j])
+        modes = np.linalg.eigvals(
+            np.array([[4 * k[i], -4 * k[i]], [-4 * k[i], 4 * k[i] + count * k[j]]])
+            / np.array([[upper_mass], [frame]])
+        )
+        if np.sqrt(modes.min()) < 3.0 * 2.0 * np.pi:
+            continue
+        determinant = (upper - upper_mass * omega**2) * (upper + lower - frame * omega**2) - upper**2
+        top = 0.08 * omega**2 * np.abs((upper + lower - frame * omega**2) / determinant)
+        force = 0.08 * omega[-1] ** 2 * abs(upper * lower / determinant[-1])
+        assert abs(top.max() / 1.5e-3 - 1.0) > 1e-3
+        if top.max() < 1.5e-3:
+            found.append((force, rows[i]["name"], rows[j]["name"]))
+    best = sorted(found)[:10]
+    picks = solve(read(MOUNTS / "chiller_on_two_stages.toml"), explain=False).details["picks"]
+    assert [one["goal"] for one in picks] == pytest.approx([one[0] for one in best], rel=1e-12)
+    names = [(one["parts"]["links.upper.part"], one["parts"]["links.lower.part"]) for one in picks]
+    assert names == [(one[1], one[2]) for one in best]

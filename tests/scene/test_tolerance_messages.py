@@ -1,0 +1,159 @@
+"""What is said of tolerances that cannot be, word for word."""
+
+from __future__ import annotations
+
+import pytest
+
+from vibopt.errors import InputError
+from vibopt.scene.read import from_text
+from vibopt.scene.uncertain import uncertain
+
+SCENE = """\
+[bodies.press]
+mass = { value = "300 kg", tolerance = "5 %" }
+[links.mount]
+between = ["press", "ground"]
+stiffness = { value = "2 MN/m", tolerance = 0.2 }
+damping = "9 kN s/m"
+[excitations.press]
+kind = "force"
+on = "press"
+amplitude = "30 kN"
+speed = "3000 rpm"
+varies = "constant"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "10 kN"
+"""
+MASS = '{ value = "300 kg", tolerance = "5 %" }'
+WRONG = [
+    (
+        '"5 %"',
+        '"100 %"',
+        'line 2: bodies.press.mass = { value = "300 kg", tolerance = "100 %" } has a tolerance that may leave nothing '
+        'of it. Write less than 100 %, for example tolerance = "5 %".',
+    ),
+    (
+        '"5 %"',
+        '"-5 %"',
+        'line 2: bodies.press.mass = { value = "300 kg", tolerance = "-5 %" } has a negative tolerance, but a '
+        "tolerance goes both ways. Write it without the sign.",
+    ),
+    (
+        '"5 %"',
+        '"15 kg"',
+        'line 2: bodies.press.mass = { value = "300 kg", tolerance = "15 kg" } has a tolerance that is no ratio. Write '
+        'less than 100 %, for example tolerance = "5 %".',
+    ),
+    (
+        '"5 %"',
+        "true",
+        'line 2: bodies.press.mass = { value = "300 kg", tolerance = true } has a tolerance that is no number. Write '
+        'less than 100 %, for example tolerance = "5 %".',
+    ),
+    (
+        '"5 %"',
+        '"-20 dB"',
+        'line 2: bodies.press.mass = { value = "300 kg", tolerance = "-20 dB" } has a tolerance in dB. Write less '
+        'than 100 %, for example tolerance = "5 %".',
+    ),
+    (
+        MASS,
+        '{ value = "300 kg" }',
+        'line 2: bodies.press.mass = { value = "300 kg" } has a value without a tolerance. Add tolerance = "5 %", or '
+        "write the value alone.",
+    ),
+    (
+        MASS,
+        '{ tolerance = "5 %" }',
+        'line 2: bodies.press.mass = { tolerance = "5 %" } needs one value, or from and to. Write { value = "...", '
+        'tolerance = "5 %" }.',
+    ),
+    (
+        MASS,
+        '{ value = { from = "1 kg", to = "2 kg" }, tolerance = "5 %" }',
+        'line 2: bodies.press.mass = { value = { from = "1 kg", to = "2 kg" }, tolerance = "5 %" } has a table as its '
+        'value. Write { value = "...", tolerance = "5 %" }.',
+    ),
+    (
+        "between",
+        'count = { value = 4, tolerance = "5 %" }\nbetween',
+        'line 4: links.mount.count = { value = 4, tolerance = "5 %" } has a tolerance, but a count is built as it is '
+        "said. Remove the tolerance.",
+    ),
+    (
+        "between",
+        'dynamic_to_static = { value = 1.4, tolerance = "5 %" }\nbetween',
+        'line 4: links.mount.dynamic_to_static = { value = 1.4, tolerance = "5 %" } has a tolerance, but only '
+        "masses, stiffnesses and dampings of devices have one. Write the value alone.",
+    ),
+    (
+        "between",
+        'tolerance = "120 %"\nbetween',
+        'line 4: links.mount.tolerance = "120 %" has a tolerance that may leave nothing of it. Write less than 100 %, '
+        'for example tolerance = "5 %".',
+    ),
+    (
+        'amplitude = "30 kN"',
+        'amplitude = { value = "30 kN", tolerance = "5 %" }',
+        'line 10: excitations.press.amplitude = { value = "30 kN", tolerance = "5 %" } has a tolerance, but only '
+        "masses, stiffnesses and dampings of devices have one. Write the value alone.",
+    ),
+    (
+        'speed = "3000 rpm"',
+        'speed = { value = "3000 rpm", tolerance = "5 %" }',
+        'line 11: excitations.press.speed = { value = "3000 rpm", tolerance = "5 %" } has a tolerance, but a speed has '
+        'none. Write every speed: "2900..3100 rpm".',
+    ),
+    (
+        'at_most = "10 kN"',
+        'at_most = { value = "10 kN", tolerance = "5 %" }',
+        'line 16: limits.floor.at_most = { value = "10 kN", tolerance = "5 %" } has a tolerance, but a limit has none. '
+        "Write the value alone.",
+    ),
+    (
+        '["press", "ground"]',
+        '{ value = ["press", "ground"], tolerance = "5 %" }',
+        'line 4: links.mount.between = { value = ["press", "ground"], tolerance = "5 %" } is not a pair of names. '
+        'Write between = ["machine", "ground"].',
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), WRONG, ids=[new for _, new, _ in WRONG])
+def test_a_tolerance_that_cannot_be_is_refused_in_a_sentence(old: str, new: str, said: str) -> None:
+    assert old in SCENE
+    with pytest.raises(InputError) as refused:
+        from_text(SCENE.replace(old, new, 1), name="press.toml")
+    assert str(refused.value) == f"press.toml {said}"
+
+
+def test_find_all_wants_a_machine_without_tolerances() -> None:
+    speeds = '{ from = "0 rpm", to = "9000 rpm" }'
+    text = SCENE.replace('"3000 rpm"', speeds) + '[goal]\nfind_all = "press.speed"\n'
+    with pytest.raises(InputError) as refused:
+        from_text(text, name="press.toml")
+    assert str(refused.value) == (
+        "press.toml line 18: goal.find_all looks for speeds of a given machine, but bodies.press.mass has a tolerance. "
+        "Remove it, or ask with limits over a range of speeds."
+    )
+
+
+def test_a_tolerance_of_a_table_is_that_of_each_of_its_numbers() -> None:
+    text = SCENE.replace("between", 'tolerance = "10 %"\nbetween')
+    assert {one.path: one.tolerance for one in uncertain(from_text(text))} == {
+        "bodies.press.mass": 0.05,
+        "links.mount.stiffness": 0.2,
+        "links.mount.damping": 0.1,
+    }
+
+
+def test_a_tolerance_of_a_body_in_space_is_not_passed_over() -> None:
+    body = 'motion = "space"\nshape = { box = ["1 m", "1 m", "1 m"] }\n[links.mount]'
+    with pytest.raises(InputError) as refused:
+        from_text(SCENE.replace("[links.mount]", body), name="press.toml")
+    assert (
+        "press.toml line 2: bodies.press.mass has a tolerance, which only bodies along a line or about an axis, links "
+        "and absorbers can have so far. Remove it."
+    ) in str(refused.value)

@@ -1,0 +1,162 @@
+"""Parts from catalogues: the search never differs from looking at every combination."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from vibopt.design.design import Design
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.scene.document import placed
+from vibopt.scene.read import from_dict, read
+from vibopt.scene.scene import Scene
+from vibopt.solve import solve
+from vibopt.solve.branch import Judge
+from vibopt.solve.shelf.method import Catalogue
+from vibopt.solve.shelf.tree import Shelf, factors_of
+
+MOUNTS = Path(__file__).parents[2] / "problems" / "mounts"
+DAMPINGS = ("damping [N s/m]", "loss factor", "damping ratio")
+
+
+def shelf_of(folder: Path, rng: np.random.Generator, parts: int, damper: str) -> None:
+    """A random catalogue, semicolons and decimal commas."""
+    heads = ["part", "rated load min [N]", "rated load max [N]", "stiffness [N/mm]", "static stiffness [N/mm]", damper]
+    rows = [";".join([*heads, "price [EUR]"])]
+    for index in range(parts):
+        load, stiff = 10 ** rng.uniform(2.6, 4.0), 10 ** rng.uniform(1.3, 3.3)
+        damping = 10 ** rng.uniform(2.0, 3.5) if "N s" in damper else rng.uniform(0.02, 0.3)
+        cells = (0.2 * load, load, stiff, stiff / rng.uniform(1.0, 1.6), damping, float(rng.integers(5, 90)))
+        rows.append(f"P{index};" + ";".join(f"{one:.6g}".replace(".", ",") for one in cells))
+    (folder / "random.csv").write_text("\n".join(rows), encoding="utf-8")
+
+
+def document_of(rng: np.random.Generator, *, two: bool, goal: str) -> dict[str, Any]:
+    """One or two masses on one or two groups of parts, with limits of every kind."""
+    part = {"part": {"catalogue": "random.csv"}}
+    links: dict[str, Any] = {
+        "a": {"between": ["machine", "ground"], "count": {"from": 3, "to": 5, "whole": True}, **part}
+    }
+    bodies = {"machine": {"mass": f"{rng.uniform(300, 1500):.4g} kg"}}
+    if two:
+        links["a"]["between"] = ["machine", "frame"] if rng.random() < 0.5 else ["machine", "ground"]
+        links["b"] = {"between": ["frame", "ground"], "count": 4, "relative_to": "machine", **part}
+        if links["a"]["between"][1] == "ground":
+            links["b"] = {**links["a"], "relative_to": "machine"}
+        else:
+            bodies["frame"] = {"mass": f"{rng.uniform(300, 900):.4g} kg"}
+        links["a"]["relative_to"] = "machine"
+    goals = {
+        "price": {"minimise": "price"},
+        "force": {"minimise": "transmitted_force", "into": "ground"},
+        "frequency": {"maximise": "natural_frequency"},
+        "isolation": {"maximise": "isolation", "into": "ground", "at": "1500 rpm"},
+    }
+    return {
+        "bodies": bodies,
+        "links": links,
+        "excitations": {
+            "shaft": {
+                "kind": "unbalance",
+                "on": "machine",
+                "unbalance": f"{rng.uniform(0.02, 0.3):.3g} kg m",
+                "speed": "800..1500 rpm",
+            }
+        },
+        "limits": {
+            "floor": {"response": "transmitted_force", "into": "ground", "at_most": f"{rng.uniform(300, 6e3):.4g} N"},
+            "run_up": {
+                "response": "displacement",
+                "of": "machine",
+                "over": "start-up",
+                "at_most": f"{rng.uniform(0.5, 5.0):.3g} mm",
+            },
+            "bounce": {"response": "natural_frequency", "at_most": f"{rng.uniform(4, 12):.3g} Hz"},
+            "price": {"response": "price", "at_most": "700 EUR"},
+        },
+        "goal": goals[goal],
+    }
+
+
+def scene_of(folder: Path, seed: int, *, two: bool, goal: str, parts: int) -> Scene:
+    """A random scene beside its catalogue."""
+    rng = np.random.default_rng(seed)
+    damper = DAMPINGS[seed % 3]
+    shelf_of(folder, rng, parts, damper)
+    document = document_of(rng, two=two, goal=goal)
+    if "ratio" not in damper:
+        for link in document["links"].values():
+            link.pop("relative_to", None)
+    return from_dict(placed(document, folder), name="random.toml")
+
+
+def enumerated(program: Program) -> list[float]:
+    """Goals of all choices that meet every limit, in the sense to be minimised, best first."""
+    judge, shelf = Judge(program), Shelf(factors_of(program), len(program.axes))
+    found = []
+    for entries in product(*(range(len(one.table)) for one in shelf.factors)):
+        x = shelf.designs(np.array([entries]))[0]
+        if judge.feasible(x):
+            found.append(judge.goal(x).value)
+    return sorted(found)
+
+
+@pytest.mark.parametrize("two", [False, True], ids=["one group", "two groups"])
+@pytest.mark.parametrize("goal", ["price", "force", "frequency", "isolation"])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seed=st.integers(0, 10_000))
+def test_the_best_are_those_of_full_enumeration(tmp_path: Path, goal: str, two: bool, seed: int) -> None:
+    program = pose(scene_of(tmp_path, seed, two=two, goal=goal, parts=7 if two else 20))
+    method = Catalogue()
+    assert method.refuses(program) is None
+    found = method.solve(program)
+    wanted = enumerated(program)
+    if not wanted:
+        assert found.status == "infeasible"
+        return
+    assert found.status == "optimal"
+    goals = [one["goal"] for one in found.details["picks"]]
+    if found.details["mirrored"]:
+        assert goals[0] == pytest.approx(wanted[0], rel=1e-12)
+        assert all(any(abs(one - other) <= 1e-9 * abs(one) for other in wanted) for one in goals)
+    else:
+        assert goals == pytest.approx(wanted[: len(goals)], rel=1e-9)
+        assert len(goals) == min(len(wanted), 10)
+
+
+def test_two_groups_that_may_be_exchanged_are_looked_at_once(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    shelf_of(tmp_path, rng, 9, "loss factor")
+    part = {"between": ["machine", "ground"], "part": {"catalogue": "random.csv"}, "count": 2}
+    document = {
+        "bodies": {"machine": {"mass": "700 kg"}},
+        "links": {"a": part, "b": part},
+        "goal": {"minimise": "price"},
+    }
+    program = pose(from_dict(placed(document, tmp_path), name="twins.toml"))
+    found = Catalogue().solve(program)
+    assert found.details["mirrored"] > 0
+    single = enumerated(program)
+    goals = [one["goal"] for one in found.details["picks"]]
+    assert goals[0] == single[0]
+    assert all(goal in single for goal in goals)
+
+
+@pytest.fixture(scope="module")
+def compressor() -> Design:
+    return solve(read(MOUNTS / "compressor_on_bought_mounts.toml"))
+
+
+def test_the_answer_names_what_to_order(compressor: Design) -> None:
+    assert compressor.status == "optimal"
+    assert compressor.places["links.feet.part"].value == "S60-60"
+    text = compressor.report()
+    assert "4 x S60-60 (feet)" in text
+    assert "cannot carry the load" in text

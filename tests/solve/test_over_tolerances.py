@@ -1,0 +1,139 @@
+"""Answers of scenes with tolerances, and what is said of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from vibopt.design.jsonable import as_json
+from vibopt.design.report import html
+from vibopt.scene.read import from_text, read, with_changes
+from vibopt.solve import solve
+from vibopt.study.freeze import frozen
+from vibopt.study.prices import priced
+from vibopt.study.sweep import sweep
+from vibopt.study.whatif import whatif
+
+PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "press_on_rubber.toml"
+BRIDGE = Path(__file__).parents[2] / "problems" / "absorbers" / "footbridge_detuned.toml"
+
+
+def test_text_says_what_tolerances_cost_and_which_machine_is_worst() -> None:
+    said = solve(read(PRESS)).report()
+    assert "over the tolerances: all of it proven (to 1e-03 of the bound where a limit is\n  tight)" in said
+    assert (
+        """
+What the tolerances cost
+                         without     with
+  stiffness              6957 kN/m   3676 kN/m
+  links.mount.stiffness  6957 kN/m   4595 kN/m
+  links.mount.damping    9909 N s/m  15775 N s/m
+
+Worst machine within the tolerances
+  floor_force      bodies.press.mass -5 %, links.mount.stiffness +20 %,
+                   links.mount.damping +10 %
+  start_up         bodies.press.mass +5 %, links.mount.stiffness -20 %,
+                   links.mount.damping -10 %
+  goal: stiffness  links.mount.stiffness -20 %
+"""
+        in said
+    )
+
+
+def test_json_and_page_carry_both_answers() -> None:
+    design = solve(read(PRESS))
+    data = as_json(design)
+    assert data["tolerances"]["goal"]["shown"] == "6957 kN/m"
+    assert data["tolerances"]["uncertain"]["links.mount.stiffness"] == 0.2
+    assert data["limits"]["start_up"]["off"] == {
+        "bodies.press.mass": pytest.approx(0.05),
+        "links.mount.stiffness": pytest.approx(-0.2),
+        "links.mount.damping": pytest.approx(-0.1),
+    }
+    page = html(design)
+    assert "What the tolerances cost" in page
+    assert "links.mount.stiffness -20 %" in page
+
+
+def test_a_scene_without_tolerances_says_nothing_of_them() -> None:
+    scene = with_changes(
+        read(PRESS),
+        {
+            "bodies.press.mass": "300 kg",
+            "links.mount.stiffness": {"from": "10 kN/m", "to": "1 GN/m"},
+            "links.mount.damping": {"from": "10 N s/m", "to": "1 MN s/m"},
+        },
+    )
+    design = solve(scene)
+    assert design.tolerances is None
+    assert "tolerances" not in as_json(design)
+    assert "olerance" not in design.report()
+
+
+def test_an_infeasible_scene_says_that_it_is_so_without_tolerances_already() -> None:
+    design = solve(with_changes(read(PRESS), {"limits.start_up.at_most": "1 mm"}))
+    assert design.status == "infeasible"
+    assert design.claim.startswith("even without tolerances: ")
+
+
+def test_a_scene_that_only_its_tolerances_make_infeasible_is_proven_so() -> None:
+    design = solve(with_changes(read(PRESS), {"limits.start_up.at_most": "15 mm"}))
+    assert design.status == "infeasible"
+    assert "machines within the tolerances" in design.claim
+    assert design.tolerances is not None
+    assert design.tolerances.status == "optimal"
+
+
+def test_the_bought_design_keeps_its_tolerances() -> None:
+    for path in (PRESS, BRIDGE):
+        design = solve(read(path))
+        text = path.read_text(encoding="utf-8")
+        kept = frozen(from_text(text + '\n[measures.most]\nresponse = "total_mass"\n'), design.x)
+        again = solve(kept)
+        assert again.status == "met"
+        for name, row in design.limits.items():
+            assert again.limits[name].value.value == pytest.approx(row.value.value, rel=1e-9)
+
+
+def test_what_if_prices_and_sweeps_count_with_tolerances() -> None:
+    scene = read(PRESS)
+    changed = whatif(scene, {"excitations.press.amplitude": "31 kN"}, keep_design=True)
+    assert changed.breaks == ("floor_force", "start_up")
+    assert changed.thresholds == ()
+    price = priced(changed.before).limits["start_up"].price
+    assert price is not None
+    assert price.words == "20 mm pk -> 23 mm pk: stiffness 3676 kN/m -> 4017 kN/m"
+    points = sweep(scene, "limits.start_up.at_most", "15 mm..25 mm", 3).points
+    assert [one.status for one in points] == ["infeasible", "optimal", "optimal"]
+
+
+def test_what_cannot_be_proven_is_called_feasible() -> None:
+    """A decay rate has no bounds on boxes: its worst machine is found and not proven."""
+    scene = from_text(
+        """
+[bodies.a]
+mass = { value = "100 kg", tolerance = "5 %" }
+[bodies.b]
+mass = "5 kg"
+[links.k]
+between = ["a", "ground"]
+stiffness = "1 MN/m"
+[links.t]
+between = ["b", "a"]
+stiffness = { from = "5 kN/m", to = "500 kN/m" }
+damping = "200 N s/m"
+[limits.rate]
+response = "decay_rate"
+at_least = "2 1/s"
+[goal]
+maximise = "stiffness"
+of = "t"
+"""
+    )
+    design = solve(scene)
+    assert design.status == "feasible"
+    assert not design.proven
+    assert design.tolerances is not None
+    assert design.tolerances.open == ("rate",)
+    assert "machines found, not proven for rate" in design.claim

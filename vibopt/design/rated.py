@@ -1,0 +1,75 @@
+"""Parts of catalogues in the finished design: their names, and their static load against what they are rated for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from vibopt.design.design import Checked, Placed, Shown
+from vibopt.devices import LinkTable
+from vibopt.mechanics.machine import Joint, Machine
+from vibopt.scene.places import bound_parts
+from vibopt.scene.scene import Scene
+from vibopt.values.fields import Choice, Fact
+
+TOLERANCE = 1e-9
+"""Part of a rating by which a load may miss it: rounding, and no more."""
+
+
+def parts_of(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Placed]:
+    """The part chosen of each catalogue, by path."""
+    found = {}
+    for one in bound_parts(scene):
+        name = one.names[one.chosen(chosen)]
+        found[one.path] = Placed(name, one.names, f"{len(one.names)} parts of {one.catalogue.file}")
+    return found
+
+
+def load_of(machine: Machine, joint: Joint) -> float:
+    """Static force of one mount of a group [N]; infinite where nothing holds the machine."""
+    sag = machine.sag()
+    if sag is None:
+        return float("inf")
+    squeezed = sag.get(joint.ends[1], 0.0) - sag.get(joint.ends[0], 0.0)
+    return abs(squeezed) * joint.static_stiffness / joint.count
+
+
+def rated_rows(scene: Scene, chosen: Mapping[str, float], machine: Machine) -> dict[str, Checked]:
+    """The static load of one mount of each bought part, on the machine as built."""
+    rows = {}
+    for name, link in scene.links.items():
+        sides = list(_ratings(name, link, chosen))
+        load = load_of(machine, machine.joint(name)) if sides else 0.0
+        for side, rating, unit in sides:
+            key = f"{name}: rated load"
+            margin = (rating - load) / rating if side == "at_most" else (load - rating) / rating
+            margin = float(margin) if np.isfinite(load) else -np.inf
+            rows[key if key not in rows else f"{key} ({side})"] = Checked(
+                name=key,
+                response="static_load",
+                place=f"of {name}",
+                side=side,
+                value=Shown.of(load, "force", "N", unit),
+                limit=Shown.of(rating, "force", "N", unit),
+                margin=margin,
+                active=abs(margin) <= 1e-6,
+                met=margin >= -TOLERANCE,
+            )
+    return rows
+
+
+def _ratings(name: str, link: LinkTable, chosen: Mapping[str, float]) -> Iterator[tuple[str, float, str]]:
+    """Side, rating [N] and unit of what a part is rated for."""
+    if link.part is None:
+        return
+    for side, key in (("at_most", "rated_max"), ("at_least", "rated_min")):
+        value: Fact | Choice | None = getattr(link.part, key)
+        if value is None:
+            continue
+        rating = value.value if isinstance(value, Fact) else chosen[f"links.{name}.part.{key}"]
+        if rating > 0.0:
+            yield side, rating, value.unit
+
+
+__all__ = ["load_of", "parts_of", "rated_rows"]

@@ -1,0 +1,314 @@
+"""Mounts with a place and directions: identical ones form a group."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
+
+from vibopt.devices.device import Device, Ends
+from vibopt.devices.link import TwoEnds
+from vibopt.devices.symbols import Symbols
+from vibopt.errors import QuantityError
+from vibopt.forms import FloatArray
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.monomial import Monomial
+from vibopt.units import Quantity, read_range
+from vibopt.values import Fact, Table, Value, number, word
+from vibopt.values.fields import Rule, RuleSchema, complaint, read_value
+from vibopt.values.vectors import AXES, Vector, read_direction, read_place
+
+
+class StiffnessAxes(Table):
+    """Stiffness along the mount's own x, y and z."""
+
+    x: Value = number("stiffness", required=True)
+    y: Value = number("stiffness", required=True)
+    z: Value = number("stiffness", required=True)
+
+
+class DampingAxes(Table):
+    """Viscous damping along the mount's own x, y and z."""
+
+    x: Value = number("damping", sign="not negative", required=True)
+    y: Value = number("damping", sign="not negative", required=True)
+    z: Value = number("damping", sign="not negative", required=True)
+
+
+class ThreeSchema(RuleSchema):
+    """Schema of a number or of a list of three."""
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        super().__call__(schema)
+        one = dict(schema)
+        schema.clear()
+        schema.update({"anyOf": [one, {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]})
+
+
+def _three(kind: type[Table], dimension: str, sign: str, given: object) -> object:
+    """A list of three values as its table; anything else is left for the field to read."""
+    if not isinstance(given, list):
+        return given
+    if len(given) != 3:
+        raise complaint(f"is a list of {len(given)}. Write one value, or three: along the mount's own x, y and z.")
+    rule, read = Rule(dimension, sign=sign), {}
+    for axis, one in zip(AXES, given, strict=True):
+        try:
+            read[axis] = read_value(rule, one)
+        except QuantityError as error:
+            raise complaint(f"has a wrong {axis}: {one!r} {error}".replace("'", '"')) from None
+    return kind(**read)
+
+
+Single = tuple[Vector, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sites:
+    """Places that a group may stand at: one of these sets is to be chosen; `given` is how the file says each."""
+
+    options: tuple[Single, ...]
+    given: tuple[object, ...]
+
+
+def _set(given: object) -> Single:
+    """One place or a list of them."""
+    if isinstance(given, list) and given and all(isinstance(one, list) for one in given):
+        found = tuple(read_place(one) for one in given)
+        if len(set(found)) < len(found):
+            raise complaint("names a place twice. Give each mount a place of its own.")
+        return found
+    return (read_place(given),)
+
+
+def _at(given: object) -> object:
+    if isinstance(given, (Sites, tuple)):
+        return given
+    if not isinstance(given, Mapping):
+        return _set(given)
+    listed = given.get("one_of")
+    if set(given) != {"one_of"} or not isinstance(listed, list) or not listed:
+        raise complaint(
+            'is a choice without places. Write at = { one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", "0 m"]] }.'
+        )
+    options = tuple(_set(one) for one in listed)
+    if len({len(one) for one in options}) > 1:
+        raise complaint("names sets of different sizes. Every set needs a place for each mount of the group.")
+    return options[0] if len(options) == 1 else Sites(options, tuple(listed))
+
+
+At = Annotated[
+    Any,
+    BeforeValidator(_at),
+    WithJsonSchema(
+        {
+            "anyOf": [{"type": "array"}, {"type": "object", "properties": {"one_of": {"type": "array"}}}],
+            "description": "a place, a list of places, or { one_of = [...] }",
+        }
+    ),
+]
+
+
+def _directions(given: object) -> object:
+    if isinstance(given, list) and given and all(isinstance(one, (list, str)) for one in given):
+        return tuple(read_direction(one) for one in given)
+    if isinstance(given, tuple) and given and isinstance(given[0], tuple):
+        return given
+    return (read_direction(given),)
+
+
+Directions = Annotated[
+    Any, BeforeValidator(_directions), WithJsonSchema({"type": ["string", "array"], "description": "one, or one a mount"})
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Rating:
+    """Least and greatest static load of one mount."""
+
+    least: Quantity
+    most: Quantity
+
+
+def _rating(given: object) -> object:
+    if isinstance(given, Rating):
+        return given
+    example = 'Write "500..3500 N".'
+    if not isinstance(given, str) or ".." not in given:
+        raise complaint(f"is no range of loads. {example}")
+    try:
+        least, most = read_range(given, "force")
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+    if least.value < 0.0:
+        raise complaint(f"is negative: a mount is rated for loads that press on it. {example}")
+    return Rating(least, most)
+
+
+Rated = Annotated[Any, BeforeValidator(_rating), WithJsonSchema({"type": "string", "description": "500..3500 N"})]
+
+
+class MountTable(Device):
+    """`[mounts.NAME]`: a group of identical mounts, each at its place; values are those of one."""
+
+    between: TwoEnds
+    at: At
+    stiffness: Value | StiffnessAxes = Field(json_schema_extra=ThreeSchema(Rule("stiffness")))
+    shear_ratio: Value | None = number("ratio")
+    damping: Value | DampingAxes | None = Field(
+        default=None, json_schema_extra=ThreeSchema(Rule("damping", sign="not negative"))
+    )
+    loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
+    direction: Directions = ((0.0, 0.0, 1.0),)
+    across: Directions | None = None
+    dynamic_to_static: Fact | None = number("ratio", choice=False)
+    rating: Rated = None
+    gap: Fact | None = number("length", choice=False)
+
+    @field_validator("stiffness", mode="before")
+    @classmethod
+    def _stiffnesses(cls, given: Any) -> Any:
+        return _three(StiffnessAxes, "stiffness", "positive", given)
+
+    @field_validator("damping", mode="before")
+    @classmethod
+    def _dampings(cls, given: Any) -> Any:
+        return _three(DampingAxes, "damping", "not negative", given)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_ratio(cls, given: Any) -> Any:
+        if isinstance(given, Mapping) and "damping_ratio" in given:
+            raise word(
+                "has a damping_ratio, but a machine in space has a mass and three inertias: relative to what? Write "
+                'damping = "2 kN s/m", or loss_factor = 0.1.'
+            )
+        return given
+
+    @model_validator(mode="after")
+    def _consistent(self) -> MountTable:
+        three = isinstance(self.stiffness, StiffnessAxes)
+        if not three and self.shear_ratio is None:
+            raise word(
+                "has one stiffness, that along its axis: how stiff is it across? Add shear_ratio = 0.5 (across over "
+                "along), or write three values: stiffness = [x, y, z]."
+            )
+        if three and self.shear_ratio is not None:
+            raise word("gives three stiffnesses and shear_ratio. Keep one of them.")
+        if three and self.damping is not None and not isinstance(self.damping, DampingAxes):
+            raise word("gives three stiffnesses but one damping. Write three: damping = [x, y, z].")
+        if self.damping is not None and self.loss_factor is not None:
+            raise word("gives damping and loss_factor. Keep one: they are two ways to say the damping of one mount.")
+        for key in ("direction", "across"):
+            many = len(getattr(self, key) or ())
+            if many > 1 and many != self.count:
+                raise word(f"has {self.count} places but {many} values of {key}. Give one for all, or one for each.")
+        self._check_across()
+        return self
+
+    def _check_across(self) -> None:
+        for own, side in zip(self._each(self.direction), self._each(self.across or (None,)), strict=True):
+            if side is not None and abs(float(np.dot(own, side))) > 1.0 - 1e-9:
+                raise word("has across along its direction. Write across at right angles to direction.")
+            if side is None and isinstance(self.stiffness, StiffnessAxes) and abs(own[2]) < 1.0 - 1e-9:
+                x, y = self.stiffness.x, self.stiffness.y
+                if x != y:
+                    raise word(
+                        "is inclined and differs across: which way does its own x point? Add across = [1, 0, 0], for "
+                        "example."
+                    )
+
+    def _each(self, given: tuple[Any, ...]) -> tuple[Any, ...]:
+        return given * self.count if len(given) == 1 else given
+
+    @property
+    def sites(self) -> Single:
+        """Place of each mount [m]; of the first set where the places are open."""
+        return self.at.options[0] if isinstance(self.at, Sites) else tuple(self.at)
+
+    @property
+    def count(self) -> int:
+        """Number of mounts."""
+        return len(self.sites)
+
+    @property
+    def frames(self) -> list[FloatArray]:
+        """Own x, y and z of each mount as rows (3, 3)."""
+        return [
+            _frame(np.array(own), None if side is None else np.array(side))
+            for own, side in zip(self._each(self.direction), self._each(self.across or (None,)), strict=True)
+        ]
+
+    def singles(self, name: str) -> tuple[str, ...]:
+        """Name of each mount of the group."""
+        return _singles(name, self.count)
+
+    @classmethod
+    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        at = given.get("at")
+        if isinstance(at, Mapping) and isinstance(at.get("one_of"), list) and at["one_of"]:
+            at = at["one_of"][0]
+        many = len(at) if isinstance(at, list) and at and all(isinstance(one, list) for one in at) else 1
+        return tuple(dict.fromkeys((name, *_singles(name, many))))
+
+    def joins(self, name: str) -> dict[str, Ends]:
+        return dict.fromkeys((name, *self.singles(name)), self.between)
+
+    def springs(self, name: str) -> tuple[str, ...]:
+        return (name, *self.singles(name))
+
+    def values_of(self, key: str, name: str, symbols: Symbols) -> list[Monomial] | None:
+        """Stiffness [N/m] or damping [N s/m] along the own x, y, z; None where it has none."""
+        given = getattr(self, key)
+        path = f"mounts.{name}.{key}"
+        if given is None:
+            return None
+        if isinstance(given, (StiffnessAxes, DampingAxes)):
+            return [symbols.read(f"{path}.{axis}", getattr(given, axis)) for axis in AXES]
+        assert self.shear_ratio is not None
+        along = symbols.read(path, given)
+        side = along * symbols.read(f"mounts.{name}.shear_ratio", self.shear_ratio)
+        return [side, side, along]
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Three links for each mount, along its own axes: NAME.1.x, NAME.1.y, NAME.1.z."""
+        stiffness, damping = self.values_of("stiffness", name, symbols), self.values_of("damping", name, symbols)
+        assert stiffness is not None
+        lossy = symbols.read(f"mounts.{name}.loss_factor", self.loss_factor) if self.loss_factor is not None else None
+        static = 1.0 / self.dynamic_to_static.value if self.dynamic_to_static is not None else 1.0
+        for single, at, frame in zip(self.singles(name), self.sites, self.frames, strict=True):
+            for k, axis in enumerate(AXES):
+                link = f"{single}.{axis}"
+                builder.add_spring_at(link, self.between, at, frame[k])
+                builder.add_stiffness(link, stiffness[k], static)
+                if damping is not None:
+                    builder.add_damping(link, damping[k])
+                if lossy is not None:
+                    builder.add_hysteretic(link, stiffness[k] * lossy)
+        builder.counts[name] = Monomial(float(self.count))
+
+
+def _singles(name: str, count: int) -> tuple[str, ...]:
+    return (name,) if count == 1 else tuple(f"{name}.{i + 1}" for i in range(count))
+
+
+def _frame(own: FloatArray, side: FloatArray | None) -> FloatArray:
+    """Rows x, y, z of a mount whose axis is `own`; x along `side`, else as level as y."""
+    if side is None:
+        level = np.array([-own[1], own[0], 0.0])
+        size = float(np.linalg.norm(level))
+        y = level / size if size > 1e-12 else np.array([0.0, 1.0, 0.0])
+        if size > 1e-12 and y[np.abs(y).argmax()] < 0.0:
+            y = -y
+        x = np.cross(y, own)
+    else:
+        x = side - own * float(own @ side)
+        x = x / np.linalg.norm(x)
+        y = np.cross(own, x)
+    return np.array([x, y, own])
+
+
+__all__ = ["MountTable", "Rating", "Sites"]

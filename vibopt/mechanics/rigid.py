@@ -1,0 +1,412 @@
+"""The machine as built where bodies move in space: Newton and Euler, by positions and cross products.
+
+The second road.  Every coordinate is moved by one in turn; the mounts answer with forces at their places,
+the forces and their moments about each centre of mass are added up, and what they do against each
+coordinate gives the matrices.  Bodies turn about their principal axes, so masses stand alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _solve_real
+
+_LETTERS = "xyz"
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid:
+    """A body in space.
+
+    mass, centre, tensor
+        [kg], (3,) [m], (3, 3) [kg m^2] about the centre.
+    freedoms
+        Words of its coordinates, of x, y, z, rx, ry, rz.
+    """
+
+    mass: float
+    centre: FloatArray
+    tensor: FloatArray
+    freedoms: tuple[str, ...]
+
+    @cached_property
+    def moves(self) -> list[tuple[FloatArray, FloatArray, float]]:
+        """Per coordinate the velocity of the centre, the angular velocity (3,), and what resists it."""
+        found = []
+        for k in range(3):
+            if _LETTERS[k] in self.freedoms:
+                found.append((np.eye(3)[k], np.zeros(3), self.mass))
+        turns = [k for k in range(3) if f"r{_LETTERS[k]}" in self.freedoms]
+        values, axes = np.linalg.eigh(self.tensor[np.ix_(turns, turns)])
+        for value, axis in zip(values, axes.T, strict=True):
+            spin = np.zeros(3)
+            spin[turns] = axis
+            found.append((np.zeros(3), spin, float(value)))
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Spring3:
+    """One mount: own axes as rows (3, 3); stiffness, static stiffness [N/m] and damping [N s/m] along them (3,)."""
+
+    name: str
+    ends: tuple[str, str]
+    at: FloatArray
+    axes: FloatArray
+    stiffness: FloatArray
+    static_stiffness: FloatArray
+    damping: FloatArray
+    loss_factor: float = 0.0
+
+
+@dataclass(frozen=True)
+class SpaceMachine(Machine):
+    """Bodies in space beside those on a line.
+
+    `masses` holds what resists each coordinate: NAME of what moves on a line, and numbered ones of each body in space.
+
+    rigid
+        Bodies in space.
+    line
+        Names of what moves on the one line, z.
+    mounts
+        Single mounts.
+    groups
+        Names of the mounts of each group.
+    fixed
+        Places on bodies by name.
+    spatial
+        Bases that move in any direction.
+    """
+
+    rigid: Mapping[str, Rigid] = field(default_factory=dict)
+    line: tuple[str, ...] = ()
+    mounts: tuple[Spring3, ...] = ()
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    fixed: Mapping[str, tuple[str, FloatArray]] = field(default_factory=dict)
+    spatial: tuple[str, ...] = ()
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        bodies = (*self.rigid, *self.fixed)
+        return (*self.line, *(f"{name}.{turn}{axis}" for name in bodies for turn in ("", "r") for axis in _LETTERS))
+
+    @cached_property
+    def columns(self) -> list[tuple[str, FloatArray, FloatArray]]:
+        """Per coordinate what it moves: name, velocity of its centre, angular velocity."""
+        found = [(name, np.array([0.0, 0.0, 1.0]), np.zeros(3)) for name in self.line]
+        for name, body in self.rigid.items():
+            found += [(name, velocity, spin) for velocity, spin, _ in body.moves]
+        return found
+
+    def _moved(self, place: str, at: FloatArray) -> FloatArray:
+        """Displacement at a place [m] on a body under each unit motion, shape (n, 3)."""
+        field_ = np.zeros((len(self.columns), 3))
+        for j, (name, velocity, spin) in enumerate(self.columns):
+            if name == place:
+                arm = at - self.rigid[name].centre if name in self.rigid else np.zeros(3)
+                field_[j] = velocity + np.cross(spin, arm)
+        return field_
+
+    def _against(self, place: str, at: FloatArray, force: FloatArray) -> FloatArray:
+        """Work of a force (3,) at a place on a body against each unit motion: by its sum and its moment; (n,)."""
+        done = np.zeros(len(self.columns))
+        for i, (name, velocity, spin) in enumerate(self.columns):
+            if name == place:
+                arm = at - self.rigid[name].centre if name in self.rigid else np.zeros(3)
+                done[i] = force @ velocity + np.cross(arm, force) @ spin
+        return done
+
+    def _assembled(self, which: str) -> FloatArray:
+        """Forces against each coordinate under unit motions of all, shape (n, n)."""
+        n = len(self.columns)
+        whole = np.zeros((n, n))
+        for mount in self.mounts:
+            strength = getattr(mount, which)
+            first, second = (self._moved(end, mount.at) for end in mount.ends)
+            for j in range(n):
+                stretch = mount.axes @ (second[j] - first[j])
+                if not stretch.any():
+                    continue
+                pull = (strength * stretch) @ mount.axes
+                whole[:, j] -= self._against(mount.ends[0], mount.at, pull)
+                whole[:, j] += self._against(mount.ends[1], mount.at, pull)
+        for joint in self.joints:
+            strength = {"hysteretic": joint.stiffness * joint.loss_factor}.get(which, getattr(joint, which, 0.0))
+            at = [self.line.index(end) for end in joint.ends if end in self.line]
+            for i in at:
+                whole[i, i] += strength
+            if len(at) == 2:
+                whole[at[0], at[1]] -= strength
+                whole[at[1], at[0]] -= strength
+        return whole
+
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        return self._four
+
+    @cached_property
+    def _four(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        lossy = SpaceMachine(
+            self.masses,
+            self.joints,
+            rigid=self.rigid,
+            line=self.line,
+            mounts=tuple(
+                Spring3(m.name, m.ends, m.at, m.axes, m.stiffness * m.loss_factor, m.static_stiffness, m.damping)
+                for m in self.mounts
+                if m.loss_factor
+            ),
+        )
+        hysteretic = lossy._assembled("stiffness") - lossy._joints_only("stiffness") + self._joints_only("hysteretic")
+        mass = np.diag(list(self.masses.values()))
+        return mass, self._assembled("damping"), self._assembled("stiffness"), hysteretic
+
+    def _joints_only(self, which: str) -> FloatArray:
+        return SpaceMachine(self.masses, self.joints, rigid=self.rigid, line=self.line)._assembled(which)
+
+    def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
+        """As `Machine.shake`; forces by place and direction ("pump.x", "pump.rx"), real arithmetic."""
+        flat = np.ravel(omega)
+        n = len(self.columns)
+        load = np.zeros((flat.size, n), dtype=complex)
+        for key, force in forces.items():
+            load += np.ravel(force)[:, None] * self._work(key)
+        supports = {key: np.ravel(one) for key, one in bases.items()}
+        for mount in self.mounts:
+            for end, other in ((mount.ends[0], mount.ends[1]), (mount.ends[1], mount.ends[0])):
+                moved = self._base(end, supports)
+                if moved is not None:
+                    stretch = moved @ mount.axes.T
+                    z = mount.stiffness * (1.0 + 1j * mount.loss_factor) + 1j * flat[:, None] * mount.damping
+                    pull = (z * stretch) @ mount.axes
+                    basis = np.array([self._against(other, mount.at, one) for one in np.eye(3)])
+                    load += pull @ basis
+        for joint in self.joints:
+            for here, there in (joint.ends, joint.ends[::-1]):
+                moved = self._base(there, supports)
+                if here in self.line and moved is not None:
+                    z1 = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * flat * joint.damping
+                    load[:, self.line.index(here)] += z1 * moved[:, 2]
+        mass, damping, stiffness, hysteretic = self._four
+        matrix = np.zeros((flat.size, 2 * n, 2 * n))
+        elastic = stiffness - flat[:, None, None] ** 2 * mass
+        dash = flat[:, None, None] * damping + hysteretic
+        matrix[:, :n, :n], matrix[:, n:, n:] = elastic, elastic
+        matrix[:, :n, n:], matrix[:, n:, :n] = -dash, dash
+        both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
+        state = (both[:, :n] + 1j * both[:, n:]).reshape(*omega.shape, n)
+        points = {name: state[..., i] for i, name in enumerate(self.line)}
+        for name in (*self.rigid, *self.fixed):
+            for k in range(3):
+                points[f"{name}.{_LETTERS[k]}"] = state @ self._row(name)[:, k]
+                points[f"{name}.r{_LETTERS[k]}"] = state @ self._turn(name)[:, k]
+        zero = np.zeros(omega.shape, dtype=complex)
+        for base in self.bases:
+            points[base] = bases.get(base, zero) + bases.get(f"{base}.z", zero)
+            for axis in _LETTERS:
+                points[f"{base}.{axis}"] = bases.get(f"{base}.{axis}", zero)
+        return Motion(points, forces, omega)
+
+    def _base(self, place: str, supports: Mapping[str, ComplexArray]) -> ComplexArray | None:
+        """Motion of a base (n, 3); None where it does not move."""
+        keys = [key for key in supports if key == place or (key[:-2] == place and key[-2:] in (".x", ".y", ".z"))]
+        if place not in self.bases or not keys:
+            return None
+        moved = np.zeros((len(supports[keys[0]]), 3), dtype=complex)
+        for key in keys:
+            moved[:, 2 if key == place else _LETTERS.index(key[-1])] += supports[key]
+        return moved
+
+    def _body(self, place: str) -> tuple[str, FloatArray]:
+        if place in self.fixed:
+            return self.fixed[place]
+        return place, self.rigid[place].centre
+
+    def _row(self, place: str) -> FloatArray:
+        """Displacement of a body's centre, or of a fixed place, under each unit motion, (n, 3)."""
+        return self._moved(*self._body(place))
+
+    def _turn(self, place: str) -> FloatArray:
+        """Rotation of the body of a place under each unit motion, (n, 3)."""
+        body = self._body(place)[0]
+        return np.array([spin if name == body else np.zeros(3) for name, _, spin in self.columns])
+
+    def _work(self, key: str) -> FloatArray:
+        """Work of a unit force or moment "place.x", "place.rx" against each coordinate, (n,)."""
+        if key in self.line:
+            return np.array([1.0 if name == key else 0.0 for name, _, _ in self.columns])
+        place, _, axis = key.rpartition(".")
+        if axis.startswith("r"):
+            return self._turn(place)[:, _LETTERS.index(axis[1])]
+        body, at = self._body(place)
+        return self._against(body, at, np.eye(3)[_LETTERS.index(axis)])
+
+    def moved(self, place: str, way: tuple[float, float, float], motion: Motion, *, turn: bool = False) -> ComplexArray:
+        """Motion of a place along a direction [m], or rotation about it [rad]."""
+        kind = ".r" if turn else "."
+        parts = [part * motion.points[f"{place}{kind}{axis}"] for part, axis in zip(way, _LETTERS, strict=True) if part]
+        value: ComplexArray = np.sum(parts, axis=0)
+        return value
+
+    def _end(self, place: str, at: FloatArray, motion: Motion) -> ComplexArray:
+        """Displacement at a place on a body, base or line (..., 3), from translation and rotation."""
+        zero = np.zeros((*motion.omega.shape, 3), dtype=complex)
+        if place in self.rigid:
+            slide = np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
+            turn = np.stack([motion.points[f"{place}.r{axis}"] for axis in _LETTERS], axis=-1)
+            moved: ComplexArray = slide + np.cross(turn, at - self.rigid[place].centre)
+            return moved
+        if place in self.spatial:
+            return np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
+        if place != GROUND and place in motion.points:
+            zero[..., 2] = motion.points[place]
+        return zero
+
+    def mount(self, name: str) -> Spring3:
+        """The single mount of a name."""
+        return next(one for one in self.mounts if one.name == name)
+
+    def stretch(self, mount: Spring3, motion: Motion) -> ComplexArray:
+        """Second end less first along the own axes (..., 3) [m]."""
+        apart = self._end(mount.ends[1], mount.at, motion) - self._end(mount.ends[0], mount.at, motion)
+        value: ComplexArray = apart @ mount.axes.T
+        return value
+
+    def mount_force(self, mount: Spring3, motion: Motion) -> ComplexArray:
+        """Force of a mount on its second end in space (..., 3) [N]."""
+        z = mount.stiffness * (1.0 + 1j * mount.loss_factor) + 1j * motion.omega[..., None] * mount.damping
+        force: ComplexArray = -(z * self.stretch(mount, motion)) @ mount.axes
+        return force
+
+    def joint(self, name: str) -> Joint:
+        """A link; of a mount one own axis as a link, "front.1.z"; of a group its number."""
+        if name in self.groups:
+            many = float(len(self.groups[name]))
+            return Joint(name, self.mount(self.groups[name][0]).ends, 0.0, 0.0, 0.0, 0.0, many)
+        single, _, axis = name.rpartition(".")
+        if axis in _LETTERS and any(one.name == single for one in self.mounts):
+            own, k = self.mount(single), _LETTERS.index(axis)
+            numbers = own.stiffness[k], own.damping[k], own.loss_factor, own.static_stiffness[k]
+            return Joint(name, own.ends, *(float(one) for one in numbers), 1.0)
+        return super().joint(name)
+
+    def force_along(self, place: str, way: tuple[float, float, float], motion: Motion) -> ComplexArray:
+        """Dynamic force of all mounts and links into a place, along a direction [N].
+
+        Of the only support: all forces from outside less all that goes into momentum.  Else mount by mount.
+        """
+        along = np.array(way)
+        if self._only(place, along):
+            total = np.zeros(motion.omega.shape, dtype=complex)
+            for name, body in self.rigid.items():
+                for k in range(3):
+                    moved = motion.points[f"{name}.{_LETTERS[k]}"]
+                    total = total + along[k] * body.mass * motion.omega**2 * moved
+            for name in self.line:
+                total = total + along[2] * self.masses[name] * motion.omega**2 * motion.points[name]
+            for key, force in motion.forces.items():
+                axis = key.rpartition(".")[2]
+                pull = along[2] if key in self.line else along[_LETTERS.index(axis)] if axis in _LETTERS else 0.0
+                total = total + pull * force
+            return total
+        total = np.zeros(motion.omega.shape, dtype=complex)
+        for mount in self.mounts:
+            if place in mount.ends:
+                sign = 1.0 if mount.ends[1] == place else -1.0
+                total = total + sign * self.mount_force(mount, motion) @ along
+        for joint in self.joints:
+            if place in joint.ends:
+                sign = 1.0 if joint.ends[1] == place else -1.0
+                total = total + sign * along[2] * self.joint_force(joint, motion)
+        return total
+
+    def _only(self, place: str, along: FloatArray) -> bool:
+        """Whether every path to a support ends at this place, and nothing is guided across the direction."""
+        standing = {end for one in (*self.mounts, *self.joints) for end in one.ends}
+        supports = standing - set(self.rigid) - set(self.line)
+        free = all(
+            along[k] == 0.0 or _LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3)
+        )
+        return supports == {place} and free and (not self.line or not along[:2].any())
+
+    def natural_frequencies(self) -> FloatArray:
+        """As of a chain: singular values of the springs' stretches under unit motions of unit momentum."""
+        stretches = []
+        for mount in self.mounts:
+            apart = self._moved(mount.ends[1], mount.at) - self._moved(mount.ends[0], mount.at)
+            stretches += list(np.sqrt(mount.stiffness)[:, None] * (mount.axes @ apart.T))
+        for joint in self.joints:
+            row = np.zeros(len(self.columns))
+            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
+                if end in self.line:
+                    row[self.line.index(end)] = sign * np.sqrt(joint.stiffness)
+            stretches.append(row)
+        n = len(self.columns)
+        springs = np.array(stretches).reshape(-1, n) / np.sqrt(np.array(list(self.masses.values())))
+        found = np.linalg.svd(springs, compute_uv=False)
+        return np.sort(np.concatenate([found, np.zeros(max(n - len(found), 0))]))
+
+    def sag(self) -> dict[str, float] | None:
+        """Displacement of every place under the weights, along each axis; z of them downward, by equilibrium."""
+        state = self._down
+        if state is None:
+            return None
+        found = {name: float(state[i]) for i, name in enumerate(self.line)}
+        for name in (*self.rigid, *self.fixed):
+            for k in range(3):
+                found[f"{name}.{_LETTERS[k]}"] = float(state @ self._row(name)[:, k])
+                found[f"{name}.r{_LETTERS[k]}"] = float(state @ self._turn(name)[:, k])
+        return found
+
+    @cached_property
+    def _down(self) -> FloatArray | None:
+        """Coordinates under weights that act along +z, (n,); the true ones are their negative."""
+        stiff = self._assembled("static_stiffness")
+        load = np.zeros(len(self.columns))
+        for name in self.line:
+            load[self.line.index(name)] += self.weights.get(name, 0.0) * GRAVITY
+        for name, body in self.rigid.items():
+            load += self._against(name, body.centre, np.array([0.0, 0.0, body.mass * GRAVITY]))
+        size = np.sqrt(np.abs(np.diag(stiff)))
+        if not np.all(size > 0.0) or np.linalg.cond(stiff / np.outer(size, size)) > 1e14:
+            return None
+        down: FloatArray = np.linalg.solve(stiff / np.outer(size, size), load / size) / size
+        return down
+
+    def static_force(self, name: str) -> FloatArray | None:
+        """Force of a single mount on its first end under the weights, in space (3,) [N]."""
+        down, mount = self._down, self.mount(name)
+        if down is None:
+            return None
+        apart = down @ (self._moved(mount.ends[0], mount.at) - self._moved(mount.ends[1], mount.at))
+        force: FloatArray = (mount.static_stiffness * (mount.axes @ apart)) @ mount.axes
+        return force
+
+    def energy_share(self, body: str, way: tuple[float, float, float], *, turn: bool) -> float:
+        """Greatest part of the kinetic energy that a mode has in one motion of a body, velocity times momentum."""
+        mass, _, stiffness, _ = self._four
+        root = np.sqrt(np.diag(mass))
+        squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
+        shapes = vectors / root[:, None]
+        along, own = np.array(way), self.rigid[body]
+        speed = shapes.T @ (self._turn(body) if turn else self._row(body))
+        velocity = speed @ along
+        momentum = speed @ (own.tensor @ along) if turn else own.mass * (speed @ along)
+        omega = np.sqrt(np.maximum(squares, 0.0))
+        best, start = 0.0, 0
+        for stop in range(1, len(omega) + 1):
+            if stop < len(omega) and omega[stop] - omega[stop - 1] <= 1e-6 * omega[stop]:
+                continue
+            share = np.outer(velocity[start:stop], momentum[start:stop])
+            best = max(best, float(np.linalg.eigvalsh(0.5 * (share + share.T)).max()))
+            start = stop
+        return best
+
+
+__all__ = ["Rigid", "SpaceMachine", "Spring3"]

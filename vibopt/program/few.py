@@ -1,0 +1,83 @@
+"""The peaks of a form on a model of few coordinates by its polynomials, where they can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.peaks import Extreme
+from vibopt.mechanics.small import MOST, Peak, Ratio, ratio_of
+
+_MANY = 160
+_LOWEST = 0.003
+
+
+def few_peaks(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: float) -> list[Peak] | None:
+    """Local maxima of the response to one excitation over its bands, the highest first.
+
+    Parameters
+    ----------
+    model, form, drive
+        What is asked.
+    x
+        Design, all values positive, shape (n_vars,).
+    within
+        Part of the greatest value that a peak must have to be counted.
+
+    Returns
+    -------
+    list[Peak] | None
+        None where the polynomials do not apply or leave a doubt.
+    """
+    made = _ratio(model, form, drive)
+    if made is None or all(band.is_point for band in drive.bands):
+        return None
+    found = made.peaks(x, drive.bands, within)
+    if found is None:
+        return None
+    share = model.counts[form.output.shared_by].scale if form.output.shared_by else 1.0
+    if not all(0.0 < one.at.value < np.inf for one in found):
+        return None
+    if share == 1.0:
+        return found
+    return [replace(one, at=Extreme(one.at.value / share, one.at.speed)) for one in found]
+
+
+def applies(model: Model, form: Modulus) -> bool:
+    """Whether a form is one harmonic of one excitation on few coordinates."""
+    return len(form.drives) == 1 and _ratio(model, form, form.drives[0]) is not None
+
+
+def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None:
+    """The greatest value at many speeds within the bands, at designs x (n, n_vars), shape (n,).
+
+    No greater than the worst, and near it but for sharp peaks; None where the polynomials do not apply.
+    """
+    made = _ratio(model, form, form.drives[0]) if len(form.drives) == 1 else None
+    if made is None:
+        return None
+    share = model.counts[form.output.shared_by].scale if form.output.shared_by else 1.0
+    value: FloatArray = made.at(x, _many(form.drives[0].bands)).max(axis=1) / share
+    return value
+
+
+@lru_cache(maxsize=32)
+def _many(bands: tuple[Band, ...]) -> FloatArray:
+    """Speeds spread over the bands, denser for lower ones, shape (n,)."""
+    parts = [
+        np.array([band.low]) if band.is_point else np.geomspace(max(band.low, _LOWEST * band.high), band.high, _MANY)
+        for band in bands
+    ]
+    return np.concatenate(parts)
+
+
+def _ratio(model: Model, form: Modulus, drive: Drive) -> Ratio | None:
+    if not 1 < model.n_free <= MOST or len(drive.lines) != 1 or form.rigid_link:
+        return None
+    if form.output.shared_by and model.counts[form.output.shared_by].exponents:
+        return None
+    return ratio_of(model, form.output, drive.lines[0])

@@ -1,0 +1,248 @@
+"""What nature does to a given design: the worst factors of its uncertain numbers, limit by limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from vibopt.forms import FloatArray, ModeFrequency, Monomials, StaticLoad, StaticRow
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.program.pose import asked_of, on_needed
+from vibopt.program.program import Aim, Axis, Limit, Program
+from vibopt.program.slopes import local_extremes
+from vibopt.program.worst import worst
+from vibopt.scene.assemble import model_of
+from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
+
+MOST_CORNERS = 12
+"""Uncertain numbers up to which a proof looks at every corner of their box."""
+_TRIED_CORNERS = 64
+_STARTS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """Worst machine found for one limit or for the goal.
+
+    factors
+        Of the uncertain numbers, shape (n_uncertain,).
+    value
+        Of the form on that machine.
+    proven
+        Whether no other machine within the tolerances is worse.
+    tried
+        Machines looked at.
+    """
+
+    factors: FloatArray
+    value: float
+    proven: bool
+    tried: int
+
+
+def around(scene: Scene, x: FloatArray) -> Program:
+    """The limits and the goal of a machine at a design x (n_vars,), in the factors of its uncertain numbers."""
+    nominal = replace(scene, off={})
+    asked = asked_of(nominal, model_of(nominal, np.asarray(x, dtype=float)))
+    axes = tuple(Axis(one.path, 1.0 - one.tolerance, 1.0 + one.tolerance) for one in uncertain(scene))
+    return replace(asked, axes=axes)
+
+
+def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:
+    """One measure as something that nature makes as bad as it can."""
+    program, response = around(scene, x), scene.measures[name]
+    model, form = on_needed(replace(scene, off={}), program.model, response)
+    sense = -1.0 if response.response == "insertion_loss" else 1.0
+    return program, Aim(name, model, form, sense, response.complement)
+
+
+def hit(part: Limit | Aim, axes: tuple[Axis, ...], *, near: tuple[FloatArray, ...] = (), quick: bool = False) -> Hit:
+    """The worst factors for one limit, or for the goal.
+
+    Parameters
+    ----------
+    part
+        In the factors, at one design.
+    axes
+        Ranges of the factors.
+    near
+        Factors that were worst of designs nearby.
+    quick
+        Begin at `near` only, where there are any.
+    """
+    hunt = _Hunt(part, axes)
+    if not hunt.free.any():
+        return Hit(np.ones(len(axes)), hunt.value(np.ones(len(axes))), True, 1)
+    if isinstance(part, Limit) and part.side == "outside":
+        return hunt.inside_band(part)
+    simple = hunt.corner()
+    if simple is not None:
+        return Hit(simple, hunt.value(simple), True, 1)
+    if hunt.at_corners:
+        return hunt.best_corner()
+    return hunt.climbed(near, quick)
+
+
+class _Hunt:
+    def __init__(self, part: Limit | Aim, axes: tuple[Axis, ...]) -> None:
+        self.part, self.axes = part, axes
+        self.low = np.array([axis.low for axis in axes])
+        self.high = np.array([axis.high for axis in axes])
+        least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+        self.sign = -1.0 if least else 1.0
+        form = part.form
+        table = form.exponents if isinstance(form, Monomials) else part.model.exponents
+        self.free = (table != 0.0).any(axis=0)
+        self.tried = 0
+
+    def value(self, factors: FloatArray) -> float:
+        """Of the form: its worst over the speeds."""
+        self.tried += 1
+        return worst(self.part.model, self.part.form, factors, least_wanted=self.sign < 0).value
+
+    def corner(self) -> FloatArray | None:
+        """The one corner that is worst, where the form rises or falls with each factor; None where it may not."""
+        form, model = self.part.form, self.part.model
+        if isinstance(form, Monomials):
+            rising = self.sign * form.exponents
+        elif isinstance(form, ModeFrequency):
+            rising = self.sign * frequency_senses(model)
+        else:
+            return None
+        up, down = (rising > 0.0).any(axis=0), (rising < 0.0).any(axis=0)
+        if (up & down).any():
+            return None
+        return np.where(up, self.high, np.where(down, self.low, 1.0))
+
+    @property
+    def at_corners(self) -> bool:
+        """Whether the worst lies at some corner for sure: sags and loads are monotone in each coefficient by itself."""
+        model = self.part.model
+        if not isinstance(self.part.form, StaticRow | StaticLoad) or self.free.sum() > MOST_CORNERS:
+            return False
+        if self.sign < 0.0 and model.n_free > 1:
+            return False  # its size may pass through zero in between
+        acts = np.isin(model.kinds, (STIFFNESS, INERTIA)) & (model.static_scales != 0.0)
+        return bool(((model.exponents[acts] != 0.0).sum(axis=0) <= 1).all())
+
+    def corners(self) -> FloatArray:
+        """All corners in the factors that matter, or some of very many; shape (n_corners, n_uncertain)."""
+        where = np.flatnonzero(self.free)
+        if len(where) <= MOST_CORNERS:
+            signs = np.array(list(product((False, True), repeat=len(where))))
+        else:
+            signs = np.random.default_rng(len(where)).random((_TRIED_CORNERS, len(where))) < 0.5
+        found = np.ones((len(signs), len(self.axes)))
+        found[:, where] = np.where(signs, self.high[where], self.low[where])
+        return found
+
+    def best_corner(self) -> Hit:
+        corners = self.corners()
+        values = np.array([self.value(one) for one in corners])
+        index = int(np.argmax(self.sign * values))
+        factors, value = corners[index], float(values[index])
+        for axis in np.flatnonzero(self.free):  # what makes no difference is not off
+            other = np.where(np.arange(len(factors)) == axis, 1.0, factors)
+            factors = other if abs(self.value(other) - value) <= 1e-13 * abs(value) else factors
+        return Hit(factors, value, True, self.tried)
+
+    def inside_band(self, limit: Limit) -> Hit:
+        """Natural frequencies outside a band: the machine with a mode deepest inside, between two corners."""
+        senses = frequency_senses(limit.model)
+        up, down = (senses > 0.0).any(axis=0), (senses < 0.0).any(axis=0)
+        proven = not (up & down).any()
+        stiff = np.where(up, self.high, np.where(down, self.low, 1.0))
+        soft = np.where(up, self.low, np.where(down, self.high, 1.0))
+        middle = 0.5 * (limit.bound + limit.upper)
+        best, at = -np.inf, np.ones(len(self.axes))
+        for mode in range(limit.model.n_free):
+            factors = self._nearest(limit, soft, stiff, mode, middle)
+            omega = self._mode(limit, factors, mode)
+            depth = min(omega - limit.bound, limit.upper - omega)
+            if depth > best:
+                best, at = depth, factors
+        return Hit(at, best, proven, self.tried)
+
+    def _mode(self, limit: Limit, factors: FloatArray, mode: int) -> float:
+        self.tried += 1
+        return float(natural_frequencies(limit.model, limit.model.values(factors))[mode])
+
+    def _nearest(self, limit: Limit, soft: FloatArray, stiff: FloatArray, mode: int, aimed: float) -> FloatArray:
+        """Factors on the way from the softest to the stiffest machine at which a mode is nearest to a frequency."""
+        low, high = 0.0, 1.0
+        if self._mode(limit, stiff, mode) <= aimed:
+            return stiff
+        if self._mode(limit, soft, mode) >= aimed:
+            return soft
+        for _ in range(60):
+            part = 0.5 * (low + high)
+            over = self._mode(limit, soft + part * (stiff - soft), mode) > aimed
+            low, high = (low, part) if over else (part, high)
+        return soft + high * (stiff - soft)
+
+    def climbed(self, near: tuple[FloatArray, ...], quick: bool) -> Hit:
+        """From the middle, from corners and from factors given, up along exact slopes."""
+        starts = [*near] if quick and near else [*near, np.ones(len(self.axes)), *self._some_corners()]
+        values = [self.value(one) for one in starts]
+        order = np.argsort([-self.sign * one for one in values], kind="stable")
+        best = starts[order[0]], values[order[0]]
+        for index in order[:_STARTS]:
+            if not np.isfinite(best[1]):
+                break
+            there = self._climb(starts[index])
+            value = self.value(there)
+            if self.sign * value > self.sign * best[1]:
+                best = there, value
+        return Hit(best[0], best[1], False, self.tried)
+
+    def _some_corners(self) -> FloatArray:
+        corners = self.corners()
+        return corners if len(corners) <= _TRIED_CORNERS else corners[:: -(-len(corners) // _TRIED_CORNERS)]
+
+    def _climb(self, start: FloatArray) -> FloatArray:
+        from scipy.optimize import minimize
+
+        low, high = np.log(self.low), np.log(self.high)
+
+        def fall(y: FloatArray) -> tuple[float, FloatArray]:
+            self.tried += 1
+            first = local_extremes(self.part.model, self.part.form, np.exp(y), least_wanted=self.sign < 0)[0]
+            value = first.value if np.isfinite(first.value) else 1e3
+            return -self.sign * value, -self.sign * first.slope
+
+        found = minimize(
+            fall,
+            np.clip(np.log(start), low, high),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=list(zip(low, high, strict=True)),
+            options={"maxiter": 60, "ftol": 1e-15, "gtol": 1e-11},
+        )
+        there: FloatArray = np.clip(np.exp(found.x), self.low, self.high)
+        for side in (self.low, self.high):  # exactly on an end where it is next to it
+            there = np.where(np.abs(there - side) <= 1e-9, side, there)
+        return there
+
+
+def frequency_senses(model: Model) -> FloatArray:
+    """Sense in which each term moves the natural frequencies with each variable, shape (n_terms, n_vars)."""
+    sense = np.where(model.kinds == STIFFNESS, 1.0, np.where(model.kinds == INERTIA, -1.0, 0.0))
+    senses: FloatArray = sense[:, None] * model.exponents
+    return senses
+
+
+def missed(part: Limit, value: float) -> float:
+    """How far the value of a hit misses the bound, as a part of it."""
+    size = abs(part.bound) or 1.0
+    if part.side == "outside":
+        return value / max(part.bound, 1e-300)
+    if part.side == "at_most":
+        return (value - part.bound) / size if np.isfinite(value) else np.inf
+    return (part.bound - value) / size if np.isfinite(value) else -np.inf
+
+
+__all__ = ["Hit", "around", "hit", "measured_around", "missed"]

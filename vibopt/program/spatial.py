@@ -1,0 +1,50 @@
+"""Forms that only machines in space ask for: signed static forces, gaps between modes, shares of energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import EnergyShare, FloatArray, ModeGap, StaticForce
+from vibopt.mechanics.model import INERTIA, Model
+from vibopt.mechanics.modes import mode_shapes, natural_frequencies
+from vibopt.mechanics.statics import sag
+
+TOGETHER = 1e-6
+"""Relative distance of natural frequencies below which modes count as one."""
+
+
+def spatial_value(model: Model, form: StaticForce | ModeGap | EnergyShare, x: FloatArray) -> float:
+    """Value of such a form at design x (n_vars,)."""
+    if isinstance(form, StaticForce):
+        down = sag(model, x)
+        if down is None:
+            return float("inf")
+        return float((form.signs * model.values(x, static=True)) @ (model.vectors @ down))
+    p = model.values(x)
+    if isinstance(form, ModeGap):
+        return float(np.diff(natural_frequencies(model, p)).min(initial=np.inf))
+    return energy_share(model, p, form.row)
+
+
+def energy_share(model: Model, p: FloatArray, row: FloatArray) -> float:
+    """The greatest part of kinetic energy that any mode, or modes of one frequency, has in a motion (n_coords,)."""
+    n = model.n_free
+    omega, shapes = mode_shapes(model, p)
+    moved = row[:n] @ shapes
+    pushed = row[:n] @ model.matrix(INERTIA, p)[:n, :n] @ shapes
+    best = 0.0
+    for group in together(omega):
+        share = np.outer(moved[group], pushed[group])
+        best = max(best, float(np.linalg.eigvalsh(0.5 * (share + share.T))[-1]))
+    return best
+
+
+def together(omega: FloatArray) -> list[list[int]]:
+    """Indices of modes, those of one frequency as one group; omega ascending."""
+    groups: list[list[int]] = []
+    for index, one in enumerate(omega):
+        if groups and one - omega[groups[-1][-1]] <= TOGETHER * one:
+            groups[-1].append(index)
+        else:
+            groups.append([index])
+    return groups

@@ -1,0 +1,28 @@
+"""What the parts of catalogues cost."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from vibopt.forms import Combine, Drive, Form, Monomials
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import Model
+from vibopt.responses.kind import Response
+
+
+class TotalPrice(Response):
+    """`response = "price"`: of all bought parts together, number of mounts times price."""
+
+    dimension: ClassVar[str] = "price"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        prices = [one for (_, word), one in model.properties.items() if word == "price"]
+        return Monomials(
+            np.array([one.scale for one in prices]),
+            np.array([one.row(model.n_vars) for one in prices]).reshape(len(prices), model.n_vars),
+        )
+
+    def measure_static(self, machine: Machine) -> float:
+        return float(sum(joint.price for joint in machine.joints))

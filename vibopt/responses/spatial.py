@@ -1,0 +1,166 @@
+"""What only machines in space are asked for: loads of mounts, tilt, travel, shares of energy, gaps between modes."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from pydantic import model_validator
+
+from vibopt.forms import Combine, ComplexArray, Drive, EnergyShare, Form, ModeGap, Output, StaticForce, StaticRow
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.model import STIFFNESS, Model
+from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.responses.kind import HarmonicResponse, Response
+from vibopt.responses.rows import across_link, along_mount
+from vibopt.values import word
+from vibopt.values.vectors import AXES, Direction, Vector
+
+
+def space(machine: Machine) -> SpaceMachine:
+    """The machine as one in space."""
+    assert isinstance(machine, SpaceMachine)
+    return machine
+
+
+class StaticLoadOfMount(Response):
+    """`response = "static_load"`: what one mount carries under all weights [N], along its own axis.
+
+    Positive where it presses up on what it carries, the first of its ends; below zero it is lifted.  With
+    `direction` the force in that direction instead.  Of a group the worst single mount.
+    """
+
+    of: str
+    direction: Direction | None = None
+    dimension: ClassVar[str] = "force"
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "mount")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        way = self._way(model.axes[f"{self.of}.z"])
+        parts = {f"{self.of}.{axis}": float(model.axes[f"{self.of}.{axis}"] @ way) for axis in AXES}
+        signs = [-parts.get(term.owner, 0.0) if term.kind == STIFFNESS else 0.0 for term in model.terms]
+        return StaticForce(np.array(signs) * (-1.0 if self._hangs(model.ends[f"{self.of}.z"], model) else 1.0))
+
+    def _way(self, own: object) -> Vector:
+        """The direction asked for; of the mount's own axis the end that points up."""
+        if self.direction is not None:
+            return self.direction
+        axis = np.asarray(own, dtype=float)
+        up = axis if axis[2] >= 0.0 else -axis
+        return float(up[0]), float(up[1]), float(up[2])
+
+    @staticmethod
+    def _hangs(ends: tuple[str, str], model: Model) -> bool:
+        """Whether the support is named first, so that the second end is what is carried."""
+        return not any(name == ends[0] or name.startswith(f"{ends[0]}.") for name in model.points)
+
+    def measure_static(self, machine: Machine) -> float:
+        built = space(machine)
+        mount = built.mount(self.of)
+        force = built.static_force(self.of)
+        if force is None:
+            return float("inf")
+        turned = -1.0 if mount.ends[0] not in (*built.rigid, *built.line, *built.bases) else 1.0
+        return turned * float(force @ np.array(self._way(mount.axes[2])))
+
+
+class Tilt(Response):
+    """`response = "tilt"`: rotation of a body about an axis under all weights [rad]."""
+
+    of: str
+    axis: Direction
+    dimension: ClassVar[str] = "angle"
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "body")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return StaticRow(
+            np.sum([p * model.points[f"{self.of}.r{one}"] for p, one in zip(self.axis, AXES, strict=True)], axis=0)
+        )
+
+    def measure_static(self, machine: Machine) -> float:
+        down = machine.sag()
+        if down is None:
+            return float("inf")
+        return abs(sum(part * down[f"{self.of}.r{one}"] for part, one in zip(self.axis, AXES, strict=True)))
+
+
+class Travel(HarmonicResponse):
+    """`response = "travel"`: how far a mount moves in itself [m] peak: the most along any of its own axes.
+
+    With `direction` along that direction in space.
+    """
+
+    of: str
+    direction: Direction | None = None
+    dimension: ClassVar[str] = "length"
+    amplitude: ClassVar[bool] = True
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "mount")}
+
+    def output(self, model: Model) -> Output:
+        if self.direction is None:
+            return across_link(model, self.of)
+        return along_mount(model, self.of, self.direction)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        built = space(machine)
+        if self.direction is not None:
+            mount = built.mount(self.of)
+            value: ComplexArray = (built.stretch(mount, motion) @ mount.axes) @ np.array(self.direction)
+            return value
+        single, _, axis = self.of.rpartition(".")
+        own: ComplexArray = built.stretch(built.mount(single), motion)[..., AXES.index(axis)]
+        return own
+
+
+class EnergyShareOfBody(Response):
+    """`response = "energy_share"`: the greatest part of a mode's kinetic energy in one motion of a body.
+
+    Along `direction`, or about `axis`; 1 means that a mode is nothing but that motion.
+    """
+
+    of: str
+    direction: Direction | None = None
+    axis: Direction | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> EnergyShareOfBody:
+        if (self.direction is None) == (self.axis is None):
+            raise word('needs either direction or axis: which motion of the body? Write direction = "z".')
+        return self
+
+    @property
+    def way(self) -> Vector:
+        """Direction or axis."""
+        way = self.direction or self.axis
+        assert way is not None
+        return way
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "body")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        kind = "r" if self.axis is not None else ""
+        parts = zip(self.way, AXES, strict=True)
+        return EnergyShare(np.sum([part * model.points[f"{self.of}.{kind}{one}"] for part, one in parts], axis=0))
+
+    def measure_static(self, machine: Machine) -> float:
+        return space(machine).energy_share(self.of, self.way, turn=self.axis is not None)
+
+
+class FrequencySeparation(Response):
+    """`response = "frequency_separation"`: least difference between neighbouring natural frequencies [rad/s]."""
+
+    dimension: ClassVar[str] = "angular_rate"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return ModeGap()
+
+    def measure_static(self, machine: Machine) -> float:
+        found = machine.natural_frequencies()
+        return min((float(b - a) for a, b in zip(found, found[1:], strict=False)), default=float("inf"))

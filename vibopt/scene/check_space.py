@@ -1,0 +1,279 @@
+"""Mistakes of machines in space: names, missing directions, motions that nothing holds, mounts that are lifted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.mechanics.model import STIFFNESS, Model
+from vibopt.mechanics.statics import sag
+from vibopt.responses import RandomResponse, Response
+from vibopt.scene import places
+from vibopt.scene.assemble import model_of
+from vibopt.scene.mistakes import Mistakes, Path, dotted
+from vibopt.scene.scene import Scene
+from vibopt.scene.space import bodies_in_space, is_spatial, mount_of, place_in_space
+from vibopt.units import show
+from vibopt.values.vectors import AXES
+
+_RANK = 1e-9
+_ALONG = ("displacement", "velocity", "acceleration")
+_OF_BODY = ("tilt", "energy_share")
+_OF_MOUNT = ("static_load", "travel", "stiffness", "damping", "loss_factor", "count", "static_deflection")
+_RATIOS = ("transmissibility", "isolation", "insertion_loss")
+
+
+def check_space(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
+    """Points, mounts, and what else ends at a body in space."""
+    if not is_spatial(scene):
+        return
+    before = len(mistakes.found)
+    known, space = places.points(scene), bodies_in_space(scene)
+    for name, point in scene.points.items():
+        if point.on not in space:
+            mistakes.unknown_name(("points", name, "on"), point.on, "body in space", list(space))
+    for name, mount in scene.mounts.items():
+        _ends(scene, name, mount.between, known, mistakes)
+    for family, between in (("links", "between"), ("absorbers", "on")):
+        for name, table in getattr(scene, family).items():
+            ends = table.between if family == "links" else (table.host,)
+            for end in ends:
+                if place_in_space(scene, end):
+                    way = "Write [mounts.NAME] with a place." if family == "links" else "Put it on a body on a line."
+                    mistakes.add(
+                        (family, name, between),
+                        f"{family}.{name} ends at {end}, which moves in space, but it works along one line only. {way}",
+                    )
+    if scene.structures and (space or scene.mounts):
+        name = next(iter(scene.structures))
+        mistakes.add(
+            ("structures", name),
+            f"structures.{name} and a body in space cannot be in one scene yet. Model the floor as a body of its own, "
+            "with its mass on a link of its stiffness.",
+        )
+    sound = not any(one.startswith(("bodies", "mounts", "links", "points", "excitations")) for one in broken)
+    if sound and len(mistakes.found) == before and not scene.structures and _held(scene, mistakes):
+        _outside(scene, mistakes)
+
+
+def _ends(scene: Scene, name: str, between: tuple[str, str], known: list[str], mistakes: Mistakes) -> None:
+    for end in between:
+        if end in scene.points or end not in known:
+            mistakes.unknown_name(
+                ("mounts", name, "between"), end, "body, base or ground", [one for one in known if one not in scene.points]
+            )
+            return
+    if not any(end in places.moving(scene) for end in between):
+        mistakes.add(
+            ("mounts", name, "between"),
+            f"mounts.{name} joins two supports, so nothing can move. Put a body at one end.",
+        )
+
+
+def _held(scene: Scene, mistakes: Mistakes) -> bool:
+    """Whether springs hold every body in space against every motion; what is free is named."""
+    model = model_of(scene)
+    rows = np.array([term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS])
+    sizes = _sizes(scene, model)
+    rows = (rows * sizes).reshape(-1, model.n_free)
+    _, values, vectors = np.linalg.svd(rows, full_matrices=True)
+    rank = int((values > _RANK * values.max(initial=1e-300)).sum())
+    seen = set()
+    for free in vectors[rank:] * sizes:
+        for name in bodies_in_space(scene):
+            words = _motion(model, name, free)
+            if words and name not in seen:
+                seen.add(name)
+                mistakes.add(
+                    ("bodies", name),
+                    f"nothing holds bodies.{name} against {words}. Place a mount beside, or write motion = \"plane\" or "
+                    '"line" where it cannot move that way.',
+                )
+    return not seen
+
+
+def _sizes(scene: Scene, model: Model) -> FloatArray:
+    """A length for the turns, so that they compare with displacements, (n_free,)."""
+    reach = [float(np.abs(np.array(at)).max()) for table in scene.mounts.values() for at in table.sites] or [1.0]
+    turns = np.zeros(model.n_free, dtype=bool)
+    for name in bodies_in_space(scene):
+        for axis in AXES:
+            turns |= model.points[f"{name}.r{axis}"][: model.n_free] != 0.0
+    return np.where(turns, 1.0 / (max(reach) or 1.0), 1.0)
+
+
+def _motion(model: Model, name: str, free: FloatArray) -> str:
+    """How a body moves, in words; "" where it does not."""
+    n = model.n_free
+    slide = np.array([model.points[f"{name}.{axis}"][:n] @ free for axis in AXES])
+    turn = np.array([model.points[f"{name}.r{axis}"][:n] @ free for axis in AXES])
+    whole = float(np.linalg.norm(free))
+    if np.linalg.norm(turn) > 1e-6 * whole:
+        return f"turning about {_axis(turn)}: its mounts stand in one line"
+    return f"moving along {_axis(slide)}" if np.linalg.norm(slide) > 1e-6 * whole else ""
+
+
+def _axis(vector: FloatArray) -> str:
+    unit = vector / np.linalg.norm(vector)
+    for axis, part in zip(AXES, unit, strict=True):
+        if abs(part) > 1.0 - 1e-6:
+            return axis
+    unit = unit * np.sign(unit[np.abs(unit).argmax()])
+    return f"({', '.join(f'{round(float(one), 3) + 0.0:g}' for one in unit)})"
+
+
+def _outside(scene: Scene, mistakes: Mistakes) -> None:
+    """A centre of mass beyond the feet of its mounts, where no question looks at the loads."""
+    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    if any(one.response == "static_load" for one in asked):
+        return
+    for name in bodies_in_space(scene):
+        held = {m: t for m, t in scene.mounts.items() if name in t.between}
+        if any(e in scene.bodies for t in held.values() for e in t.between if e != name):
+            continue
+        if scene.bodies[name].moves != "space" or any(abs(abs(f[2, 2]) - 1.0) > 0.3 for t in held.values() for f in t.frames):
+            continue
+        feet = np.array([at[:2] for table in held.values() for at in table.sites])
+        if not _beyond(feet, np.array(scene.bodies[name].place[:2])):
+            continue
+        single, load = _lifted(scene, name, held)
+        mistakes.add(
+            ("bodies", name),
+            f"the centre of mass of bodies.{name} lies outside its mounts: {single} is lifted with "
+            f'{show(-load, "", "force")}. Place a mount beyond it; or, for a mount that may pull, ask for response = '
+            f'"static_load" of {mount_of(scene, single)}.',
+        )
+
+
+def _beyond(feet: FloatArray, centre: FloatArray) -> bool:
+    """Whether a point lies outside the hull of others in a plane, by half planes through pairs of them."""
+    arms = feet - centre
+    angles = np.sort(np.arctan2(arms[:, 1], arms[:, 0]))
+    gaps = np.diff(np.concatenate([angles, [angles[0] + 2.0 * np.pi]]))
+    return bool(np.linalg.norm(arms, axis=1).min() > 0.0 and gaps.max() > np.pi * (1.0 + 1e-9))
+
+
+def _lifted(scene: Scene, body: str, held: dict[str, object]) -> tuple[str, float]:
+    """The mount that carries least, and what it carries [N], at the middle of what may be chosen."""
+    model = model_of(scene)
+    ends = [(v.low, min(v.high, 1e3 * max(v.low, 1e-3))) for v in scene.variables]
+    x = np.array([np.sqrt(low * high) for low, high in ends]) if ends else np.zeros(0)
+    down = sag(model, x)
+    p = model.values(x, static=True)
+    loads: dict[str, float] = {}
+    for term, value in zip(model.terms, p, strict=True):
+        single = term.owner.rpartition(".")[0]
+        if down is not None and term.kind == STIFFNESS and mount_of(scene, single) in held:
+            sign = 1.0 if model.ends[term.owner][0] == body else -1.0
+            pull = -sign * value * float(term.vector @ down) * float(model.axes[term.owner][2])
+            loads[single] = loads.get(single, 0.0) + pull
+    least = min(loads, key=lambda one: loads[one])
+    return least, loads[least]
+
+
+def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
+    """Whether an excitation acts in space, where its direction is checked here."""
+    one = scene.excitations[name]
+    path, on = ("excitations", name), one.on
+    way, axis = getattr(one, "direction", None), getattr(one, "axis", None)
+    inside = place_in_space(scene, on)
+    if one.random and (inside or scene.mounts):
+        mistakes.add(path, f"excitations.{name} is white noise, which machines in space do not take yet. Remove it.")
+        return True
+    if one.family == "bases":
+        carries = any(on in table.between for table in scene.mounts.values())
+        if carries and way is None and "direction" in type(one).model_fields:
+            mistakes.add(path, f'excitations.{name} moves {on} in no direction. Add direction = "z", or "x" or "y".')
+        return carries
+    if not inside:
+        said = [key for key in ("direction", "axis", "at") if getattr(one, key, None) is not None]
+        if said and on in places.moving(scene):
+            mistakes.add((*path, said[0]), f"excitations.{name} has {said[0]}, but {on} knows one line or axis only. Remove {said[0]}.")
+        return False
+    if one.kind in ("moment", "moment_harmonics"):
+        if on not in bodies_in_space(scene):
+            body = scene.points[on].on
+            mistakes.add((*path, "on"), f'excitations.{name} is a moment, which acts on a body and not at a place. Write on = "{body}".')
+        elif axis is None:
+            mistakes.add(path, f'excitations.{name} is a moment about no axis. Add axis = "x", or "y" or "z".')
+    elif way is None and axis is None:
+        more = ', or axis = "x" where it rotates about it' if one.kind == "unbalance" else ""
+        mistakes.add(path, f'excitations.{name} acts on {on}, which moves in space, but in no direction. Add direction = "z"{more}.')
+    if getattr(one, "at", None) is not None and on not in bodies_in_space(scene):
+        mistakes.add((*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body.")
+    return True
+
+
+def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    """Whether a response asks about something in space, where its place and direction are checked here."""
+    where, key = dotted(path), response.response
+    name = getattr(response, "of", None) or getattr(response, "through", None) or getattr(response, "across", None)
+    group, inside = mount_of(scene, name), name is not None and place_in_space(scene, name)
+    into = getattr(response, "into", None)
+    ends = {end for table in scene.mounts.values() for end in table.between}
+    way = getattr(response, "direction", None) or getattr(response, "axis", None)
+    if isinstance(response, RandomResponse) and (inside or group or into in ends):
+        mistakes.add(path, f"{where}: white noise is not supported for machines in space yet. Remove it.")
+        return True
+    if key in _OF_BODY and name in places.moving(scene) and name not in bodies_in_space(scene):
+        mistakes.add(path, f"{where} asks for the {key} of {name}, which does not move in space. Name a body in space.")
+        return True
+    if key in ("static_load", "travel") and not group:
+        known = [one for g, table in scene.mounts.items() for one in dict.fromkeys((g, *table.singles(g)))]
+        mistakes.unknown_name((*path, "of"), str(name), "mount", known)
+        return True
+    if group:
+        _of_mount(scene, path, response, str(name), group, mistakes)
+        return True
+    if inside:
+        _of_body(scene, path, response, str(name), mistakes)
+        return True
+    if into is not None and into in ends:
+        if key in _RATIOS:
+            mistakes.add(path, f'{where}: {key} has no direction. Write response = "transmitted_force" with a direction.')
+        elif into in scene.points or into not in places.points(scene):
+            mistakes.unknown_name((*path, "into"), into, "body, base or ground", places.points(scene))
+        elif way is None:
+            mistakes.add(path, f'{where} asks for the {key} into {into} in no direction. Add direction = "z", or "x" or "y".')
+        return True
+    if "direction" in response.model_fields_set and (name or into):
+        mistakes.add(
+            (*path, "direction"),
+            f"{where} has a direction, but {name or into} knows one line only. Remove direction.",
+        )
+    return False
+
+
+def _of_mount(scene: Scene, path: Path, response: Response, name: str, group: str, mistakes: Mistakes) -> None:
+    where, key = dotted(path), response.response
+    way = getattr(response, "direction", None)
+    if key == "relative_displacement":
+        mistakes.add(path, f'{where} asks for the {key} across {name}. Write response = "travel" with of = "{name}".')
+    elif key == "transmitted_force":
+        if way is None:
+            mistakes.add(
+                path, f'{where} asks for the force through {name} in no direction. Add direction = "z", or "x" or "y".'
+            )
+    elif key not in _OF_MOUNT:
+        mistakes.add(path, f"{where} asks for the {key} of {name}, which is a mount. Ask for something else.")
+    elif key in ("damping", "loss_factor") and getattr(scene.mounts[group], key) is None:
+        mistakes.add(path, f"{where} asks for the {key} of {name}, but mounts.{group} has no {key}. Add it.")
+    if key in ("stiffness", "damping", "loss_factor", "count") and name != group:
+        mistakes.add(path, f'{where} asks for the {key} of one mount, but all of a group are alike. Write of = "{group}".')
+
+
+def _of_body(scene: Scene, path: Path, response: Response, name: str, mistakes: Mistakes) -> None:
+    where, key = dotted(path), response.response
+    if key in _ALONG and getattr(response, "direction", None) is None:
+        mistakes.add(path, f'{where} asks for the {key} of {name} in no direction. Add direction = "z", or "x" or "y".')
+    elif key == "rotation" and getattr(response, "axis", None) is None:
+        mistakes.add(path, f'{where} asks for the rotation of {name} about no axis. Add axis = "x", or "y" or "z".')
+    elif key not in (*_ALONG, *_OF_BODY, "rotation", "static_deflection", "mass", "transmitted_force") or (
+        key == "mass" and name in scene.points
+    ):
+        mistakes.add(path, f"{where} asks for the {key} of {name}, which moves in space. Ask for something else.")
+    elif key in _OF_BODY and name in scene.points:
+        mistakes.add(path, f'{where} asks for the {key} of a place. Write of = "{scene.points[name].on}".')
+
+
+__all__ = ["check_acting", "check_in_space", "check_space"]

@@ -1,0 +1,84 @@
+"""What of a scene moves in space, and which single mounts a question about a group means."""
+
+from __future__ import annotations
+
+from vibopt.responses import Response
+from vibopt.scene.scene import Scene
+from vibopt.values.vectors import AXES, Vector
+
+_OWN = ("stiffness", "damping", "loss_factor")
+
+
+def bodies_in_space(scene: Scene) -> tuple[str, ...]:
+    """Bodies that move in space or in a plane."""
+    return tuple(name for name, body in scene.bodies.items() if body.freedoms)
+
+
+def is_spatial(scene: Scene) -> bool:
+    """Whether anything in the scene has a place in space."""
+    return bool(scene.mounts or scene.points or bodies_in_space(scene) or spatial_bases(scene))
+
+
+def spatial_bases(scene: Scene) -> tuple[str, ...]:
+    """Bases that carry mounts, or move in a direction."""
+    ends = {end for table in scene.mounts.values() for end in table.between}
+    told = {one.on for one in scene.excitations.values() if getattr(one, "direction", None) is not None}
+    return tuple(name for name in scene.bases if name in ends | told)
+
+
+def pins(scene: Scene) -> dict[str, tuple[str, Vector]]:
+    """Places on bodies in space by name: points of the file, and where excitations act."""
+    found = {name: (one.on, one.at) for name, one in scene.points.items()}
+    for one in scene.excitations.values():
+        at = getattr(one, "at", None)
+        if at is not None:
+            found[one.place] = (one.on, at)
+    return found
+
+
+def place_in_space(scene: Scene, name: str) -> bool:
+    """Whether a name is a body in space or a point on one."""
+    return name in bodies_in_space(scene) or name in scene.points
+
+
+def members(scene: Scene, response: Response) -> tuple[Response, ...]:
+    """The questions that a question about mounts stands for: one a mount, or one an axis; else itself."""
+    for key in ("of", "through", "across"):
+        name = getattr(response, key, None)
+        singles = _singles(scene, name)
+        if not singles or response.response == "count":
+            continue
+        if response.response in _OWN:
+            return (response.model_copy(update={key: f"{singles[0]}.z"}),)
+        if response.response == "travel" and getattr(response, "direction", None) is None:
+            return tuple(response.model_copy(update={key: f"{one}.{axis}"}) for one in singles for axis in AXES)
+        if response.response == "static_deflection":
+            return tuple(response.model_copy(update={key: f"{one}.z"}) for one in singles)
+        return tuple(response.model_copy(update={key: one}) for one in singles)
+    return (response,)
+
+
+def _singles(scene: Scene, name: str | None) -> tuple[str, ...]:
+    """Mounts that a name means: all of a group, or one."""
+    for group, table in scene.mounts.items():
+        if name == group:
+            return table.singles(group)
+        if name in table.singles(group):
+            return (str(name),)
+    return ()
+
+
+def mount_of(scene: Scene, name: str | None) -> str:
+    """The group that a name belongs to; "" for none."""
+    return next((g for g, table in scene.mounts.items() if name == g or name in table.singles(g)), "")
+
+
+__all__ = [
+    "bodies_in_space",
+    "is_spatial",
+    "members",
+    "mount_of",
+    "pins",
+    "place_in_space",
+    "spatial_bases",
+]

@@ -1,0 +1,115 @@
+"""Scenes with tolerances: answered over all machines within them, and measured on the worst."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from vibopt.design.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
+from vibopt.design.design import Checked, Design, Tolerances
+from vibopt.forms import FloatArray
+from vibopt.program.nature import Hit, around, hit, measured_around, missed
+from vibopt.program.program import Program
+from vibopt.responses.natural_frequency import NaturalFrequency
+from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import Uncertain, uncertain
+from vibopt.solve.method import Found
+from vibopt.solve.robust import Robust
+
+_CORNERS = 4
+"""Uncertain numbers up to which the built machine is measured at every corner as well."""
+
+
+def side_by_side(scene: Scene, nominal: Found | None, robust: Robust, goal_off: Mapping[str, float]) -> Tolerances:
+    """The answer without tolerances, to stand beside the one with them."""
+    widths = {one.path: one.tolerance for one in uncertain(scene)}
+    if nominal is None or nominal.x is None:
+        return Tolerances("", None, {}, widths, goal_off, robust.open)
+    plain = replace(scene, off={})
+    chosen = {one.path: float(v) for one, v in zip(scene.variables, nominal.x, strict=True)}
+    goal = goal_of(plain, chosen)
+    variables = {one.path: chosen_of(one, chosen[one.path]).value for one in scene.variables}
+    return Tolerances(nominal.status, goal[1] if goal else None, variables, widths, goal_off, robust.open)
+
+
+def limit_offs(scene: Scene, x: FloatArray, hits: Mapping[int, Hit]) -> Offs:
+    """Machines on which each row of the limits is measured: the worst found, and the corners of few numbers."""
+    doubts, program = uncertain(scene), around(scene, x)
+    corners = _corners(doubts)
+    found: dict[str, list[Mapping[str, float]]] = {}
+    for key, (name, side) in limit_rows(scene).items():
+        index = _worst_index(scene, program, hits, name, side)
+        found[key] = [_named(doubts, hits[index].factors), *([] if hits[index].proven else corners)]
+    for index, limit in sorted(enumerate(program.limits), key=lambda pair: pair[1].side == "at_least"):
+        if limit.name not in scene.limits:  # a part brought it
+            key = limit.name if limit.name not in found else f"{limit.name} ({limit.side})"
+            found[key] = [_named(doubts, hits[index].factors)]
+    return found
+
+
+def measure_offs(scene: Scene, x: FloatArray) -> Offs:
+    """The machine on which each measure is worst."""
+    doubts, found = uncertain(scene), {}
+    for name, response in scene.measures.items():
+        if isinstance(response, NaturalFrequency) and response.outside is not None:
+            continue
+        program, part = measured_around(scene, x, name)
+        found[name] = [_named(doubts, hit(part, program.axes).factors)]
+    return found
+
+
+def goal_machine(scene: Scene, hits: Mapping[int, Hit]) -> dict[str, float]:
+    """Factors of the machine on which the goal is worst."""
+    return _named(uncertain(scene), hits[-1].factors) if -1 in hits else {}
+
+
+def differing(off: Mapping[str, float]) -> dict[str, float]:
+    """By how much numbers are off, as a part; those that are not are left out."""
+    return {path: factor - 1.0 for path, factor in off.items() if factor != 1.0}
+
+
+def rows_over(scene: Scene, x: FloatArray, robust: Robust) -> tuple[dict[str, Checked], dict[str, Checked]]:
+    """Limits and measures on the worst machines around a design."""
+    chosen = {one.path: float(v) for one, v in zip(scene.variables, x, strict=True)}
+    limits = checked_limits(scene, chosen, limit_offs(scene, x, robust.hits))
+    return limits, checked_measures(scene, chosen, measure_offs(scene, x))
+
+
+def analysed(design: Design, robust: Robust) -> Design:
+    """An analysis measured over the tolerances: what is said of machines that were not looked at."""
+    tried = robust.tried
+    words = "for every machine within the tolerances, proven"
+    if robust.open and design.status == "met":
+        words = f"over the tolerances: the worst of {tried} machines found, not proven for {', '.join(robust.open)}"
+    elif design.status == "violated":
+        words = "by a machine within the tolerances"
+    return replace(
+        design,
+        claim=f"{design.claim}; {words}",
+        tolerances=side_by_side(design.scene, None, robust, {}),
+    )
+
+
+def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: str, side: str) -> int:
+    """Index of the limit of the program that a row speaks of; of several bands the worst one."""
+    if scene.limits[name].complement:
+        side = {"at_most": "at_least", "at_least": "at_most"}[side]
+    own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.side == side]
+    return max(own, key=lambda i: missed(program.limits[i], hits[i].value))
+
+
+def _corners(doubts: tuple[Uncertain, ...]) -> list[dict[str, float]]:
+    if len(doubts) > _CORNERS:
+        return []
+    ends = [(1.0 - one.tolerance, 1.0 + one.tolerance) for one in doubts]
+    return [_named(doubts, np.array(corner)) for corner in product(*ends)]
+
+
+def _named(doubts: tuple[Uncertain, ...], factors: FloatArray) -> dict[str, float]:
+    return dict(zip((one.path for one in doubts), factors.tolist(), strict=True))
+
+
+__all__ = ["analysed", "differing", "goal_machine", "limit_offs", "measure_offs", "rows_over", "side_by_side"]

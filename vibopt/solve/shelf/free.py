@@ -1,0 +1,58 @@
+"""The best that stiffness and damping could do if they could be had at will: what buying from the shelf costs."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vibopt.errors import InputError
+from vibopt.forms import Monomials, StaticLoad
+from vibopt.program.held import held
+from vibopt.program.program import Axis, Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.choose import choose
+from vibopt.solve.global_search import BranchAndBound
+from vibopt.solve.method import Found
+
+_GAP, _SECONDS = 1e-4, 2.0
+_NEAR_ZERO = 1e-9
+
+
+def free_optimum(program: Program, found: Found) -> dict[str, Any] | None:
+    """Stiffness and damping free within the ends of the catalogue, all else as chosen and made to carry its load.
+
+    None where the goal does not depend on them (a price), or nothing better was found.
+    """
+    x = np.asarray(found.x)
+    free = [axis for tie in program.ties for axis in tie.axes if ".part." not in program.axes[axis].path]
+    asked = replace(
+        program, limits=tuple(one for one in program.limits if not isinstance(one.form, StaticLoad)), ties=()
+    )
+    if not free or program.aim is None:
+        return None
+    part = held(asked, x, free)
+    assert part.aim is not None
+    if isinstance(part.aim.form, Monomials) and not part.aim.form.exponents.any():
+        return None
+    part = replace(part, axes=tuple(_opened(one) for one in part.axes))
+    best = None
+    with contextlib.suppress(InputError):
+        method = choose(part, None)
+        best = (BranchAndBound(_GAP, _SECONDS) if isinstance(method, BranchAndBound) else method).solve(part)
+    if best is None or best.x is None or best.status not in ("optimal", "feasible"):
+        return None
+    values = {axis.path: float(value) for axis, value in zip(part.axes, best.x, strict=True)}
+    bought, ideal = Judge(program).goal(x).value, Judge(part).goal(best.x).value
+    if ideal > bought + 1e-9 * abs(bought):  # a search that was cut short
+        return None
+    return {"status": best.status, "claim": best.claim, "goal": ideal, "values": values}
+
+
+def _opened(axis: Axis) -> Axis:
+    return replace(axis, values=None, low=max(axis.low, _NEAR_ZERO * axis.high))
+
+
+__all__ = ["free_optimum"]

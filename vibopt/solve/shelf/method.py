@@ -1,0 +1,106 @@
+"""The method for parts of catalogues: nothing is better than its answer, and nine next best stand beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibopt.program.program import Program
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.shelf.near import nearest
+from vibopt.solve.shelf.search import Pick, Search
+from vibopt.solve.shelf.tree import factors_of
+
+KEEP = 10
+MOST = 10**12
+
+
+class Catalogue:
+    """Every combination of parts, counts and other listed values; proves the best of them, or that none will do."""
+
+    name = "catalogue"
+    summary = "branch and bound over the rows of catalogues, with exact peaks"
+
+    def __init__(self, keep: int = KEEP, seconds: float = 60.0) -> None:
+        self.keep = keep
+        self.seconds = seconds
+
+    def refuses(self, program: Program) -> str | None:
+        if not program.ties:
+            return "no part of a catalogue is to be chosen."
+        for index, axis in enumerate(program.axes):
+            if axis.values is None and not any(index in tie.axes for tie in program.ties):
+                return (
+                    f"{axis.path} may be any value of a range, but beside parts of a catalogue only listed values are "
+                    f"chosen from. Write one value, or one_of = [...]."
+                )
+        many = 1
+        for factor in factors_of(program):
+            many *= len(factor.table)
+        if many > MOST:
+            return f"{many:.1e} combinations of parts are too many. Leave fewer with only = [...]."
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal" or "infeasible", both proven; else what is left when the time is over."""
+        search = Search(program, self.keep, self.seconds, progress)
+        search.run()
+        details = self._details(program, search)
+        if not search.best:
+            if search.stopped:
+                claim = f"nothing found and nothing proven: stopped after {self.seconds:.0f} s"
+                return Found("unproven", None, claim, self.name, details=details)
+            details["nearest"] = nearest(search)
+            claim = f"proven: each of {search.total} combinations of parts breaks a limit"
+            return Found("infeasible", None, claim, self.name, details=details)
+        first = search.best[0]
+        if search.stopped:
+            claim = f"the best of those looked at; stopped after {self.seconds:.0f} s of {search.total} combinations"
+            return Found("feasible", first.x, claim, self.name, details=details)
+        claim = f"proven: none of {search.total} combinations of parts is better"
+        return Found("optimal", first.x, claim, self.name, first.goal, details)
+
+    def _details(self, program: Program, search: Search) -> dict[str, Any]:
+        tally = search.tally
+        names = [(one.name, one.side) for one in program.limits]
+        return {
+            "combinations": search.total,
+            "measured": tally.measured,
+            "mirrored": tally.mirrored,
+            "dropped": [
+                {"limit": name, "side": side, "combinations": round(float(count))}
+                for (name, side), count in zip(names, tally.limits, strict=True)
+                if count
+            ],
+            "rows": _rows(program, search),
+            "picks": [_pick(search, one) for one in search.best],
+        }
+
+
+def _pick(search: Search, pick: Pick) -> dict[str, Any]:
+    chosen = zip(search.shelf.factors, pick.entries, strict=True)
+    return {
+        "parts": {factor.path: factor.names[entry] for factor, entry in chosen if factor.names},
+        "x": [float(one) for one in pick.x],
+        "goal": pick.goal,
+        "tightest": pick.tightest,
+        "margin": pick.margin,
+    }
+
+
+def _rows(program: Program, search: Search) -> list[dict[str, Any]]:
+    """Parts that no combination can use, each with the limit that stands against it most often."""
+    found = []
+    for index, factor in enumerate(search.shelf.factors):
+        whole = search.total / len(factor.table)
+        table = search.tally.rows[index]
+        for entry, name in enumerate(factor.names):
+            if table[entry].sum() < whole * (1.0 - 1e-9) - 0.5:
+                continue
+            most = int(table[entry].argmax())
+            limit, alone = program.limits[most], table[entry, most] >= whole - 0.5
+            row = {"path": factor.path, "part": name, "limit": limit.name, "side": limit.side, "alone": bool(alone)}
+            found.append(row)
+    return found
+
+
+__all__ = ["Catalogue"]

@@ -1,0 +1,92 @@
+"""Tables as a spreadsheet exports them: semicolon, tab or comma, decimal comma, byte-order mark, old code pages."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+
+from vibopt.errors import InputError
+
+LARGEST = 5_000_000
+_COMMA = re.compile(r"([+-]?\d*),(\d+)(?=\D|$)")
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """Cells of a file.
+
+    rows
+        Rows that are not empty, each with its number in the sheet (from 1) and its cells without blanks around them.
+    comma
+        Whether a comma in a number is the decimal sign, for it does not part the columns.
+    """
+
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    comma: bool
+
+    def number(self, cell: str) -> str:
+        """A cell with a decimal point for its decimal comma."""
+        return with_point(cell) if self.comma else cell
+
+
+def sheet_of(file: FilePath) -> Sheet:
+    """The cells of a CSV file.
+
+    Raises
+    ------
+    InputError
+        It is not there, too large, or no table.
+    """
+    lines = text_of(file).splitlines()
+    offset = 1 if lines and lines[0].lower().startswith("sep=") else 0
+    sign = (lines[0][4:5] if offset else separator(lines[0] if lines else "")) or ";"
+    try:
+        parsed = list(csv.reader(io.StringIO("\n".join(lines[offset:])), delimiter=sign))
+    except csv.Error as error:
+        raise InputError(f"{file.name} is no CSV file: {error}.") from None
+    cells = [tuple(cell.strip() for cell in row) for row in parsed]
+    return Sheet(tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row)), sign != ",")
+
+
+def text_of(file: FilePath) -> str:
+    """The text of a file as spreadsheets write it: UTF-8 or UTF-16 with a mark, or Windows' own."""
+    try:
+        if file.stat().st_size > LARGEST:
+            raise InputError(f"{file.name} is larger than {LARGEST / 1e6:.0f} MB.")
+        raw = file.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{file} is not there. Name the CSV file, relative to the problem file.") from None
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return raw.decode("cp1252", errors="replace")
+
+
+def separator(line: str) -> str:
+    """The sign between columns, told by the heading: tab, semicolon or comma."""
+    return max(("\t", ";", ","), key=line.count)
+
+
+def with_point(cell: str) -> str:
+    """A cell with a decimal point for its decimal comma."""
+    return _COMMA.sub(r"\1.\2", cell) if cell.count(",") == 1 or "@" in cell else cell
+
+
+def letter(index: int) -> str:
+    """Column letters as a spreadsheet has them, from index 0: A, B, ..., Z, AA."""
+    letters = ""
+    index += 1
+    while index:
+        index, rest = divmod(index - 1, 26)
+        letters = chr(65 + rest) + letters
+    return letters
+
+
+__all__ = ["Sheet", "letter", "separator", "sheet_of", "text_of", "with_point"]
