@@ -144,11 +144,13 @@ class StaticRow:
 class StaticLoad:
     """Static force of one mount under the weights alone, as a part of what it is rated for: factor(x) * |row . u|.
 
-    `factor` is one monomial: static stiffness of one mount over its rating.
+    `factor` is one monomial: static stiffness of one mount over its rating.  `signed` keeps the sign of row . u:
+    a mount that is lifted has a force below zero.
     """
 
     row: FloatArray
     factor: Monomials
+    signed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -239,7 +239,7 @@ def test_schema_speaks_of_every_table_and_fits_every_problem(run: Run) -> None:
 
     data = run("schema").data
     assert data["additionalProperties"] is False
-    for path in sorted((ROOT / "problems" / "isolation").rglob("*.toml")):
+    for path in [*(ROOT / "problems" / "isolation").glob("*.toml"), *(ROOT / "problems" / "absorbers").glob("*.toml")]:
         assert set(tomllib.loads(path.read_text(encoding="utf-8"))) <= set(data["properties"])
     limits = data["properties"]["limits"]["additionalProperties"]["oneOf"]
     assert "transmitted_force" in [one["properties"]["response"]["const"] for one in limits]

@@ -284,3 +284,20 @@ def test_without_absorbers_nothing_is_said_of_them(solved: Callable[[str], Desig
     assert modes(design) is None
     assert below(design) == []
     assert "build" not in as_json(design)
+
+
+def test_an_excitation_of_another_machine_has_no_bar() -> None:
+    other = '[bodies.other]\nmass = "1 kg"\n[links.far]\nbetween = ["other", "ground"]\nstiffness = "1 kN/m"\n'
+    push = '[excitations.away]\nkind = "force"\non = "other"\namplitude = "1 N"\nspeed = "1..60 Hz"\n'
+    text = FAN.replace("[excitations.push]", f"{other}{push}[excitations.push]")
+    text = text.replace('of = "tmd"\n', 'of = "tmd"\ndue_to = ["push"]\n')
+    text = text.replace(
+        'minimise = "displacement"\nof = "fan"\n', 'minimise = "displacement"\nof = "fan"\ndue_to = ["push"]\n'
+    )
+    assert [one.excitation for one in stroke_bars(_solved(text))] == ["push"]
+
+
+def test_a_spring_that_must_be_exact_is_said() -> None:
+    text = FAN.replace('"1..60 Hz"', '"16 Hz"').replace("damping_ratio = { from = 0.01, to = 0.5 }\n", "")
+    said = [one.words for one in adjusting(_solved(text))]
+    assert said == ["no room at all: the goal does not hold, or is zero and grows with the least drift"]

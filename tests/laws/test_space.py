@@ -350,4 +350,4 @@ def test_the_best_of_several_places() -> None:
     assert design.status == "optimal"
     assert design.goal is not None
     assert design.goal[1].value == pytest.approx(0.0, abs=1e-12)
-    assert design.places["mounts.foot.at"].name.startswith('[["0.95')
+    assert design.places["mounts.foot.at"].value.startswith('[["0.95')

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
-from mpmath import matrix, mpc, mpf, pi, sqrt
+from mpmath import lu_solve, matrix, mpc, mpf, pi, sqrt
 
 from absorber_cases import CASES
 from absorber_routes import (
@@ -18,7 +18,6 @@ from absorber_routes import (
     damped_curves,
     fastest_decay,
     least_mean_square,
-    lu_solve,
     nishihara_asami,
     pulley_absorber,
     response_table,
@@ -37,7 +36,8 @@ LOW, HIGH = "limits.low.value", "limits.high.value"
 @cache
 def solved(name: str) -> Answers:
     """The answers of one problem, worked out once."""
-    return PROBLEMS[name]()
+    answers: Answers = PROBLEMS[name]()
+    return answers
 
 
 def absorber(key: str) -> str:
@@ -156,7 +156,15 @@ def stiff_table(ratio: str) -> Answers:
     }
 
 
-CURVES = (("0.2", "0.2"), ("0.2", "0.5"), ("0.3", "0.2"), ("0.3", "0.5"), ("0.5", "0.1"), ("0.4", "0.2"), ("0.4", "0.5"))
+CURVES = (
+    ("0.2", "0.2"),
+    ("0.2", "0.5"),
+    ("0.3", "0.2"),
+    ("0.3", "0.5"),
+    ("0.5", "0.1"),
+    ("0.4", "0.2"),
+    ("0.4", "0.5"),
+)
 
 
 def curves() -> Answers:
@@ -242,7 +250,10 @@ def damped_bridge() -> Answers:
 def undamped_bridge() -> Answers:
     found = solved("9.62")
     speeds = both(found["undamped.frequencies"], "measures.low.value", "measures.high.value")
-    return {"measures.swing.value": found["undamped.absorber.amplitude"], "measures.own.value": found["main.frequency"]} | speeds
+    return {
+        "measures.swing.value": found["undamped.absorber.amplitude"],
+        "measures.own.value": found["main.frequency"],
+    } | speeds
 
 
 def motor_off_resonance() -> Answers:

@@ -12,6 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from vibopt.design.design import Design
+from vibopt.design.jsonable import as_json
+from vibopt.design.report import html
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.document import placed
@@ -21,6 +23,8 @@ from vibopt.solve import solve
 from vibopt.solve.branch import Judge
 from vibopt.solve.shelf.method import Catalogue
 from vibopt.solve.shelf.tree import Shelf, factors_of
+from vibopt.study.freeze import frozen
+from vibopt.study.whatif import whatif
 
 MOUNTS = Path(__file__).parents[2] / "problems" / "mounts"
 DAMPINGS = ("damping [N s/m]", "loss factor", "damping ratio")
@@ -160,3 +164,55 @@ def test_the_answer_names_what_to_order(compressor: Design) -> None:
     text = compressor.report()
     assert "4 x S60-60 (feet)" in text
     assert "cannot carry the load" in text
+
+
+def test_the_catalogue_of_the_readme_is_solved(tmp_path: Path) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    section = readme.split("## Parts from a catalogue")[1]
+    for mark, name in (("toml", "pump.toml"), ("text", "mounts.csv")):
+        (tmp_path / name).write_text(section.split(f"```{mark}\n")[1].split("```")[0], encoding="utf-8")
+    design = solve(read(tmp_path / "pump.toml"))
+    assert design.status == "optimal"
+    assert design.places["links.feet.part"].value == "S60-60"
+
+
+def test_a_kept_design_holds_the_names_of_its_parts(compressor: Design) -> None:
+    kept = frozen(compressor.scene, compressor.x)
+    assert kept.is_analysis
+    part = kept.document["links"]["feet"]["part"]
+    assert (str(part["catalogue"]), part["name"]) == ("mounts.csv", "S60-60")
+    again = solve(kept)
+    assert again.status == "met"
+    assert {name: one.value.value for name, one in again.limits.items()} == pytest.approx(
+        {name: one.value.value for name, one in compressor.limits.items()}, rel=1e-12
+    )
+    heavier = whatif(compressor.scene, {"bodies.set.mass": "680 kg"}, keep_design=True)
+    assert heavier.breaks == ("feet: rated load",)
+    mass = next(one for one in heavier.thresholds if one.path == "bodies.set.mass")
+    assert mass.above is not None
+    assert mass.above.value == pytest.approx(4 * 1600.0 / 9.80665, rel=1e-6)
+    assert mass.limits[1] == "feet: rated load"
+
+
+def test_choices_and_parts_stand_in_the_json(compressor: Design) -> None:
+    data = as_json(compressor)
+    assert data["variables"]["links.feet.part"]["value"] == "S60-60"
+    assert [one["parts"]["links.feet.part"] for one in data["choices"]] == ["S60-60", "S60-55", "S50-55"]
+    assert data["choices"][0]["price"]["shown"] == "107.8 EUR"
+    assert sum(one["combinations"] for one in data["details"]["dropped"]) == 300 - 3
+    never = {one["part"]: one["limit"] for one in data["details"]["rows"]}
+    assert never["R40-40"] == "feet: rated load"
+    assert not {"S60-60", "S60-55", "S50-55"} & set(never)
+
+
+def test_free_values_are_never_worse_than_what_is_bought() -> None:
+    design = solve(read(MOUNTS / "chiller_on_two_stages.toml"))
+    assert design.goal is not None
+    assert design.details["free"]["goal"] < design.goal[1].value
+    assert "made to order" in design.report()
+
+
+def test_the_page_shows_what_to_order(compressor: Design) -> None:
+    page = html(compressor)
+    assert "4 x S60-60 (feet)" in page
+    assert "The best 3 choices" in page

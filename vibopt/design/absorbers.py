@@ -13,11 +13,11 @@ from vibopt.design.design import Design, Shown
 from vibopt.design.words import at_words
 from vibopt.excitations import Excitation
 from vibopt.forms import Band
-from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.machine import GROUND, Machine
 from vibopt.responses.absorbers import Stroke
 from vibopt.scene.assemble import bare
 from vibopt.scene.drives import names_for
-from vibopt.scene.places import turning
+from vibopt.scene.places import neighbours, supports, turning
 from vibopt.scene.scene import Scene
 from vibopt.units import best_unit, plain, show, si_unit, to_unit
 
@@ -156,7 +156,7 @@ def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
 def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
     asked = {key: one for key, one in scene.limits.items() if isinstance(one, Stroke) and one.of == name}
     for excitation, table in scene.excitations.items():
-        if table.random:
+        if table.random or name not in _shaken(scene, table.on):
             continue
         limit = next((key for key, one in asked.items() if excitation in names_for(scene, one)), "")
         response = asked.get(limit)
@@ -171,6 +171,17 @@ def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
         at = _shown(table.from_rotation(found.speeds[excitation]), speed.dimension, speed.unit)
         bound = response.at_most.value if response is not None and response.at_most is not None else None
         yield StrokeBar(name, excitation, found.value, at, bound, limit if bound is not None else "")
+
+
+def _shaken(scene: Scene, on: str) -> set[str]:
+    """Points that an excitation at one of them can move: what hangs together without the supports."""
+    beside, still = neighbours(scene), {GROUND, *supports(scene)}
+    found, left = {on}, [on]
+    while left:
+        fresh = beside.get(left.pop(), set()) - found - still
+        found |= fresh
+        left += fresh
+    return found
 
 
 def strokes(design: Design) -> Strokes | None:

@@ -21,7 +21,7 @@ GROWTH = 0.05
 """Part by which the goal may grow worse, and by which a limit that leaves no room may be broken."""
 FARTHEST = math.log(4.0)
 _FIRST, _WIDER = 0.004, 1.5
-_EXACT = 1e-10
+_EXACT, _NOTHING = 1e-10, 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +55,14 @@ class Adjusting:
     @property
     def words(self) -> str:
         """As one sentence."""
-        spring = f"spring {_percent(self.low.stiffness)} to {_percent(self.high.stiffness)}"
-        tuned = f"tuning {_percent(self.low.tuning)} to {_percent(self.high.tuning)}"
+        past = ["more than " if not one.because else "" for one in (self.low, self.high)]
+        spring = f"spring {past[0]}{_percent(self.low.stiffness)} to {past[1]}{_percent(self.high.stiffness)}"
+        tuned = f"tuning {past[0]}{_percent(self.low.tuning)} to {past[1]}{_percent(self.high.tuning)}"
         why = " and ".join(dict.fromkeys(filter(None, (self.low.because, self.high.because))))
         if not why:
             return "the spring may be four times as stiff, or a quarter: nothing breaks"
+        if max(-self.low.stiffness, self.high.stiffness) < _NOTHING:
+            return f"no room at all: {why} does not hold, or is zero and grows with the least drift"
         if self.broken_by:
             return f"no room, {why} at the bound; {spring} ({tuned}) breaks it by {plain(100 * self.broken_by, 2)} %"
         return f"{spring} ({tuned}), ended by {why}"
@@ -70,12 +73,14 @@ def adjusting(design: Design) -> tuple[Adjusting, ...]:
     if not has_absorbers(design):
         return ()
     program, x = pose(design.scene), np.array(design.x, dtype=float)
+    if all(isinstance(one.form, Monomials) for one in program.parts):
+        return ()
     found = []
     for name, table in design.scene.absorbers.items():
         if not table.has_spring:
             continue
         strict = _ends(_Worse(program, x, name, 0.0))
-        tight = any(abs(one.stiffness) < 1e-6 for one in strict)
+        tight = any(abs(one.stiffness) < _NOTHING for one in strict)
         low, high = _ends(_Worse(program, x, name, GROWTH)) if tight else strict
         found.append(Adjusting(name, low, high, GROWTH if tight else 0.0))
     return tuple(found)
@@ -113,7 +118,9 @@ class _Worse:
         slack = math.log1p(self.slack) + 1e-9
         if limit.side == "outside":
             return min(_log(value / limit.bound), _log(limit.upper / value)) - slack
-        size = _log(value / limit.bound) if limit.bound > 0.0 else value
+        if limit.bound <= 0.0:  # a bound of nothing holds by rounding alone
+            return -1.0
+        size = _log(value / limit.bound)
         return (size if limit.side == "at_most" else -size) - slack
 
     def _worst(self, model: Model, form: Form, least_wanted: bool, s: float) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,13 +18,14 @@ from vibopt.devices import AbsorberTable, BodyTable, LinkTable
 from vibopt.devices.spring import Beam, Shaft
 from vibopt.mechanics.beam import sag_under_load
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.host import Reduction
-from vibopt.mechanics.hosted import Carrier, HostedMachine
 from vibopt.mechanics.machine import Joint, Machine, Tuned
 from vibopt.scene.lookout import looked_at
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
 from vibopt.values.fields import Choice, Fact
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.hosted import Carrier
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +65,8 @@ def _nominal(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     joints = {name: _joint(name, scene.links[name], number, masses, only) for name in own}
     machine = Machine(masses, tuple(joints.values()), tuple(scene.bases), weights)
     if scene.structures:
+        from vibopt.mechanics.hosted import HostedMachine
+
         machine = HostedMachine(masses, machine.joints, machine.bases, weights, carriers=_carriers(scene))
     if not scene.absorbers:
         return machine
@@ -77,6 +81,9 @@ def _nominal(scene: Scene, chosen: Mapping[str, float]) -> Machine:
 
 def _carriers(scene: Scene) -> dict[str, Carrier]:
     """The structures, each with its matrices in full where it has them."""
+    from vibopt.mechanics.host import Reduction
+    from vibopt.mechanics.hosted import Carrier
+
     top, modes = looked_at(scene)
     found = {}
     for name, table in scene.structures.items():

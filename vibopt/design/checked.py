@@ -166,7 +166,8 @@ def usual_unit(scene: Scene, response: Response) -> str:
     """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
     path = f".{getattr(response, 'of', None)}.{response.response}"
     if response.response == "price":
-        return next((link.part.price.unit for link in scene.links.values() if link.part and link.part.price), "")
+        bought = (*scene.links.values(), *scene.mounts.values())
+        return next((one.part.price.unit for one in bought if one.part and one.part.price), "")
     for variable in scene.variables:
         if variable.path.endswith(path):
             return variable.unit

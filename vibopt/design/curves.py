@@ -17,9 +17,11 @@ from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
 from vibopt.program.worst import DriveResponse, drive_extreme
+from vibopt.program.worst import worst as worst_of
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import MINIMISE, Scene
+from vibopt.scene.space import members
 from vibopt.units import best_unit, show, to_unit
 from vibopt.units.spelling import split_detector
 
@@ -284,8 +286,9 @@ class _Drawing:
         return f"{shown} at {at}"
 
     def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
-        form = form_of(self.scene, self.model, one.response)
-        assert isinstance(form, Modulus)
+        asked = [form_of(self.scene, self.model, each) for each in members(self.scene, one.response)]
+        forms = [form for form in asked if isinstance(form, Modulus)]
+        form = max(forms, key=lambda each: worst_of(self.model, each, self.x).value) if len(forms) > 1 else forms[0]
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
     def _drawn(

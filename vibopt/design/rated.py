@@ -7,8 +7,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from vibopt.design.design import Checked, Placed, Shown
-from vibopt.devices import LinkTable
+from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
+from vibopt.responses.spatial import StaticLoadOfMount
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
 from vibopt.values.fields import Choice, Fact
@@ -36,38 +37,51 @@ def load_of(machine: Machine, joint: Joint) -> float:
 
 
 def rated_rows(scene: Scene, chosen: Mapping[str, float], machine: Machine) -> dict[str, Checked]:
-    """The static load of one mount of each bought part, on the machine as built."""
-    rows = {}
+    """The static load of one mount of each bought part, on the machine as built; of a group in space the worst."""
+    rows: dict[str, Checked] = {}
     for name, link in scene.links.items():
-        sides = list(_ratings(name, link, chosen))
-        load = load_of(machine, machine.joint(name)) if sides else 0.0
-        for side, rating, unit in sides:
-            key = f"{name}: rated load"
-            margin = (rating - load) / rating if side == "at_most" else (load - rating) / rating
-            margin = float(margin) if np.isfinite(load) else -np.inf
-            rows[key if key not in rows else f"{key} ({side})"] = Checked(
-                name=key,
-                response="static_load",
-                place=f"of {name}",
-                side=side,
-                value=Shown.of(load, "force", "N", unit),
-                limit=Shown.of(rating, "force", "N", unit),
-                margin=margin,
-                active=abs(margin) <= 1e-6,
-                met=margin >= -TOLERANCE,
-            )
+        if link.part is not None:
+            _add(rows, name, link.part, f"links.{name}", [load_of(machine, machine.joint(name))], chosen)
+    for name, mount in scene.mounts.items():
+        if mount.part is not None:
+            loads = [_of_mount(machine, single) for single in mount.singles(name)]
+            _add(rows, name, mount.part, f"mounts.{name}", loads, chosen)
     return rows
 
 
-def _ratings(name: str, link: LinkTable, chosen: Mapping[str, float]) -> Iterator[tuple[str, float, str]]:
+def _of_mount(machine: Machine, single: str) -> float:
+    """What one mount carries along its own axis [N]; below zero it is lifted."""
+    return StaticLoadOfMount(response="static_load", of=single).measure_static(machine)
+
+
+def _add(
+    rows: dict[str, Checked], name: str, part: Part, path: str, loads: list[float], chosen: Mapping[str, float]
+) -> None:
+    for side, rating, unit in _ratings(part, path, chosen):
+        key = f"{name}: rated load"
+        load = max(loads) if side == "at_most" else min(loads)
+        margin = (rating - load) / rating if side == "at_most" else (load - rating) / rating
+        margin = float(margin) if np.isfinite(load) else -np.inf
+        rows[key if key not in rows else f"{key} ({side})"] = Checked(
+            name=key,
+            response="static_load",
+            place=f"of {name}",
+            side=side,
+            value=Shown.of(load, "force", "N", unit),
+            limit=Shown.of(rating, "force", "N", unit),
+            margin=margin,
+            active=abs(margin) <= 1e-6,
+            met=margin >= -TOLERANCE,
+        )
+
+
+def _ratings(part: Part, path: str, chosen: Mapping[str, float]) -> Iterator[tuple[str, float, str]]:
     """Side, rating [N] and unit of what a part is rated for."""
-    if link.part is None:
-        return
     for side, key in (("at_most", "rated_max"), ("at_least", "rated_min")):
-        value: Fact | Choice | None = getattr(link.part, key)
+        value: Fact | Choice | None = getattr(part, key)
         if value is None:
             continue
-        rating = value.value if isinstance(value, Fact) else chosen[f"links.{name}.part.{key}"]
+        rating = value.value if isinstance(value, Fact) else chosen[f"{path}.part.{key}"]
         if rating > 0.0:
             yield side, rating, value.unit
 

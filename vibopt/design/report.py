@@ -14,6 +14,7 @@ from vibopt.design.curves import panels
 from vibopt.design.design import Design
 from vibopt.design.figures import below, plane_figure, response_figure, saved
 from vibopt.design.plane import absorbers_with_map, plane
+from vibopt.design.shelf import choice_rows, dropped_rows, free_words, tied
 from vibopt.design.words import (
     ENDS,
     SIDES,
@@ -78,6 +79,7 @@ def _words(design: Design) -> dict[str, Any]:
         design = replace(design, variables={}, limits={}, measures={}, x=())
     scene = design.scene
     ranges = {variable.path: range_words(variable) for variable in scene.variables}
+    ranges |= {path: f"as {design.places[part].value} has it" for path, part in tied(scene).items() if design.places}
     return {
         "title": scene.title,
         "file": scene.name,
@@ -91,9 +93,17 @@ def _words(design: Design) -> dict[str, Any]:
         "loosenings": loosening_words(design),
         "found": [interval(*one) for one in design.found] if design.found is not None else None,
         "find_all": scene.find_all,
+        "choices": choice_rows(design),
+        "dropped": dropped_rows(design),
+        "made_to_order": free_words(design),
         "variables": [
+            {"path": path, "shown": one.value, "range": one.among or ", ".join(one.options), "end": ""}
+            for path, one in design.places.items()
+        ]
+        + [
             {"path": path, "shown": one.value.shown, "range": ranges.get(path, ""), "end": ENDS.get(one.at_bound, "")}
             for path, one in design.variables.items()
+            if ".part." not in path
         ],
         "limits": [_limit(name, design) for name in design.limits],
         "prices": [(name, one.price.words) for name, one in design.limits.items() if one.price is not None],

@@ -11,6 +11,7 @@ from vibopt.design.design import Design, Shown
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Scene
 from vibopt.units import show, si_unit
+from vibopt.values import Fact
 
 MOST_NAMES = 6
 """Names of parts that are listed in a line; JSON has all of them."""
@@ -58,14 +59,16 @@ def _goal(scene: Scene, value: float) -> Shown | None:
 def _price(scene: Scene, chosen: Mapping[str, float]) -> Shown | None:
     """What all bought parts cost together; None where a catalogue has no prices."""
     total, unit = 0.0, ""
-    for name, link in scene.links.items():
-        if link.part is None:
+    bought = {f"links.{name}": (link.part, link.count) for name, link in scene.links.items()}
+    bought |= {f"mounts.{name}": (mount.part, Fact(mount.count, "")) for name, mount in scene.mounts.items()}
+    for path, (part, count) in bought.items():
+        if part is None:
             continue
-        if link.part.price is None:
+        if part.price is None:
             return None
-        price, count = link.part.price, link.count
-        one = chosen.get(f"links.{name}.part.price", getattr(price, "value", 0.0))
-        many = chosen.get(f"links.{name}.count", getattr(count, "value", 1.0))
+        price = part.price
+        one = chosen.get(f"{path}.part.price", getattr(price, "value", 0.0))
+        many = chosen.get(f"{path}.count", getattr(count, "value", 1.0))
         total, unit = total + one * many, price.unit
     return Shown.of(total, "price", si_unit("price"), unit) if unit else None
 

@@ -85,12 +85,16 @@ def _springs(scene: Scene, chosen: Mapping[str, float], name: str, table: MountT
         return _number(scene, chosen, path, given) * np.array([side, side, 1.0])
 
     stiffness, damping = three("stiffness"), three("damping")
-    static = stiffness / (table.dynamic_to_static.value if table.dynamic_to_static is not None else 1.0)
+    inner = f"mounts.{name}.part" if table.part is not None else f"mounts.{name}"
+    ratio = table.static_ratio
+    static = stiffness / (_number(scene, chosen, f"{inner}.dynamic_to_static", ratio) if ratio is not None else 1.0)
+    bought = table.part.price if table.part is not None else None
+    price = _number(scene, chosen, f"{inner}.price", bought) if bought is not None else 0.0
     lossy = 0.0
     if table.loss_factor is not None:
         lossy = _number(scene, chosen, f"mounts.{name}.loss_factor", table.loss_factor)
     return [
-        Spring3(single, table.between, np.array(at), frame, stiffness, static, damping, lossy)
+        Spring3(single, table.between, np.array(at), frame, stiffness, static, damping, lossy, price)
         for single, at, frame in zip(table.singles(name), table.sites, table.frames, strict=True)
     ]
 

@@ -165,7 +165,11 @@ def _found(design: Design, console: Console) -> None:
 
 def _values(design: Design) -> list[tuple[str, ...]]:
     ranges = {variable.path: range_words(variable) for variable in design.scene.variables}
-    brought = {path: f"as {design.places[part].value} has it" for path, part in tied(design.scene).items()}
+    brought = {
+        path: f"as {design.places[part].value} has it"
+        for path, part in tied(design.scene).items()
+        if part in design.places
+    }
     placed: list[tuple[str, ...]] = [
         (path, one.value, f"chosen from {one.among or ', '.join(one.options)}") for path, one in design.places.items()
     ]

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, Field, WithJsonSchema, field_validator, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, field_validator, model_validator
 
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.link import TwoEnds
+from vibopt.devices.part import OWN, Bound, Part
 from vibopt.devices.symbols import Symbols
 from vibopt.errors import QuantityError
 from vibopt.forms import FloatArray
@@ -18,7 +19,7 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
 from vibopt.units import Quantity, read_range
 from vibopt.values import Fact, Table, Value, number, word
-from vibopt.values.fields import Rule, RuleSchema, complaint, read_value
+from vibopt.values.fields import Choice, Rule, RuleSchema, complaint, read_value
 from vibopt.values.vectors import AXES, Vector, read_direction, read_place
 
 
@@ -167,6 +168,27 @@ class MountTable(Device):
     dynamic_to_static: Fact | None = number("ratio", choice=False)
     rating: Rated = None
     gap: Fact | None = number("length", choice=False)
+    part: Part | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_part(cls, given: Any) -> Any:
+        """The columns of a part that are keys of a mount stand there as if they had been written there."""
+        if not isinstance(given, Mapping) or given.get("part") is None or isinstance(given["part"], Part):
+            return given
+        for key in ("stiffness", "damping", "loss_factor", "dynamic_to_static", "rating"):
+            if key in given:
+                raise word(f"gives part and {key}. Keep one: a part brings its stiffness, damping and rating with it.")
+        try:
+            part = Part.model_validate(given["part"])
+        except ValidationError:  # said where the part itself is read
+            return {"shear_ratio": Fact(1.0, ""), **given, "stiffness": Fact(1.0, "N/m")}
+        if part.column("damping_ratio") is not None:
+            raise word(
+                f"is bought from {part.catalogue.name}, which has damping ratios: relative to what? Give the catalogue "
+                "a column of damping or of loss factors."
+            )
+        return {**given, **_brought(part)}
 
     @field_validator("stiffness", mode="before")
     @classmethod
@@ -225,6 +247,27 @@ class MountTable(Device):
         return given * self.count if len(given) == 1 else given
 
     @property
+    def brought(self) -> tuple[str, ...]:
+        """Keys that the part has filled in."""
+        return ("stiffness", "damping", "loss_factor") if self.part is not None else ()
+
+    @property
+    def static_ratio(self) -> Value | None:
+        """Dynamic over static stiffness."""
+        return self.dynamic_to_static if self.part is None else self.part.dynamic_to_static
+
+    def bound(self, name: str) -> tuple[Bound, ...]:
+        base = f"mounts.{name}"
+        paths = {key: f"{base}.part.{key}" for key in OWN} | {"loss_factor": f"{base}.loss_factor"}
+        for key in ("stiffness", "damping"):
+            if isinstance(getattr(self, key), (StiffnessAxes, DampingAxes)):
+                paths |= {key: f"{base}.{key}.z", f"{key}_x": f"{base}.{key}.x", f"{key}_y": f"{base}.{key}.y"}
+            else:
+                paths[key] = f"{base}.{key}"
+        found = self.part.bound(f"{base}.part", paths) if self.part is not None else None
+        return () if found is None else (found,)
+
+    @property
     def sites(self) -> Single:
         """Place of each mount [m]; of the first set where the places are open."""
         return self.at.options[0] if isinstance(self.at, Sites) else tuple(self.at)
@@ -278,17 +321,53 @@ class MountTable(Device):
         stiffness, damping = self.values_of("stiffness", name, symbols), self.values_of("damping", name, symbols)
         assert stiffness is not None
         lossy = symbols.read(f"mounts.{name}.loss_factor", self.loss_factor) if self.loss_factor is not None else None
-        static = 1.0 / self.dynamic_to_static.value if self.dynamic_to_static is not None else 1.0
+        ratio = self.static_ratio
+        inner = "part." if self.part is not None else ""
+        softer = Monomial(1.0) if ratio is None else symbols.read(f"mounts.{name}.{inner}dynamic_to_static", ratio) ** -1.0
         for single, at, frame in zip(self.singles(name), self.sites, self.frames, strict=True):
             for k, axis in enumerate(AXES):
                 link = f"{single}.{axis}"
                 builder.add_spring_at(link, self.between, at, frame[k])
-                builder.add_stiffness(link, stiffness[k], static)
+                if isinstance(ratio, Choice):
+                    builder.add_stiffness(link, stiffness[k], 0.0)
+                    builder.add_static_stiffness(link, stiffness[k] * softer)
+                else:
+                    builder.add_stiffness(link, stiffness[k], softer.scale)
                 if damping is not None:
                     builder.add_damping(link, damping[k])
                 if lossy is not None:
                     builder.add_hysteretic(link, stiffness[k] * lossy)
         builder.counts[name] = Monomial(float(self.count))
+        if self.part is not None:
+            self._rate(builder, name, symbols, self.part, stiffness[2] * softer)
+
+    def _rate(self, builder: ModelBuilder, name: str, symbols: Symbols, part: Part, static: Monomial) -> None:
+        """What a part is rated for, mount by mount, and what the group costs."""
+        for key in ("rated_min", "rated_max", "price"):
+            value = getattr(part, key)
+            if value is None:
+                continue
+            one = symbols.read(f"mounts.{name}.part.{key}", value)
+            if key == "price":
+                builder.properties[name, key] = one.times(float(self.count))
+                continue
+            for single in self.singles(name):
+                builder.properties[f"{single}.z", "static_stiffness"] = static
+                builder.properties[f"{single}.z", key] = one
+
+
+def _brought(part: Part) -> dict[str, Any]:
+    """Keys of a mount from the columns of a part."""
+    loss = {} if part.column("loss_factor") is None else {"loss_factor": part.column("loss_factor")}
+    if part.column("stiffness_x") is None:
+        damping = {} if part.column("damping") is None else {"damping": part.column("damping")}
+        return {"stiffness": part.column("stiffness"), **damping, **loss}
+    found: dict[str, Any] = dict(loss)
+    for key, kind in (("stiffness", StiffnessAxes), ("damping", DampingAxes)):
+        if part.column(key) is not None:
+            three = {"x": part.column(f"{key}_x"), "y": part.column(f"{key}_y"), "z": part.column(key)}
+            found[key] = kind.model_validate(three)
+    return found
 
 
 def _singles(name: str, count: int) -> tuple[str, ...]:

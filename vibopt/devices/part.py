@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, ConfigDict, ValidationInfo, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from vibopt.errors import InputError, way_out
@@ -77,8 +77,16 @@ CatalogueFile = Annotated[
 ]
 
 
+def _asked(schema: dict[str, Any]) -> None:
+    """Only what a file may say of a part stands in the schema."""
+    for key in OWN:
+        schema.get("properties", {}).pop(key, None)
+
+
 class Part(Table):
     """`part = { catalogue = "mounts.csv" }`: a row is chosen; with `name` it is that one, with `only` one of those."""
+
+    model_config = ConfigDict(**{**Table.model_config, "json_schema_extra": _asked})
 
     catalogue: CatalogueFile
     name: str | None = None
@@ -160,6 +168,11 @@ def column_of(parts: Catalogue, key: str) -> FloatArray | None:
     if key == "dynamic_to_static" and "static_stiffness" in parts.columns:
         ratio: FloatArray = parts.columns["stiffness"] / parts.columns["static_stiffness"]
         return ratio
+    if key in ("damping_x", "damping_y") and key not in parts.columns and "damping" in parts.columns:
+        across = parts.columns.get(key.replace("damping", "stiffness"))
+        if across is not None:  # as much softer across as its stiffness
+            derived: FloatArray = parts.columns["damping"] * across / parts.columns["stiffness"]
+            return derived
     if key == "rated_min" and key in parts.columns and not parts.columns[key].any():
         return None
     return parts.columns.get(key)
@@ -170,7 +183,7 @@ def value_of(parts: Catalogue, key: str) -> Value | None:
     column = column_of(parts, key)
     if column is None:
         return None
-    unit = parts.units.get(key, "")
+    unit = parts.units.get(key, parts.units.get(key[:-2], ""))
     options = tuple(sorted({float(one) for one in column}))
     if len(options) == 1:
         return Fact(options[0], unit)

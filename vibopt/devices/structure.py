@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
@@ -15,12 +15,13 @@ from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_faul
 from vibopt.devices.symbols import Symbols
 from vibopt.errors import QuantityError
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.host import Coordinates, Matrices, Reduction, digits_lost, of_modes, reduced_host
-from vibopt.mechanics.host.matrices import negative_count
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.fields import complaint
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.host import Coordinates, Matrices, Reduction
 
 MOST_LOST = 1e-4
 """Greatest relative error of a receptance from rounding of the entries that is accepted."""
@@ -239,6 +240,8 @@ class StructureTable(Device):
         assert self.modes is not None
         shapes = {name: np.array([mode.shape[name] for mode in self.modes]) for name in self.names}
         ratios = [mode.damping_ratio.value if mode.damping_ratio else 0.0 for mode in self.modes]
+        from vibopt.mechanics.host import of_modes
+
         return of_modes(
             np.array([mode.frequency.value for mode in self.modes]),
             np.array(ratios),
@@ -290,6 +293,8 @@ class StructureTable(Device):
         for row, damping in coordinates.dampers():
             parts = {one: float(part) for one, part in zip(names, row, strict=True) if part}
             builder.add_term(DAMPING, parts, Monomial(damping), name)
+        from vibopt.mechanics.host import Reduction
+
         if isinstance(host, Reduction):
             builder.left_out += host.size - coordinates.count
             builder.remarks.append(self._remark(name, host))
@@ -307,6 +312,8 @@ class StructureTable(Device):
 
 
 def _coordinates(host: Coordinates | Reduction) -> Coordinates:
+    from vibopt.mechanics.host import Reduction
+
     return host.coordinates if isinstance(host, Reduction) else host
 
 
@@ -332,12 +339,17 @@ class _Kept:
 def _assembled(mass: _Kept, damping: _Kept, stiffness: _Kept, loss_factor: float) -> Matrices:
     from scipy.sparse import csc_array
 
+    from vibopt.mechanics.host import Matrices
+
     none = csc_array(mass.matrix.shape)
     return Matrices(mass.matrix, damping.matrix if damping.matrix is not None else none, stiffness.matrix, loss_factor)
 
 
 @lru_cache(maxsize=32)
 def _reduced(matrices: Matrices, points: tuple[tuple[str, int], ...], top: float, modes: int) -> Reduction:
+    from vibopt.mechanics.host import reduced_host
+    from vibopt.mechanics.host.matrices import negative_count
+
     if modes:  # those within the look-out count, seen from the points or not
         modes = max(modes, min(negative_count(matrices.dynamic(top**2, 0.0)), _MOST_MODES))
     return reduced_host(matrices, dict(points), top, modes=min(modes, matrices.size))
@@ -345,4 +357,6 @@ def _reduced(matrices: Matrices, points: tuple[tuple[str, int], ...], top: float
 
 @lru_cache(maxsize=32)
 def _lost(matrices: Matrices, places: tuple[int, ...]) -> Any:
+    from vibopt.mechanics.host import digits_lost
+
     return digits_lost(matrices, list(places), 1e-3 * matrices.fastest)

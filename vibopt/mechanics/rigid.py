@@ -53,7 +53,7 @@ class Rigid:
 
 @dataclass(frozen=True, eq=False)
 class Spring3:
-    """One mount: own axes as rows (3, 3); stiffness, static stiffness [N/m] and damping [N s/m] along them (3,)."""
+    """One mount: own axes as rows (3, 3); stiffness, static stiffness [N/m] and damping [N s/m] along them (3,); price."""
 
     name: str
     ends: tuple[str, str]
@@ -63,6 +63,7 @@ class Spring3:
     static_stiffness: FloatArray
     damping: FloatArray
     loss_factor: float = 0.0
+    price: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -97,7 +97,7 @@ class FormBounds:
         if isinstance(form, StaticLoad):
             small, large = monomial_bounds(form.factor, low, high)
             lower, upper = FormBounds(self.model, StaticRow(form.row), self.reference, self.samples).on(low, high)
-            return small * lower, large * upper
+            return -large * upper if form.signed else small * lower, large * upper
         if isinstance(form, StaticRow):
             key = ("static", 0)
             if key not in self.samples:

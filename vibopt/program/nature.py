@@ -16,6 +16,7 @@ from vibopt.program.slopes import local_extremes
 from vibopt.program.worst import worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 
 MOST_CORNERS = 12
@@ -55,9 +56,12 @@ def around(scene: Scene, x: FloatArray) -> Program:
 def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:
     """One measure as something that nature makes as bad as it can."""
     program, response = around(scene, x), scene.measures[name]
-    model, form = on_needed(replace(scene, off={}), program.model, response)
     sense = -1.0 if response.response == "insertion_loss" else 1.0
-    return program, Aim(name, model, form, sense, response.complement)
+    pieces = []
+    for each in members(scene, response):
+        model, form = on_needed(replace(scene, off={}), program.model, each)
+        pieces.append(Aim(name, model, form, sense, response.complement))
+    return program, replace(pieces[0], others=tuple(pieces[1:]))
 
 
 def hit(part: Limit | Aim, axes: tuple[Axis, ...], *, near: tuple[FloatArray, ...] = (), quick: bool = False) -> Hit:

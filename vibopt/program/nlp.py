@@ -14,17 +14,14 @@ from typing import Any
 import numpy as np
 
 from vibopt.forms import (
-    DecayRate,
     Drive,
     FloatArray,
     Form,
     Line,
-    ModeDamping,
     ModeFrequency,
     Modulus,
     Monomials,
     Output,
-    RootMeanSquare,
     StaticRow,
 )
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
@@ -309,7 +306,7 @@ class SampledProgram:
             self.rows.append((log - low) * (high - log) / (high - low))
 
     def _first_order(self, model: Model, form: Form) -> Any:
-        """Log of a modal damping ratio, a decay rate, a mean square or a static load to first order in y about the reference."""
+        """Log of a modal damping ratio, a decay rate, a mean square, ... to first order in y about the reference."""
         import casadi
 
         value = plain_value(model, form, self.reference)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from vibopt.forms import Form, Monomials, StaticLoad
+from vibopt.forms import FloatArray, Form, Monomials, StaticLoad
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.program.reduce import reduced
@@ -78,12 +79,24 @@ def _ratings(full: Model) -> Iterator[Limit]:
             continue
         part = full.properties[name, "static_stiffness"] * rating**-1.0
         factor = Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
-        yield Limit(rated_name(name), full, StaticLoad(full.links[name], factor), side, 1.0)
+        form = StaticLoad(full.links[name], factor)
+        if name in full.axes:  # one own axis of a mount in space, which may be lifted
+            form = StaticLoad(_pressing(full, name), factor, signed=True)
+        yield Limit(rated_name(name), full, form, side, 1.0)
+
+
+def _pressing(full: Model, name: str) -> FloatArray:
+    """Row that reads how far a mount is pressed along its own axis under the weights; below zero it is lifted."""
+    first = full.ends[name][0]
+    hangs = not any(one == first or one.startswith(f"{first}.") for one in full.points)
+    up = full.axes[name][2] >= 0.0
+    return full.links[name] * (1.0 if up == hangs else -1.0)
 
 
 def rated_name(link: str) -> str:
-    """Name of the limit that a part brings with it."""
-    return f"{link}: rated load"
+    """Name of the limit that a part brings with it; the mounts of a group share it."""
+    group = re.sub(r"(\.\d+)?\.z$", "", link)
+    return f"{group}: rated load"
 
 
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:

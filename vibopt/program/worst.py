@@ -32,8 +32,6 @@ from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequenc
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
-from vibopt.program.few import few_peaks
-from vibopt.program.noise import root_mean_square
 from vibopt.program.spatial import spatial_value
 
 
@@ -62,12 +60,17 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
         return float("inf") if down is None else float(abs(form.row @ down))
     if isinstance(form, StaticLoad):
         down = sag(model, x)
-        return float("inf") if down is None else float(abs(form.row @ down) * monomials(form.factor, x))
+        if down is None:
+            return float("inf")
+        squeezed = float(form.row @ down)
+        return (squeezed if form.signed else abs(squeezed)) * float(monomials(form.factor, x))
     if isinstance(form, StaticForce | ModeGap | EnergyShare):
         return spatial_value(model, form, x)
     if isinstance(form, ModeFrequency):
         return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
     if isinstance(form, RootMeanSquare):
+        from vibopt.program.noise import root_mean_square
+
         return root_mean_square(model, form, x)
     if isinstance(form, DecayRate):
         return float(decay_rates(model, p).min(initial=np.inf))
@@ -98,6 +101,8 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         ends = [one for band in drive.bands for one in closed.candidates(band)]
         return (min if least_wanted else max)(ends, key=lambda one: one.value)
     if not least_wanted:
+        from vibopt.program.few import few_peaks
+
         few = few_peaks(model, form, drive, x, 1.0)
         if few is not None:
             return few[0].at

@@ -13,8 +13,10 @@ def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     """A price is asked for only where every part has one, all in one currency."""
     if not isinstance(response, TotalPrice):
         return
-    bought = {name: link.part for name, link in scene.links.items() if link.part is not None}
-    if not bought and any("part" in table for table in places.raw(scene, "links").values()):
+    tables = {f"links.{name}": link.part for name, link in scene.links.items()}
+    tables |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
+    bought = {path: part for path, part in tables.items() if part is not None}
+    if not bought and any("part" in table for one in ("links", "mounts") for table in places.raw(scene, one).values()):
         return  # said where the part is
     if not bought:
         mistakes.add(
@@ -28,11 +30,11 @@ def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes
         if part.price is None:
             mistakes.add(
                 path,
-                f"{dotted(path)} asks for a price, but {part.catalogue.name}, from which links.{name} is bought, has "
+                f"{dotted(path)} asks for a price, but {part.catalogue.name}, from which {name} is bought, has "
                 'none. Add a column "price [EUR]".',
             )
             return
-        units[f"links.{name}"] = part.price.unit
+        units[name] = part.price.unit
     for key in ("at_most", "at_least"):
         given = getattr(response, key)
         if given is not None:

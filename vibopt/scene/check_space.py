@@ -86,7 +86,7 @@ def _held(scene: Scene, mistakes: Mistakes) -> bool:
                 seen.add(name)
                 mistakes.add(
                     ("bodies", name),
-                    f"nothing holds bodies.{name} against {words}. Place a mount beside, or write motion = \"plane\" or "
+                    f"nothing holds bodies.{name} against {words}{_why(scene, name)}. Place a mount beside, or write motion = \"plane\" or "
                     '"line" where it cannot move that way.',
                 )
     return not seen
@@ -109,8 +109,14 @@ def _motion(model: Model, name: str, free: FloatArray) -> str:
     turn = np.array([model.points[f"{name}.r{axis}"][:n] @ free for axis in AXES])
     whole = float(np.linalg.norm(free))
     if np.linalg.norm(turn) > 1e-6 * whole:
-        return f"turning about {_axis(turn)}: its mounts stand in one line"
+        return f"turning about {_axis(turn)}"
     return f"moving along {_axis(slide)}" if np.linalg.norm(slide) > 1e-6 * whole else ""
+
+
+def _why(scene: Scene, name: str) -> str:
+    """What its mounts are like, where they leave it free."""
+    many = sum(table.count for table in scene.mounts.values() if name in table.between)
+    return (": it has no mount", ": it has one mount only", ": its mounts stand in one line")[min(many, 2)]
 
 
 def _axis(vector: FloatArray) -> str:
@@ -187,7 +193,7 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
         return carries
     if not inside:
         said = [key for key in ("direction", "axis", "at") if getattr(one, key, None) is not None]
-        if said and on in places.moving(scene):
+        if said and on in places.moving(scene) and not _unread(scene, on):
             mistakes.add((*path, said[0]), f"excitations.{name} has {said[0]}, but {on} knows one line or axis only. Remove {said[0]}.")
         return False
     if one.kind in ("moment", "moment_harmonics"):
@@ -202,6 +208,11 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     if getattr(one, "at", None) is not None and on not in bodies_in_space(scene):
         mistakes.add((*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body.")
     return True
+
+
+def _unread(scene: Scene, name: str) -> bool:
+    """Whether a name is that of a table with a mistake: nobody knows how it moves."""
+    return any(name in places.raw(scene, one) and name not in getattr(scene, one) for one in ("bodies", "points"))
 
 
 def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
@@ -236,7 +247,8 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
         elif way is None:
             mistakes.add(path, f'{where} asks for the {key} into {into} in no direction. Add direction = "z", or "x" or "y".')
         return True
-    if "direction" in response.model_fields_set and (name or into):
+    known = name in places.moving(scene) or into in places.points(scene)
+    if "direction" in response.model_fields_set and known and not _unread(scene, str(name)):
         mistakes.add(
             (*path, "direction"),
             f"{where} has a direction, but {name or into} knows one line only. Remove direction.",

@@ -11,10 +11,8 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.conflict import loosenings, outward, smallest_conflict
-from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
-from vibopt.solve.plane.whatever import hopeless
 from vibopt.units import read_quantity, show, to_unit
 
 _LOOSE_GAP, _LOOSE_SECONDS = 1e-4, 3.0
@@ -39,6 +37,8 @@ def physical_words(scene: Scene, clash: Impossible) -> str:
 
 def hopeless_words(scene: Scene, program: Program) -> str:
     """The limit that no spring and damper of the chosen link can meet, with its speed; "" where there is none."""
+    from vibopt.solve.plane.whatever import hopeless
+
     one = hopeless(closed(program))
     if one is None:
         return ""
@@ -56,6 +56,8 @@ def hopeless_words(scene: Scene, program: Program) -> str:
 
 def conflict_of(scene: Scene, program: Program, found: Found) -> Conflict | None:
     """The limits that cannot hold together, and for each the smallest loosening that works."""
+    from vibopt.solve.global_search import BranchAndBound
+
     finite = closed(program)
 
     def ask(part: Program) -> Found:

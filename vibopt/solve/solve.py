@@ -21,6 +21,7 @@ from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
+from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
@@ -206,7 +207,8 @@ def _used_of(model: Model, used: int) -> Used:
 
 
 def _used_by(scene: Scene, program: Program) -> Used:
-    needs = [on_needed(scene, program.model, one) for one in (*scene.limits.values(), *scene.measures.values())]
+    asked = [each for one in (*scene.limits.values(), *scene.measures.values()) for each in members(scene, one)]
+    needs = [on_needed(scene, program.model, one) for one in asked]
     used = max((model.n_free for model, form in needs if not isinstance(form, Monomials)), default=program.used_dof)
     return _used_of(program.model, max(used, program.used_dof))
 

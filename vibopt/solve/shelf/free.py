@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from vibopt.errors import InputError
-from vibopt.forms import Monomials, StaticLoad
+from vibopt.forms import FloatArray, Monomials, StaticLoad
+from vibopt.program.bounds import FormBounds
 from vibopt.program.held import held
-from vibopt.program.program import Axis, Program
+from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
 from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.method import Found
+from vibopt.solve.shelf.pointwise import Direct, bounds_of
 
 _GAP, _SECONDS = 1e-4, 2.0
 _NEAR_ZERO = 1e-9
@@ -31,7 +33,7 @@ def free_optimum(program: Program, found: Found) -> dict[str, Any] | None:
     asked = replace(
         program, limits=tuple(one for one in program.limits if not isinstance(one.form, StaticLoad)), ties=()
     )
-    if not free or program.aim is None:
+    if not free or program.aim is None or any(isinstance(_bounds(one, x), Direct) for one in program.parts):
         return None
     part = held(asked, x, free)
     assert part.aim is not None
@@ -49,6 +51,10 @@ def free_optimum(program: Program, found: Found) -> dict[str, Any] | None:
     if ideal > bought + 1e-9 * abs(bought):  # a search that was cut short
         return None
     return {"status": best.status, "claim": best.claim, "goal": ideal, "values": values}
+
+
+def _bounds(part: Limit | Aim, x: FloatArray) -> FormBounds:
+    return bounds_of(part.model, part.form, np.where(x > 0.0, x, 1.0))
 
 
 def _opened(axis: Axis) -> Axis:

@@ -8,25 +8,58 @@ import numpy as np
 
 from vibopt.forms import (
     ComplexArray,
+    Drive,
     FloatArray,
     Form,
+    Line,
     ModeDamping,
     ModeFrequency,
     Modulus,
     Monomials,
+    StaticForce,
     StaticLoad,
     StaticRow,
 )
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.harmonic import dynamic_stiffness, transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Limit
-from vibopt.program.rational import sampled_static
+from vibopt.program.rational import Groups, sampled_static
 from vibopt.program.worst import monomials
 
 ROUGH = 1e-6
 """Part of a bound by which a response at sampled speeds must miss it to count: determinants lose digits."""
 CLOSE = 1e-8
 """The same where there are no speeds."""
+
+
+_TOGETHER = 8192
+"""Designs that are solved in one go."""
+MOST_GROUPS = 6
+"""Springs and dampers with directions of their own up to which polynomials are worth it."""
+
+
+@dataclass
+class Direct(FormBounds):
+    """Speeds of a form that is solved directly: too many directions for polynomials."""
+
+    @property
+    def bounded(self) -> bool:
+        return isinstance(self.form, Monomials | ModeFrequency)
+
+    def _sample(self, drive: Drive, speeds: FloatArray) -> None:
+        """The speed is kept, and nothing else is needed."""
+
+
+def bounds_of(model: Model, form: Form, reference: FloatArray) -> FormBounds:
+    """Bounds of a form by polynomials, or where they would be too large its speeds alone."""
+    if isinstance(form, Modulus | StaticRow | StaticLoad | StaticForce):
+        signs = form.output.signs if isinstance(form, Modulus) else None
+        groups = Groups.of(model, signs, static=not isinstance(form, Modulus))
+        if len(groups.members) > MOST_GROUPS or isinstance(form, StaticForce):
+            return Direct(model, form, reference)
+    return FormBounds(model, form, reference)
 
 
 @dataclass(frozen=True)
@@ -47,10 +80,12 @@ class Pointwise:
     def known(self) -> bool:
         """Whether anything is known of this form without measuring it."""
         if isinstance(self.form, Modulus):
+            if self.form.rigid_link and isinstance(self.bounds, Direct):
+                return False
             return not (self.form.combine == "peak" and sum(len(drive.lines) for drive in self.form.drives) > 1)
         if isinstance(self.form, ModeDamping):
             return self.model.n_free == 1
-        return isinstance(self.form, Monomials | StaticRow | StaticLoad | ModeFrequency)
+        return isinstance(self.form, Monomials | StaticRow | StaticLoad | StaticForce | ModeFrequency)
 
     @property
     def exact(self) -> bool:
@@ -75,32 +110,62 @@ class Pointwise:
     def _plain(self, form: Form, x: FloatArray) -> FloatArray:
         if isinstance(form, Monomials):
             return monomials(form, x)
+        if isinstance(form, StaticForce):
+            return self._force(form, x)
         if isinstance(form, StaticRow):
-            return self._sag(form.row, x)
+            return np.abs(self._sag(form.row, x))
         if isinstance(form, StaticLoad):
-            return self._sag(form.row, x) * monomials(form.factor, x)
+            squeezed = self._sag(form.row, x)
+            return (squeezed if form.signed else np.abs(squeezed)) * monomials(form.factor, x)
         if isinstance(form, ModeFrequency):
             return modes_at(self.model, x)[:, max(form.mode - 1, 0)]
         return self.bounds.on(x, x)[0]
 
     def _sag(self, row: FloatArray, x: FloatArray) -> FloatArray:
+        if isinstance(self.bounds, Direct):
+            found: FloatArray = self._down(x) @ row[: self.model.n_free]
+            return found
         key = ("static", 0)
         if key not in self.bounds.samples:
             self.bounds.samples[key] = sampled_static(self.model, row, self.bounds.reference)
         top, bottom = self.bounds.samples[key].at(x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            value: FloatArray = np.abs(top[:, 0] / bottom[:, 0])
+            value: FloatArray = (top[:, 0] / bottom[:, 0]).real
         return np.where(np.isnan(value), np.inf, value)
+
+    def _down(self, x: FloatArray) -> FloatArray:
+        """Displacement of the free coordinates under the weights, (n, n_free); nan where nothing holds them."""
+        model, n = self.model, self.model.n_free
+        p = model.values(x, static=True)
+        stiff = dynamic_stiffness(model, p * (model.kinds == STIFFNESS))[..., :n].real
+        if model.exponents[model.kinds == INERTIA].any():
+            load = np.array([model.weights(one)[:n] for one in p])
+        else:
+            load = np.broadcast_to(model.weights(p[0])[:n], (len(p), n)) if len(p) else np.zeros((0, n))
+        try:
+            found: FloatArray = np.linalg.solve(stiff, GRAVITY * load[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            return np.full((len(p), n), np.nan)
+        return found
+
+    def _force(self, form: StaticForce, x: FloatArray) -> FloatArray:
+        model = self.model
+        squeezed = self._down(x) @ model.vectors[:, : model.n_free].T
+        found: FloatArray = ((model.values(x, static=True) * form.signs) * squeezed).sum(axis=-1)
+        return found
 
     def _modulus(self, form: Modulus, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         most, least = np.zeros(len(x)), np.zeros(len(x))
         for drive in form.drives:
             if not self.bounds.speeds.get(drive.name):
                 return np.zeros(len(x)), np.full(len(x), np.inf)
-            squares = [self._line(form, drive.name, i, x) for i in range(len(drive.lines))]
+            if isinstance(self.bounds, Direct):
+                squares = [self._solved(form, drive, line, x) for line in drive.lines]
+            else:
+                squares = [self._line(form, drive.name, i, x) for i in range(len(drive.lines))]
             total = np.sum(squares if form.combine == "rss" else np.sqrt(squares), axis=0)
-            most += total.max(axis=-1)
-            least += total.min(axis=-1)
+            most += np.where(np.isnan(total), 0.0, total).max(axis=-1)  # what is not known says nothing
+            least += np.where(np.isnan(total), np.inf, total).min(axis=-1)
         if form.combine == "rss":
             most, least = np.sqrt(most), np.sqrt(least)
         if form.output.shared_by:
@@ -109,13 +174,25 @@ class Pointwise:
             most, least = most / single, least / single
         return most, least
 
+    def _solved(self, form: Modulus, drive: Drive, line: Line, x: FloatArray) -> FloatArray:
+        """As `_line`, by solving at each speed."""
+        columns = []
+        for speed in self.bounds.speeds[drive.name]:
+            parts = [
+                transfer(self.model, self.model.values(part), form.output, line.vector, np.array(line.order * speed))
+                for part in np.array_split(x, max(len(x) // _TOGETHER, 1))
+            ]
+            size = np.abs(np.concatenate(parts)) * float(line.amplitude.at(np.array([speed]))[0])
+            columns.append(np.where(np.isfinite(size), size, np.nan) ** 2)
+        return np.stack(columns, axis=-1)
+
     def _line(self, form: Modulus, name: str, index: int, x: FloatArray) -> FloatArray:
-        """Squared modulus of one line at its speeds, (n, n_speeds); where it is not known it says nothing."""
+        """Squared modulus of one line at its speeds, (n, n_speeds); nan where it is not known."""
         value = _square(*self.bounds.samples[name, index].at(x))
         if form.rigid_link:
             with np.errstate(divide="ignore", invalid="ignore"):
                 value = _square(*self.bounds.samples[name, ~index].at(x)) / value
-        return np.where(np.isnan(value), 0.0, value)
+        return value
 
 
 def _square(top: ComplexArray, bottom: ComplexArray) -> FloatArray:

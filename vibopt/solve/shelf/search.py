@@ -11,12 +11,11 @@ from itertools import count
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray, IntArray, Modulus, Monomials, StaticLoad, StaticRow
-from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.program.rational import Groups
 from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
 from vibopt.solve.shelf.mirror import Mirror, mirrors
-from vibopt.solve.shelf.pointwise import Pointwise, fails
+from vibopt.solve.shelf.pointwise import Direct, Pointwise, bounds_of, fails
 from vibopt.solve.shelf.tree import Node, Shelf, factors_of
 
 LEAF = 1 << 16
@@ -117,9 +116,9 @@ class Search:
         self.total = self.shelf.root.size
         middle = np.where(program.low > 0.0, np.sqrt(np.maximum(program.low, 1e-300) * program.high), program.high)
         middle = np.where(middle > 0.0, middle, 1.0)
-        self.limits = [Pointwise(FormBounds(one.model, one.form, middle)) for one in program.limits]
+        self.limits = [Pointwise(bounds_of(one.model, one.form, middle)) for one in program.limits]
         aims = program.aim.pieces if program.aim is not None else ()
-        self.aims = [Pointwise(FormBounds(one.model, one.form, middle)) for one in aims]
+        self.aims = [Pointwise(bounds_of(one.model, one.form, middle)) for one in aims]
         for one in (*self.limits, *self.aims):
             for speeds in first_speeds(one.form):
                 one.bounds.add(speeds)
@@ -300,7 +299,7 @@ def _boxed(values: Pointwise) -> bool:
     """Whether a form has bounds on boxes that are cheap enough."""
     if not values.bounds.bounded:
         return False
-    return not isinstance(values.form, Modulus | StaticRow | StaticLoad) or _nodes(values) <= _MOST_NODES
+    return isinstance(values.bounds, Direct) or not isinstance(values.form, Modulus | StaticRow | StaticLoad) or _nodes(values) <= _MOST_NODES
 
 
 def _nodes(values: Pointwise) -> int:

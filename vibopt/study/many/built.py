@@ -51,6 +51,8 @@ def is_plain(scene: Scene) -> bool:
         len(scene.bodies) == 1
         and not scene.absorbers
         and not scene.structures
+        and not scene.mounts
+        and all(not one.freedoms for one in scene.bodies.values())
         and all(one.mass is not None or one.weight is not None for one in scene.bodies.values())
         and all(one.rolling is None for one in scene.bodies.values())
         and all(getattr(link, key) is None for link in scene.links.values() for key in springs)
