@@ -27,8 +27,8 @@ def test_every_whole_file_of_the_readme_is_solved(text: str, tmp_path: Path) -> 
     assert vo.solve(vo.read(file)).status == "optimal"
 
 
-def test_there_are_three_whole_files() -> None:
-    assert len(SCENES) == 3
+def test_there_are_four_whole_files() -> None:
+    assert len(SCENES) == 4
 
 
 def test_the_first_scene_gives_the_numbers_that_the_readme_says() -> None:

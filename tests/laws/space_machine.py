@@ -35,7 +35,9 @@ class Plant:
         turn = rotation(random.uniform(-3.0, 3.0, 3))
         self.tensor = turn @ np.diag((size @ size - size**2) * self.mass / 12.0) @ turn.T
         self.centre = random.uniform(-0.3, 0.3, 3)
-        corner = np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0.0], [0.2, 1.3, 0.0], [-0.3, -1.1, 0.0]])[:mounts]
+        corner = np.array([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0.0], [0.2, 1.3, 0.0], [-0.3, -1.1, 0.0]])[
+            :mounts
+        ]
         self.at = corner * 0.8 + random.uniform(-0.2, 0.2, (mounts, 3)) - np.array([0.0, 0.0, 0.6])
         self.k = random.uniform(0.2e6, 2e6, (mounts, 3))
         self.c = random.uniform(0.3e3, 5e3, (mounts, 3))
@@ -49,7 +51,9 @@ class Plant:
         other = Plant(0, len(self.at))
         other.mass, other.k, other.c = self.mass, self.k, self.c
         other.tensor = by @ self.tensor @ by.T
-        other.centre, other.point, other.force_at = (by @ one + shift for one in (self.centre, self.point, self.force_at))
+        other.centre, other.point, other.force_at = (
+            by @ one + shift for one in (self.centre, self.point, self.force_at)
+        )
         other.at = self.at @ by.T + shift
         other.axes = self.axes @ by.T
         other.way, other.push = by @ self.way, by @ self.push

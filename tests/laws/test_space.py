@@ -89,8 +89,15 @@ def test_other_axes_change_nothing(plant: Plant, by: tuple[float, ...]) -> None:
     found = []
     for one in (plant, other):
         words = {"response": "displacement", "of": "eye", "direction": one.way.tolist(), "over": "10..300 rad/s"}
-        force = {"response": "transmitted_force", "into": "ground", "direction": one.way.tolist(), "over": "10..300 rad/s"}
-        scene = asked(one, {"moved": words, "force": force, "travel": {"response": "travel", "of": "m1", "over": "10..300 rad/s"}})
+        force = {
+            "response": "transmitted_force",
+            "into": "ground",
+            "direction": one.way.tolist(),
+            "over": "10..300 rad/s",
+        }
+        scene = asked(
+            one, {"moved": words, "force": force, "travel": {"response": "travel", "of": "m1", "over": "10..300 rad/s"}}
+        )
         found.append([value for name in scene.measures for value in both(scene, name)])
     assert found[0] == pytest.approx(found[1], rel=1e-8)
 
@@ -120,7 +127,8 @@ def test_what_the_force_puts_in_the_dampers_take_out(plant: Plant, omega: float)
     moved = machine.moved(excitation.place, tuple(plant.push.tolist()), motion)[0]
     power = 0.5 * omega * -moved.imag
     lost = sum(
-        0.5 * omega**2 * float(mount.damping @ np.abs(machine.stretch(mount, motion)[0]) ** 2) for mount in machine.mounts
+        0.5 * omega**2 * float(mount.damping @ np.abs(machine.stretch(mount, motion)[0]) ** 2)
+        for mount in machine.mounts
     )
     assert power == pytest.approx(lost, rel=1e-9)
 
@@ -131,7 +139,9 @@ def test_momentum_of_the_machine_is_what_the_mounts_hand_on(plant: Plant, omega:
     scene = asked(plant, {"mode": {"response": "natural_frequency"}})
     machine = machine_of(scene, {})
     assert isinstance(machine, SpaceMachine)
-    motion = machine.shake(np.array([omega]), {k: np.array([v]) for k, v in scene.excitations["shaker"].acts.items()}, {})
+    motion = machine.shake(
+        np.array([omega]), {k: np.array([v]) for k, v in scene.excitations["shaker"].acts.items()}, {}
+    )
     for way in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)):
         by_momentum = machine.force_along("ground", way, motion)[0]
         by_mounts = sum(machine.mount_force(mount, motion)[0] @ np.array(way) for mount in machine.mounts)
@@ -234,7 +244,14 @@ def test_a_symmetric_design_is_that_of_one_line() -> None:
 
 @pytest.mark.parametrize(
     ("offset", "height", "ask", "used"),
-    [(0.0, 0.0, "z", 1), (0.0, 0.45, "z", 1), (0.1, 0.0, "z", 2), (0.1, 0.45, "z", 3), (0.0, 0.45, "x", 2), (0.0, 0.0, "y", 1)],
+    [
+        (0.0, 0.0, "z", 1),
+        (0.0, 0.45, "z", 1),
+        (0.1, 0.0, "z", 2),
+        (0.1, 0.45, "z", 3),
+        (0.0, 0.45, "x", 2),
+        (0.0, 0.0, "y", 1),
+    ],
 )
 @pytest.mark.parametrize("choice", [False, True])
 def test_no_more_coordinates_than_needed(offset: float, height: float, ask: str, used: int, choice: bool) -> None:
@@ -248,7 +265,13 @@ def test_no_more_coordinates_than_needed(offset: float, height: float, ask: str,
 
 
 def test_a_design_with_an_offset_is_the_best_of_a_scan() -> None:
-    limit = {"response": "transmitted_force", "into": "ground", "direction": "z", "over": "700..1500 rpm", "at_most": "1.5 kN"}
+    limit = {
+        "response": "transmitted_force",
+        "into": "ground",
+        "direction": "z",
+        "over": "700..1500 rpm",
+        "at_most": "1.5 kN",
+    }
     goal = {"maximise": "stiffness", "of": "foot"}
     scene = from_dict({**box(0.1, 0.45, choice=True), "limits": {"floor": limit}, "goal": goal})
     design = vo.solve(scene)
@@ -309,18 +332,35 @@ def test_an_unbalance_that_goes_round_moves_both_ways() -> None:
 def test_two_bodies_and_a_floor_that_moves() -> None:
     """A box on a block on a base: where everything is symmetric, a chain of two masses."""
     document = box(height=0.45)
-    document["bodies"]["block"] = {"mass": "4 t", "shape": {"box": ["2.4 m", "1.2 m", "0.5 m"]}, "centre": ["0 m", "0 m", "-0.4 m"]}
+    document["bodies"]["block"] = {
+        "mass": "4 t",
+        "shape": {"box": ["2.4 m", "1.2 m", "0.5 m"]},
+        "centre": ["0 m", "0 m", "-0.4 m"],
+    }
     document["mounts"]["foot"]["between"] = ["box", "block"]
     corners = [[f"{x} m", f"{y} m", "-0.65 m"] for x in (1, -1) for y in (0.5, -0.5)]
     document["mounts"]["pad"] = {
-        "between": ["block", "hall"], "at": corners, "stiffness": "2 MN/m", "shear_ratio": 0.5, "damping": "4 kN s/m"
+        "between": ["block", "hall"],
+        "at": corners,
+        "stiffness": "2 MN/m",
+        "shear_ratio": 0.5,
+        "damping": "4 kN s/m",
     }
     document["bases"] = {"hall": {}}
     document["excitations"] = {
-        "hall": {"kind": "base_motion", "on": "hall", "direction": "z", "displacement": "1 mm", "speed": "8 Hz", "varies": "constant"}
+        "hall": {
+            "kind": "base_motion",
+            "on": "hall",
+            "direction": "z",
+            "displacement": "1 mm",
+            "speed": "8 Hz",
+            "varies": "constant",
+        }
     }
     words = {"response": "displacement", "of": "box", "over": "1..20 Hz"}
-    scene = from_dict({**document, "measures": {"moved": {**words, "direction": "z"}, "side": {**words, "direction": "x"}}})
+    scene = from_dict(
+        {**document, "measures": {"moved": {**words, "direction": "z"}, "side": {**words, "direction": "x"}}}
+    )
     chain = from_dict(
         {
             "title": "chain",
@@ -330,7 +370,15 @@ def test_two_bodies_and_a_floor_that_moves() -> None:
                 "foot": {"between": ["box", "block"], "stiffness": "4 MN/m", "damping": "12 kN s/m"},
                 "pad": {"between": ["block", "hall"], "stiffness": "8 MN/m", "damping": "16 kN s/m"},
             },
-            "excitations": {"hall": {"kind": "base_motion", "on": "hall", "displacement": "1 mm", "speed": "8 Hz", "varies": "constant"}},
+            "excitations": {
+                "hall": {
+                    "kind": "base_motion",
+                    "on": "hall",
+                    "displacement": "1 mm",
+                    "speed": "8 Hz",
+                    "varies": "constant",
+                }
+            },
             "measures": {"moved": words},
         }
     )
@@ -350,4 +398,4 @@ def test_the_best_of_several_places() -> None:
     assert design.status == "optimal"
     assert design.goal is not None
     assert design.goal[1].value == pytest.approx(0.0, abs=1e-12)
-    assert design.places["mounts.foot.at"].value.startswith('[["0.95')
+    assert design.places["mounts.foot.at"].value == "set 2"

@@ -31,6 +31,7 @@ def parts() -> list[dict[str, float | str]]:
             "most": number(row, "rated load max [N]"),
             "k": 1e3 * number(row, "stiffness [N/mm]"),
             "static": 1e3 * number(row, "static stiffness [N/mm]"),
+            "shear": 1e3 * number(row, "shear stiffness [N/mm]"),
             "loss": number(row, "loss factor"),
             "price": number(row, "price [EUR]"),
         }
@@ -90,8 +91,7 @@ def test_chiller_by_brute_force() -> None:
             continue
         upper, lower = 4 * k[i] * (1 + 1j * loss[i]), count * k[j] * (1 + 1j * loss[j])
         modes = np.linalg.eigvals(
-            np.array([[4 * k[i], -4 * k[i]], [-4 * k[i], 4 * k[i] + count * k[j]]])
-            / np.array([[upper_mass], [frame]])
+            np.array([[4 * k[i], -4 * k[i]], [-4 * k[i], 4 * k[i] + count * k[j]]]) / np.array([[upper_mass], [frame]])
         )
         if np.sqrt(modes.min()) < 3.0 * 2.0 * np.pi:
             continue
@@ -106,3 +106,44 @@ def test_chiller_by_brute_force() -> None:
     assert [one["goal"] for one in picks] == pytest.approx([one[0] for one in best], rel=1e-12)
     names = [(one["parts"]["links.upper.part"], one["parts"]["links.lower.part"]) for one in picks]
     assert names == [(one[1], one[2]) for one in best]
+
+
+def test_generator_set_by_brute_force() -> None:
+    """Six coordinates at the centre of mass, matrices from skew matrices; 3600 combinations."""
+    rows, omega = parts(), 1500.0 * np.pi / 30.0
+    mass = np.diag([1850.0, 1850.0, 1850.0, 310.0, 620.0, 590.0])
+    arms = np.array([[0.9, 0.4, 0.0], [0.9, -0.4, 0.0], [-0.8, 0.4, 0.0], [-0.8, -0.4, 0.0]]) - [0.1, 0.0, 0.45]
+    reads = []
+    for x, y, z in arms:
+        turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+        reads.append(np.hstack([np.eye(3), turned]))
+    push = np.zeros(6)
+    push[2] = 2000.0
+    price, shear, axial, static, loss = (numbers(rows, key) for key in ("price", "shear", "k", "static", "loss"))
+    least, most = numbers(rows, "least"), numbers(rows, "most")
+    found = []
+    for i, j in product(range(60), range(60)):
+        single = [i, i, j, j]
+        down = np.array([0.0, 0.0, 1850.0 * GRAVITY, 0.0, 0.0, 0.0])
+        ratio = static / axial
+        lower = sum(
+            r.T @ np.diag(np.array([shear[p], shear[p], axial[p]]) * ratio[p]) @ r
+            for r, p in zip(reads, single, strict=True)
+        )
+        sag = np.linalg.solve(lower, down)
+        loads = np.array([static[p] * (r @ sag)[2] for r, p in zip(reads, single, strict=True)])
+        if (loads < least[single]).any() or (loads > most[single]).any():
+            continue
+        stiff = [np.diag([shear[p], shear[p], axial[p]]) for p in single]
+        whole = sum(r.T @ k @ r for r, k in zip(reads, stiff, strict=True))
+        modes = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, whole)).real)
+        complex_whole = sum((1 + 1j * loss[p]) * r.T @ k @ r for r, k, p in zip(reads, stiff, single, strict=True))
+        u = np.linalg.solve(complex_whole - omega**2 * mass, push)
+        force = abs(sum(((1 + 1j * loss[p]) * k @ r @ u)[2] for r, k, p in zip(reads, stiff, single, strict=True)))
+        if modes.max() <= 18.0 * 2.0 * np.pi and force <= 330.0:
+            found.append((2 * (price[i] + price[j]), rows[i]["name"], rows[j]["name"]))
+    picks = solve(read(MOUNTS / "genset_front_and_rear.toml"), explain=False).details["picks"]
+    best = sorted(found)[:10]
+    assert [one["goal"] for one in picks] == pytest.approx([one[0] for one in best], rel=1e-12)
+    names = [(one["parts"]["mounts.front.part"], one["parts"]["mounts.rear.part"]) for one in picks]
+    assert sorted(names[:5]) == sorted((one[1], one[2]) for one in best[:5])

@@ -244,3 +244,54 @@ def test_a_catalogue_as_spreadsheets_export_it(tmp_path: Path, encoding: str, si
     assert design.places["links.feet.part"].value == "M40"
     assert design.goal is not None
     assert design.goal[1].shown == "50 EUR"
+
+
+SPACE = """
+[bodies.pump]
+mass = "240 kg"
+inertia = ["10 kg m2", "10 kg m2", "10 kg m2"]
+
+[mounts.feet]
+between = ["pump", "ground"]
+at = [["0.3 m", "0.3 m", "0 m"], ["0.3 m", "-0.3 m", "0 m"], ["-0.3 m", "0.3 m", "0 m"], ["-0.3 m", "-0.3 m", "0 m"]]
+part = { catalogue = "parts.csv" }
+{more}
+[goal]
+minimise = "price"
+"""
+WRONG_MOUNTS = {
+    "a part and a rating": (
+        GOOD,
+        'rating = "100..900 N"',
+        "pump.toml line 6: mounts.feet gives part and rating. Keep one: a part brings its stiffness, damping and "
+        "rating with it.",
+    ),
+    "a damping ratio": (
+        GOOD.replace("loss factor", "damping ratio"),
+        "shear_ratio = 0.4",
+        "pump.toml line 6: mounts.feet is bought from parts.csv, which has damping ratios: relative to what? Give the "
+        "catalogue a column of damping or of loss factors.",
+    ),
+    "nothing across": (
+        GOOD,
+        "",
+        "pump.toml line 6: mounts.feet has one stiffness, that along its axis: how stiff is it across? Add shear_ratio "
+        "= 0.5 (across over along), or write three values: stiffness = [x, y, z].",
+    ),
+    "no part": (
+        "",
+        "",
+        "pump.toml line 9: parts.csv is empty. Its first row names the columns: part, rated load max [N], stiffness "
+        "[N/mm], ...",
+    ),
+}
+
+
+@pytest.mark.parametrize(("csv", "more", "message"), WRONG_MOUNTS.values(), ids=WRONG_MOUNTS)
+def test_what_is_wrong_with_the_part_of_a_mount(tmp_path: Path, csv: str, more: str, message: str) -> None:
+    (tmp_path / "parts.csv").write_text(csv, encoding="utf-8")
+    file = tmp_path / "pump.toml"
+    file.write_text(SPACE.replace("{more}", more), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(file)
+    assert str(caught.value) == message

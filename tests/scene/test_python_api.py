@@ -425,6 +425,8 @@ def test_each_part_is_a_method_with_the_words_of_the_file() -> None:
     methods: dict[str, Any] = {"bodies": vo.Machine.body, "bases": vo.Machine.base, "links": vo.Machine.link}
     methods["absorbers"] = vo.Machine.absorber
     methods["structures"] = vo.Machine.structure
+    methods["points"] = vo.Machine.point
+    methods["mounts"] = vo.Machine.mount
     assert set(methods) == set(FAMILIES)
     tables: dict[str, Any] = dict(FAMILIES)
     for family, table in tables.items():

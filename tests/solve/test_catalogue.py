@@ -216,3 +216,61 @@ def test_the_page_shows_what_to_order(compressor: Design) -> None:
     page = html(compressor)
     assert "4 x S60-60 (feet)" in page
     assert "The best 3 choices" in page
+
+
+SPACE = """
+[bodies.genset]
+mass = "1850 kg"
+motion = "space"
+centre = ["0.10 m", "0.03 m", "0.45 m"]
+inertia = ["310 kg m2", "620 kg m2", "590 kg m2"]
+
+[mounts.front]
+between = ["genset", "ground"]
+at = [["0.9 m", "0.4 m", "0 m"], ["0.9 m", "-0.4 m", "0 m"]]
+part = {part}
+
+[mounts.rear]
+between = ["genset", "ground"]
+at = [["-0.8 m", "0.4 m", "0 m"], ["-0.8 m", "-0.4 m", "0 m"]]
+part = {part}
+
+[excitations.engine]
+kind = "force"
+on = "genset"
+direction = "z"
+amplitude = "2 kN"
+speed = "600..1500 rpm"
+
+[limits.sway]
+response = "displacement"
+of = "genset"
+direction = "x"
+at_most = "0.2 mm"
+
+[limits.modes]
+response = "natural_frequency"
+mode = 6
+at_most = "16 Hz"
+
+[goal]
+minimise = {goal}
+"""
+NAMES = ["R75-60", "R75-70", "S75-70", "R100-40", "R100-45", "S100-45", "R100-55", "R100-60", "R125-40"]
+
+
+@pytest.mark.parametrize(
+    "goal", ['"price"', '"transmitted_force"\ninto = "ground"\ndirection = "z"'], ids=["price", "force"]
+)
+def test_mounts_in_space_are_those_of_full_enumeration(tmp_path: Path, goal: str) -> None:
+    (tmp_path / "mounts.csv").write_bytes((MOUNTS / "mounts.csv").read_bytes())
+    part = f'{{ catalogue = "mounts.csv", only = {NAMES} }}'.replace("'", '"')
+    (tmp_path / "genset.toml").write_text(SPACE.replace("{part}", part).replace("{goal}", goal), encoding="utf-8")
+    scene = read(tmp_path / "genset.toml")
+    wanted = enumerated(pose(scene))
+    design = solve(scene)
+    assert design.status == "optimal"
+    assert [one["goal"] for one in design.details["picks"]] == pytest.approx(wanted[:10], rel=1e-9)
+    kept = solve(frozen(scene, design.x))
+    assert kept.status == "met"
+    assert kept.scene.document["mounts"]["front"]["part"]["name"] == design.places["mounts.front.part"].value

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
@@ -22,12 +24,17 @@ def begun(job: RotorJob, **more: Any) -> Plan:
     """A plan with what every plan of the job says."""
     values = {**trial_advice(job), **more.pop("values", {})}
     notes = (*job.notes, *more.pop("notes", ()))
-    return Plan(job=job, conventions=job.conventions.sentences(), values=values, notes=notes, **more)
+    return Plan(job=job, conventions=job.conventions.sentences(bool(job.runs)), values=values, notes=notes, **more)
 
 
-def goal_of(job: RotorJob, question: Question, u: ComplexArray) -> tuple[str, Entry]:
-    """Name and value of the goal, as the sensors read."""
+def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0) -> tuple[str, Entry]:
+    """Name and value of the goal, as the sensors read; of a robust one over the scatter.
+
+    n_rows
+        Readings of the nominal rotor, where the question has rows for the scatter behind them.
+    """
     value = question.value(u)
+    robust = job.goal.robust if n_rows and question.n_readings > n_rows else ""
     if question.goal == "correction":
         return "correction", Entry(value, job.planes[job.free[0]].dimension, job.planes[job.free[0]].unit)
     names = {
@@ -36,7 +43,15 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray) -> tuple[str, En
         "sum": "sum of the residuals",
         "huber": "root mean square of the residuals by Huber's rule",
     }
-    return names[question.goal], amplitude(job, 0, question.amount(value))
+    weighed = " times importance" if (job.importance != 1.0).any() else ""
+    if robust == "mean":
+        value *= float(np.sqrt(question.n_readings / n_rows))
+    over = {
+        "mean": ", over the scatter",
+        "worst": f" of {question.n_readings // max(n_rows, 1)} rotors within the scatter",
+        "": "",
+    }[robust]
+    return names[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
 
 
 def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
@@ -60,5 +75,6 @@ def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved)
     return begun(
         job, status=solved.status, claim=solved.claim, reason=reason, notes=identified.notes,
         details=dict(solved.details),
-        method=method_of(job, posed.question, identified), values=coefficients(job, identified),
+        method=method_of(job, posed.question, identified),
+        values=coefficients(job, identified) if job.has_phase else {},
     )  # fmt: skip

@@ -103,8 +103,6 @@ def goal_words(answer: Solution) -> str:
     name, value = answer.goal[0], _cleaned(answer, answer.goal[1])
     if is_plan(answer) and len(answer.fittings) > 1:
         return ""
-    if name == "unbalance":
-        return f"static unbalance left is {brief(answer.find('residual.static'))}"
     return f"least {name.replace('_', ' ')} is {brief(value)}"
 
 

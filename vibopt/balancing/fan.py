@@ -93,7 +93,9 @@ class Fan:
         if not self.each < cap:
             return ((first, cap),)
         room = min(self.each, cap - self.each)
-        best = max((self.each * max(along[i], along[j]) + room * min(along[i], along[j]) for i, j in self.gaps), default=0.0)
+        best = max(
+            (self.each * max(along[i], along[j]) + room * min(along[i], along[j]) for i, j in self.gaps), default=0.0
+        )
         second = max(float(best) - self.each * first, 0.0) / room
         return (first, self.each), (second, room)
 

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import inf, tau
+from math import inf, pi, tau
 
 import numpy as np
 
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.words import Conventions
+from vibopt.balancing.words import Conventions, show_angle
 from vibopt.forms import ComplexArray, FloatArray
 
 MOST_OPTIONS = 200_000
+ALL_FORBIDDEN = (
+    "has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, or write keep = true."
+)
+KEPT_AND_REMOVED = "has keep = true and remove = true. Leave one out: nothing is removed from a plane that is kept."
+_HAIR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -120,6 +125,30 @@ def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.
     first[1:] = np.any(keys[order][1:] != keys[order][:-1], axis=1)
     best = np.sort(order[first])
     return Options(u[best], masses[best], items[best], options.offers, uses[best])
+
+
+def forbids_all(sectors: Sequence[tuple[float, float]]) -> bool:
+    """Whether arcs (from, to) [rad] leave no more than single angles of the turn."""
+    if not sectors:
+        return False
+    start = sectors[0][0]
+    arcs = sorted(((low - start) % tau, high - low) for low, high in sectors)
+    reached = 0.0
+    for low, width in arcs:
+        if low > reached + _HAIR and low < tau - _HAIR:
+            return False
+        reached = max(reached, (0.0 if low > tau - _HAIR else low) + width)
+    return reached > tau - _HAIR
+
+
+def listed_twice(holes: Sequence[float]) -> str:
+    """What is wrong with angles of holes [rad] of which two are the same; "" where none are."""
+    for k, one in enumerate(holes):
+        for other in holes[:k]:
+            if abs((one - other + pi) % tau - pi) < _HAIR:
+                same = f"{show_angle(one)} twice" if one == other else f"{show_angle(other)} again, a full turn on"
+                return f"lists {same}. List each hole once."
+    return ""
 
 
 def neighbours(plane: Plane, angle: float) -> tuple[int, int]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
+from math import inf, isclose
 from typing import Any
 
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, Scatter, Sensor
 from vibopt.balancing.parse_runs import SAME_SPEED
-from vibopt.balancing.planes import UNBALANCE, Plane
+from vibopt.balancing.planes import MASS, UNBALANCE, Plane
 from vibopt.balancing.tables import (
     CorrectionLimit as CorrectionTable,
 )
@@ -73,6 +73,22 @@ def not_negative(given: object, dimension: str) -> float:
     return found.value
 
 
+def check_without_phase(document: Mapping[str, Any], goal: RotorGoal, mistakes: Mistakes) -> None:
+    """What readings without angles cannot answer: bands and goals over the scatter."""
+    way = "Write the readings with their angles, or leave {} out."
+    if "scatter" in document:
+        mistakes.add(
+            ("scatter",),
+            f"scatter gives bands to readings with angles, and these have none. {way.format('scatter')}",
+        )
+    if goal.robust:
+        mistakes.add(
+            ("goal", "robust"),
+            f'goal.robust = "{goal.robust}" goes over the scatter of readings with angles, and these have none. '
+            f"{way.format('robust')}",
+        )
+
+
 def read_pairs(
     document: Mapping[str, Any], planes: Sequence[Plane], mistakes: Mistakes
 ) -> tuple[tuple[str, int, int, float], ...]:
@@ -97,6 +113,21 @@ def read_pairs(
             )
             continue
         first, second = (names.index(one) for one in table.planes)
+        if first == second:
+            other = next((one for one in names if one != names[first]), "right")
+            mistakes.value(
+                (*path, "planes"),
+                table.planes,
+                f'is one plane with itself. Write two planes, for example planes = ["{names[first]}", "{other}"].',
+            )
+            continue
+        if bare := [one for one in (planes[first], planes[second]) if one.kind == MASS and not one.radii]:
+            if len(bare) == 1:
+                mistakes.add(
+                    path,
+                    f"pairs.{name} sets unbalances equal, but planes.{bare[0].name} has no radius. Add its radius.",
+                )
+                continue
         if any(planes[one].is_discrete or planes[one].keep or planes[one].split for one in (first, second)):
             mistakes.add(
                 path, f"pairs.{name} has a plane that is kept or has holes. A pair needs two planes with free weights."
@@ -104,6 +135,20 @@ def read_pairs(
             continue
         pairs.append((name, first, second, 1.0 if table.kind == "static" else -1.0))
     return tuple(pairs)
+
+
+def pair_notes(pairs: Sequence[tuple[str, int, int, float]], planes: Sequence[Plane]) -> tuple[str, ...]:
+    """That a pair at two radii has equal unbalances, so different weights."""
+    notes = []
+    for name, *both, _ in pairs:
+        one, other = (planes[index] for index in both)
+        if one.kind == other.kind == MASS and not isclose(one.radius, other.radius):
+            radii = (show(plane.radius, plane.length_unit, "length") for plane in (one, other))
+            notes.append(
+                f"Pair {name}: planes {one.name} and {other.name} get equal unbalances, so their weights differ as "
+                f"their radii do ({' and '.join(radii)})."
+            )
+    return tuple(notes)
 
 
 Limits = tuple[tuple[ResidualLimit, ...], tuple[CorrectionLimit, ...]]
@@ -293,4 +338,4 @@ def _robust(table: GoalTable, combine: str, scatter: Scatter | None, mistakes: M
     return table.robust
 
 
-__all__ = ["read_goal", "read_limits", "read_pairs", "read_scatter"]
+__all__ = ["check_without_phase", "pair_notes", "read_goal", "read_limits", "read_pairs", "read_scatter"]

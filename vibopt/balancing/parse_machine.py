@@ -7,7 +7,14 @@ from math import inf, isclose, radians
 from typing import Any, cast
 
 from vibopt.balancing.job import Sensor
-from vibopt.balancing.options import MOST_OPTIONS, count_options
+from vibopt.balancing.options import (
+    ALL_FORBIDDEN,
+    KEPT_AND_REMOVED,
+    MOST_OPTIONS,
+    count_options,
+    forbids_all,
+    listed_twice,
+)
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
 from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
 from vibopt.balancing.words import CHOICES, MARK, Conventions, read_amplitude, read_angle, read_reading, show_angle
@@ -34,6 +41,13 @@ def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mi
     for key in given:
         if key not in (*CHOICES, "zero"):
             mistakes.unknown_key(("conventions", key), [*CHOICES, "zero"])
+    if given.get("readings") == MARK and "phase" in given:
+        mistakes.value(
+            ("conventions", "phase"),
+            given["phase"],
+            'is for phase angles, but readings = "mark" says that the readings are positions of the mark. Leave phase '
+            'out, or write readings = "phase".',
+        )
     zero = given.get("zero")
     if not isinstance(zero, str) or not zero.strip():
         mistakes.add(
@@ -173,7 +187,10 @@ def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
         )
         return ()
     read = [read_value((*path, index), one, mistakes, read_angle) for index, one in enumerate(given)]
-    return tuple(one for one in read if one is not None)
+    holes = tuple(one for one in read if one is not None)
+    if len(holes) == len(given) and (twice := listed_twice(holes)):
+        mistakes.add(path, f"{'.'.join(map(str, path))} {twice}")
+    return holes
 
 
 def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, ...], tuple[float, ...], str]:
@@ -263,6 +280,10 @@ def _density(given: object) -> float:
 def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes) -> None:
     """What the keys of one plane must be among themselves."""
     where = f"planes.{plane.name}"
+    if plane.keep and plane.remove:
+        mistakes.add((*path, "remove"), f"{where} {KEPT_AND_REMOVED}")
+    if not plane.holes and forbids_all(plane.forbidden):
+        mistakes.add((*path, "forbidden"), f"{where} {ALL_FORBIDDEN}")
     if plane.holes and not plane.shelf and not plane.split:
         mistakes.add(
             (*path, "holes"),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import inf
+from collections.abc import Mapping, Sequence
+from math import inf, isclose
 from typing import Any
 
 from vibopt.balancing.grades import Quality
@@ -12,13 +12,14 @@ from vibopt.balancing.tables import QualityTable, read_table, read_value
 from vibopt.balancing.words import Conventions, split_angle
 from vibopt.errors import QuantityError, way_out
 from vibopt.scene.mistakes import Mistakes, Path
-from vibopt.units import read_quantity
+from vibopt.units import read_quantity, show
 
 
 def read_quality(
-    document: Mapping[str, Any], conventions: Conventions, mass: float | None, speed: float | None, mistakes: Mistakes
-) -> Quality | None:
-    """The grade asked for, with the places along the shaft."""
+    document: Mapping[str, Any], conventions: Conventions, mass: float | None, speed: float | None, mistakes: Mistakes,
+    known: Sequence[str] = (),
+) -> Quality | None:  # fmt: skip
+    """The grade asked for, with the places along the shaft; `known` are the correction planes of the job, if any."""
     if "quality" not in document:
         return None
     path: Path = ("quality",)
@@ -28,6 +29,7 @@ def read_quality(
     before = len(mistakes.found)
     bearings = _places((*path, "bearings"), table.bearings, mistakes)
     planes = _places((*path, "planes"), table.planes or {}, mistakes)
+    _check_planes((*path, "planes"), planes, known, mistakes)
     weight = table.mass.value if table.mass else mass
     turning = table.speed.value if table.speed else speed
     if weight is None:
@@ -61,6 +63,27 @@ def _places(path: Path, given: object, mistakes: Mistakes) -> dict[str, float]:
         return {}
     read = {name: read_value((*path, name), one, mistakes, read_quantity, "length") for name, one in given.items()}
     return {name: one.value for name, one in read.items() if one is not None}
+
+
+def _check_planes(path: Path, planes: Mapping[str, float], known: Sequence[str], mistakes: Mistakes) -> None:
+    """Whether every plane of the job has its place, no other has one, and no two the same."""
+    for name in planes if known else ():
+        if name not in known:
+            mistakes.add(
+                (*path, name), f'quality.planes names no plane "{name}" of this job.{way_out(name, list(known))}'
+            )
+    for name in known if planes and set(planes) <= set(known) else ():
+        if name not in planes:
+            mistakes.add(path, f'quality.planes has no place for plane {name}. Add {name} = "750 mm", or leave it out.')
+    names = list(planes)
+    for k, one in enumerate(names):
+        for other in names[:k]:
+            if isclose(planes[one], planes[other], abs_tol=1e-9):
+                mistakes.add(
+                    (*path, one),
+                    f"quality.planes has {other} and {one} at the same place, {show(planes[one], 'mm', 'length')}: such "
+                    f"planes cannot hold a couple. Write the place of each along the shaft.",
+                )
 
 
 def _residuals(

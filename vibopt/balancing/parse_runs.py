@@ -139,14 +139,9 @@ def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Map
 def _sorted(row: dict[str, Any], planes: Sequence[str]) -> dict[str, Any]:
     """A CSV row with its values as weights and readings."""
     values = row.pop("_values")
-    row["weights"] = {name: text for name, text in values.items() if name in planes and not _is_nothing(text)}
+    row["weights"] = {name: text for name, text in values.items() if name in planes}
     row["readings"] = {name: text for name, text in values.items() if name not in planes}
     return row
-
-
-def _is_nothing(text: str) -> bool:
-    """An angle alone: no weight in this plane."""
-    return not text.partition("@")[0].strip()
 
 
 def _names(document: Mapping[str, Any], family: str) -> list[str]:

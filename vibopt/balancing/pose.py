@@ -34,8 +34,8 @@ class Posed:
         return replace(self, question=self.question.chosen_only(chosen), options=options)
 
 
-def pose(job: RotorJob, identified: Identified, noise: Noise | None = None) -> Posed:
-    """The question of a job; rows for the scatter are added where the goal is robust."""
+def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle: Sequence[int] = ()) -> Posed:
+    """The question of a job; rows for the scatter are added where the goal is robust, and `idle` planes get nothing."""
     stock = counted([plane for plane in job.planes if plane.is_discrete])
     options = tuple(
         options_of(plane, job.conventions, tuple(stock)) if plane.is_discrete else None for plane in job.planes
@@ -58,6 +58,7 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None) -> P
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
     )
     question = replace(question, options=()) if not question.is_discrete else question
+    question = without_plane(question, idle) if len(idle) else question
     return Posed(_robust(job, identified, noise, question), options, len(identified.y0))
 
 

@@ -64,17 +64,18 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
 
 def _remedy(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
     left = np.abs(identified.residual(u))
-    row = int(np.argmax(job.importance * left))
+    weight = np.ones(len(left)) if len({one.dimension for one in job.sensors}) == 1 else job.importance
+    row = int(np.argmax(weight * left))
     masses = tuple(weight_text(job, plane, complex(one)) for plane, one in enumerate(u))
     band = ""
     if noise is not None and identified.learnt:
         ends = bands(job, identified, noise, u)
-        worst = int(np.argmax(job.importance * ends[:, 1]))
+        worst = int(np.argmax(weight * ends[:, 1]))
         band = (
             f"{amplitude(job, worst, float(ends[worst, 0])).shown} to "
             f"{amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
         )
-    rms = float(np.sqrt(np.mean((job.importance * left) ** 2)))
+    rms = float(np.sqrt(np.mean((weight * left) ** 2)))
     return Remedy(name, amplitude(job, row, float(left[row])), _goal_entry(job, rms), masses, band)
 
 

@@ -99,15 +99,20 @@ def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray
 
 
 def _remaining(job: RotorJob, identified: Identified | None, u: ComplexArray | None) -> dict[str, complex]:
-    """Unbalance left in the planes, as far as the readings show it; empty where planes have no place or no radius."""
+    """Unbalance left in the planes; empty where they have no place or radius, or readings do not tell them apart."""
     if identified is None or u is None or job.quality is None:
         return {}
     places = dict(job.quality.planes) or dict(job.quality.bearings)
     names = [plane.name for plane in job.planes]
     if not all(plane.name in places and (plane.radii or plane.kind != MASS) for plane in job.planes):
         return {}
+    if np.linalg.matrix_rank(identified.H / np.linalg.norm(identified.H, axis=0).clip(1e-300), tol=_TOLD) < len(names):
+        return {}
     left = np.linalg.lstsq(identified.H, identified.residual(u), rcond=1e-12)[0]
     return {name: complex(one) for name, one in zip(names, left, strict=True)}
 
+
+_TOLD = 1e-3
+"""Least singular value of the effects, each of length one, with which the unbalance left in each plane is known."""
 
 __all__ = ["coefficients", "quality_values", "trial_advice"]

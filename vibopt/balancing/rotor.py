@@ -8,7 +8,14 @@ from typing import Any
 
 from vibopt.balancing.check_rotor import check_runs
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, RotorJob, Run, Scatter, Sensor
-from vibopt.balancing.parse_asks import read_goal, read_limits, read_pairs, read_scatter
+from vibopt.balancing.parse_asks import (
+    check_without_phase,
+    pair_notes,
+    read_goal,
+    read_limits,
+    read_pairs,
+    read_scatter,
+)
 from vibopt.balancing.parse_influence import read_influence
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
 from vibopt.balancing.parse_quality import read_quality
@@ -78,6 +85,9 @@ def _job(
     residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
     goal = read_goal(document, conventions, planes, scatter, mistakes)
     _check_dimensions(measured, goal, document, mistakes)
+    if not with_angles:
+        check_without_phase(document, goal, mistakes)
+    pairs = read_pairs(document, planes, mistakes)
     machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
     quality = read_quality(
         document,
@@ -85,17 +95,18 @@ def _job(
         machine.mass.value if machine else None,
         machine.speed.value if machine and machine.speed else max(measured.speeds),
         mistakes,
+        [plane.name for plane in planes],
     )
     job = RotorJob(
         name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
         statement=_text(document, "statement", "", mistakes),
         conventions=conventions, planes=planes, sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds,
         speed_units=measured.speed_units, influence=influence, scatter=scatter, residual_limits=residual,
-        correction_limits=correction, goal=goal, pairs=read_pairs(document, planes, mistakes),
+        correction_limits=correction, goal=goal, pairs=pairs,
         rotor_mass=machine.mass.value if machine else None,
         trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
         quality=quality, has_phase=with_angles, expected=_expected(document, mistakes),
-        notes=measured.notes, document=document,
+        notes=(*measured.notes, *pair_notes(pairs, planes)), document=document,
     )  # fmt: skip
     mistakes.raise_any()
     return job
@@ -103,7 +114,7 @@ def _job(
 
 def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
     """A file that asks for permissible unbalances, and the grade of measured ones, without a balancing job."""
-    conventions = Conventions("", "", "with rotation", "pk", "the mark")
+    conventions = Conventions("", "", "", "pk", "")
     if "conventions" in document:
         conventions = read_conventions(document, False, mistakes) or conventions
     machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None

@@ -12,6 +12,7 @@ import numpy as np
 from vibopt.balancing.answers import Fitting
 from vibopt.balancing.begin import OFF, begun, goal_of, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
+from vibopt.balancing.felt import felt_only, idle_words
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified, identify
 from vibopt.balancing.job import RotorJob
@@ -48,12 +49,14 @@ def solve_job(job: RotorJob) -> Plan:
 def _with_phase(job: RotorJob) -> Plan:
     identified = identify(job)
     noise = noise_of(job, identified)
-    posed = pose(job, identified, noise)
+    identified, idle = felt_only(job, identified, noise)
+    posed = pose(job, identified, noise, idle)
     solved = solve_question(posed.question)
     if solved.u is None:
         return nothing(job, identified, posed, solved)
     fitting, solved = _fit(job, identified, posed, solved, noise)
     plan = _plan(job, identified, posed, solved, fitting, noise)
+    plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     return _certified(plan, identified) if plan.fittings else plan
 
 
@@ -106,7 +109,7 @@ def _plan(
     u = solved.u
     assert u is not None
     nominal = pose(replace(job, goal=replace(job.goal, robust="")), identified).question
-    goal = goal_of(job, nominal.chosen_only(solved.chosen), u)
+    goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
     plain = Posed(nominal, posed.options, posed.n_rows)
     found = conditioning(nominal, job.free)
     said = warning(job, found)
@@ -119,10 +122,6 @@ def _plan(
         )  # fmt: skip
     limits, unpriced = limit_answers(job, plain, solved, goal[1], posed)
     limits = with_bands(job, limits, fitting)
-    idle = tuple(
-        f"No sensor feels a weight in plane {job.planes[index].name}: it cannot be balanced there."
-        for index in found.idle
-    )
     return begun(
         job, status=solved.status, claim=solved.claim, goal=goal, fittings=(_priced(job, fitting, limits),),
         limits=limits,
@@ -130,7 +129,7 @@ def _plan(
         remedies=ways,
         values={**coefficients(job, identified), **quality_values(job, identified, u)},
         notes=(
-            *identified.notes, *((said,) if said else ()), *idle, *_reach_notes(job), *unsure(limits),
+            *identified.notes, *((said,) if said else ()), *_reach_notes(job), *unsure(limits),
             *_noise_notes(job, noise), *unpriced,
         ),
         method=method_of(job, posed.question, identified), details=dict(solved.details),

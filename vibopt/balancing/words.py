@@ -45,7 +45,7 @@ class Conventions:
     readings
         "phase" or "mark" (positions of the mark on the stator, counted in the sense of `angles`); "" without any angle.
     angles
-        "with rotation" or "against rotation": sense of the angles of weights.
+        "with rotation" or "against rotation": sense of the angles of weights; "" where nothing is said of it.
     detector
         Of amplitudes without a word.
     zero
@@ -86,9 +86,13 @@ class Conventions:
         """Angle to write for an internal reading, 0 to 2 pi [rad]."""
         return _turn(self.reading_sense * cmath.phase(y))
 
-    def sentences(self) -> tuple[str, ...]:
-        """The conventions in plain words, to stand above every answer."""
+    def sentences(self, has_readings: bool = True) -> tuple[str, ...]:
+        """The conventions in plain words, to stand above every answer; none where the file has none."""
+        if not self.angles:
+            return ()
         said = [f"Angles of weights are counted {self.angles} from zero, which is at: {self.zero}."]
+        if not has_readings:
+            return tuple(said)
         if self.readings == MARK:
             said.append(
                 "Readings are positions of the stroboscope mark on a scale that stands still, "

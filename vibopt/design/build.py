@@ -101,6 +101,7 @@ def _body(name: str, body: BodyTable, number: _Numbers) -> tuple[float, float]:
     if body.disc is not None:
         return 0.5 * body.disc.mass.value * (0.5 * body.disc.diameter.value) ** 2, 0.0
     if body.inertia is not None:
+        assert isinstance(body.inertia, (Fact, Choice))
         return number(f"bodies.{name}.inertia", body.inertia), 0.0
     mass = number(f"bodies.{name}.mass", body.mass) if body.weight is None else body.weight.value / GRAVITY
     if body.rolling is not None:

@@ -166,8 +166,8 @@ def usual_unit(scene: Scene, response: Response) -> str:
     """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
     path = f".{getattr(response, 'of', None)}.{response.response}"
     if response.response == "price":
-        bought = (*scene.links.values(), *scene.mounts.values())
-        return next((one.part.price.unit for one in bought if one.part and one.part.price), "")
+        bought = [*(one.part for one in scene.links.values()), *(one.part for one in scene.mounts.values())]
+        return next((one.price.unit for one in bought if one is not None and one.price is not None), "")
     for variable in scene.variables:
         if variable.path.endswith(path):
             return variable.unit

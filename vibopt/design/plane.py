@@ -160,7 +160,9 @@ def _worst_of(
     """The response of a limit on the machine itself: of those that hold the design back, the one that varies most."""
     order = sorted(range(len(limits)), key=lambda i: (not _active(design, limits[i]), -float(np.std(excesses[i]))))
     for limit, excess in ((limits[i], excesses[i]) for i in order):
-        response = design.scene.limits[limit.name]
+        response = design.scene.limits.get(limit.name)
+        if response is None:  # what a part is rated for knows no speeds
+            continue
         if limit.side != "at_most" or limit.complement or isinstance(response, Stroke) or not response.harmonic:
             continue
         unit = response.unit or response.at_most.unit

@@ -60,7 +60,9 @@ class BodyTable(Device):
     @classmethod
     def _motion(cls, given: Any) -> Any:
         if given not in (None, "space", "plane", "line"):
-            raise complaint('is no motion that vibopt knows. Write "space", "plane" (x, z and the turn about y) or "line".')
+            raise complaint(
+                'is no motion that vibopt knows. Write "space", "plane" (x, z and the turn about y) or "line".'
+            )
         return given
 
     @model_validator(mode="after")
@@ -74,7 +76,9 @@ class BodyTable(Device):
     def _check_space(self) -> None:
         said = [key for key in ("disc", "rolling") if getattr(self, key) is not None]
         if said:
-            raise word(f"moves in {'space' if self.moves == 'space' else 'a plane'} and has {said[0]}. Remove {said[0]}.")
+            raise word(
+                f"moves in {'space' if self.moves == 'space' else 'a plane'} and has {said[0]}. Remove {said[0]}."
+            )
         if self.made_of is not None:
             doubled = [k for k in ("mass", "weight", "centre", "inertia", "shape") if getattr(self, k) is not None]
             if doubled:

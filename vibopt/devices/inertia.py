@@ -56,9 +56,7 @@ class Tensor(Table):
     def tensor(self) -> FloatArray:
         """Shape (3, 3) [kg m^2]; products with a minus sign, as the tensor has them."""
         xy, yz, zx = (0.0 if one is None else one.value for one in (self.xy, self.yz, self.zx))
-        return np.array(
-            [[self.xx.value, -xy, -zx], [-xy, self.yy.value, -yz], [-zx, -yz, self.zz.value]], dtype=float
-        )
+        return np.array([[self.xx.value, -xy, -zx], [-xy, self.yy.value, -yz], [-zx, -yz, self.zz.value]], dtype=float)
 
 
 class Cylinder(Table):
@@ -123,7 +121,9 @@ def read_inertia(given: object) -> object:
                 'is no list of three moments of inertia. Write those about x, y, z: ["310 kg m2", "620 kg m2", '
                 '"590 kg m2"].'
             )
-        made: Principal | Tensor = Principal(**dict(zip(AXES, _facts(dict(zip(AXES, given, strict=True))), strict=True)))
+        made: Principal | Tensor = Principal(
+            **dict(zip(AXES, _facts(dict(zip(AXES, given, strict=True))), strict=True))
+        )
     elif isinstance(given, Mapping) and set(given) & set(_SIX):
         for key in given:
             if key not in _SIX:

@@ -74,6 +74,13 @@ class Sites:
     options: tuple[Single, ...]
     given: tuple[object, ...]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """A single place by its coordinates, a set by its number."""
+        if all(len(one) == 1 for one in self.options):
+            return tuple(", ".join(str(part) for part in one) for one in self.given if isinstance(one, list))
+        return tuple(f"set {index + 1}" for index in range(len(self.options)))
+
 
 def _set(given: object) -> Single:
     """One place or a list of them."""
@@ -93,7 +100,8 @@ def _at(given: object) -> object:
     listed = given.get("one_of")
     if set(given) != {"one_of"} or not isinstance(listed, list) or not listed:
         raise complaint(
-            'is a choice without places. Write at = { one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", "0 m"]] }.'
+            'is a choice without places. Write at = { one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", '
+            '"0 m"]] }.'
         )
     options = tuple(_set(one) for one in listed)
     if len({len(one) for one in options}) > 1:
@@ -122,7 +130,9 @@ def _directions(given: object) -> object:
 
 
 Directions = Annotated[
-    Any, BeforeValidator(_directions), WithJsonSchema({"type": ["string", "array"], "description": "one, or one a mount"})
+    Any,
+    BeforeValidator(_directions),
+    WithJsonSchema({"type": ["string", "array"], "description": "one, or one a mount"}),
 ]
 
 
@@ -323,7 +333,9 @@ class MountTable(Device):
         lossy = symbols.read(f"mounts.{name}.loss_factor", self.loss_factor) if self.loss_factor is not None else None
         ratio = self.static_ratio
         inner = "part." if self.part is not None else ""
-        softer = Monomial(1.0) if ratio is None else symbols.read(f"mounts.{name}.{inner}dynamic_to_static", ratio) ** -1.0
+        softer = (
+            Monomial(1.0) if ratio is None else symbols.read(f"mounts.{name}.{inner}dynamic_to_static", ratio) ** -1.0
+        )
         for single, at, frame in zip(self.singles(name), self.sites, self.frames, strict=True):
             for k, axis in enumerate(AXES):
                 link = f"{single}.{axis}"

@@ -53,7 +53,10 @@ class Rigid:
 
 @dataclass(frozen=True, eq=False)
 class Spring3:
-    """One mount: own axes as rows (3, 3); stiffness, static stiffness [N/m] and damping [N s/m] along them (3,); price."""
+    """One mount: own axes as rows (3, 3); stiffness, static stiffness [N/m] and damping [N s/m] along them (3,).
+
+    `price` is what one costs.
+    """
 
     name: str
     ends: tuple[str, str]
@@ -294,7 +297,8 @@ class SpaceMachine(Machine):
         if axis in _LETTERS and any(one.name == single for one in self.mounts):
             own, k = self.mount(single), _LETTERS.index(axis)
             numbers = own.stiffness[k], own.damping[k], own.loss_factor, own.static_stiffness[k]
-            return Joint(name, own.ends, *(float(one) for one in numbers), 1.0)
+            stiff, dash, lossy, still = (float(one) for one in numbers)
+            return Joint(name, own.ends, stiff, dash, lossy, still, 1.0)
         return super().joint(name)
 
     def force_along(self, place: str, way: tuple[float, float, float], motion: Motion) -> ComplexArray:
@@ -329,11 +333,9 @@ class SpaceMachine(Machine):
 
     def _only(self, place: str, along: FloatArray) -> bool:
         """Whether every path to a support ends at this place, and nothing is guided across the direction."""
-        standing = {end for one in (*self.mounts, *self.joints) for end in one.ends}
+        standing = {end for one in self.mounts for end in one.ends} | {end for one in self.joints for end in one.ends}
         supports = standing - set(self.rigid) - set(self.line)
-        free = all(
-            along[k] == 0.0 or _LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3)
-        )
+        free = all(along[k] == 0.0 or _LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3))
         return supports == {place} and free and (not self.line or not along[:2].any())
 
     def natural_frequencies(self) -> FloatArray:

@@ -94,7 +94,14 @@ def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[
             operators.append((rows.T * scales[group]) @ rows)
     lone = [group[0] for group in alike.values() if len(group) == 1]
     singles = root.T @ model.vectors[lone, :n].T
-    return root, [one for one in operators if one.any()], singles
+    return root, [_tidy(one) for one in operators if one.any()], singles
+
+
+def _tidy(operator: FloatArray) -> FloatArray:
+    """A positive operator without the couplings that are rounding: what does not couple must not by a long chain."""
+    size = np.sqrt(np.abs(np.diag(operator)))
+    tidy: FloatArray = np.where(np.abs(operator) <= _TINY * np.outer(size, size), 0.0, operator)
+    return tidy
 
 
 def closure(start: FloatArray, operators: list[FloatArray], singles: FloatArray) -> FloatArray:

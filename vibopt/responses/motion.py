@@ -13,11 +13,10 @@ from vibopt.responses.rows import across_link, along, at_point
 from vibopt.values.vectors import Direction
 
 
-class Displacement(HarmonicResponse):
-    """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`."""
+class MotionOf(HarmonicResponse):
+    """Motion of a body along its line or about its axis."""
 
     of: str
-    direction: Direction | None = None
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     power: ClassVar[int] = 0
@@ -26,16 +25,28 @@ class Displacement(HarmonicResponse):
         return {"of": (self.of, "body")}
 
     def output(self, model: Model) -> Output:
-        if self.direction is not None:
-            return along(model, self.of, self.direction, power=self.power)
         return at_point(model, self.of, self.power)
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        if self.direction is not None:
-            assert isinstance(machine, SpaceMachine)
-            return machine.moved(self.of, self.direction, motion) * (1j * motion.omega) ** self.power
         value: ComplexArray = motion.points[self.of] * (1j * motion.omega) ** self.power
         return value
+
+
+class Displacement(MotionOf):
+    """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`."""
+
+    direction: Direction | None = None
+
+    def output(self, model: Model) -> Output:
+        if self.direction is None:
+            return super().output(model)
+        return along(model, self.of, self.direction, power=self.power)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if self.direction is None:
+            return super().measure(machine, motion)
+        assert isinstance(machine, SpaceMachine)
+        return machine.moved(self.of, self.direction, motion) * (1j * motion.omega) ** self.power
 
 
 class Velocity(Displacement):

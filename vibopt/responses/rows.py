@@ -31,9 +31,7 @@ def along_mount(model: Model, mount: str, way: Vector) -> Output:
 def forces_along(model: Model, signs: dict[str, float], way: Vector) -> Output:
     """Sum of the forces of links and mounts along a direction, each with its sign; a link acts along z."""
     up = np.array([0.0, 0.0, 1.0])
-    return link_forces(
-        model, {link: sign * float(model.axes.get(link, up) @ way) for link, sign in signs.items()}
-    )
+    return link_forces(model, {link: sign * float(model.axes.get(link, up) @ way) for link, sign in signs.items()})
 
 
 def across_link(model: Model, link: str) -> Output:

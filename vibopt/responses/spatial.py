@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -163,4 +164,4 @@ class FrequencySeparation(Response):
 
     def measure_static(self, machine: Machine) -> float:
         found = machine.natural_frequencies()
-        return min((float(b - a) for a, b in zip(found, found[1:], strict=False)), default=float("inf"))
+        return min((float(b - a) for a, b in pairwise(found)), default=float("inf"))

@@ -4,32 +4,23 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from pydantic import model_validator
-
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import Response
-from vibopt.responses.motion import Displacement, RelativeDisplacement
+from vibopt.responses.motion import MotionOf, RelativeDisplacement
 from vibopt.responses.parameters import Damping, Stiffness, owned_by
 from vibopt.responses.rows import along
-from vibopt.responses.transmitted import TransmittedForce
-from vibopt.values import word
+from vibopt.responses.transmitted import Transmitted
 from vibopt.values.vectors import Direction
 
 
-class Rotation(Displacement):
+class Rotation(MotionOf):
     """`response = "rotation"`: of a body that turns, absolute [rad] peak; in space about `axis`."""
 
     axis: Direction | None = None
     dimension: ClassVar[str] = "angle"
-
-    @model_validator(mode="after")
-    def _about(self) -> Rotation:
-        if self.direction is not None:
-            raise word('has a direction, but a rotation is about an axis. Write axis = "x".')
-        return self
 
     def output(self, model: Model) -> Output:
         return super().output(model) if self.axis is None else along(model, self.of, self.axis, turn=True)
@@ -47,7 +38,7 @@ class Twist(RelativeDisplacement):
     dimension: ClassVar[str] = "angle"
 
 
-class TransmittedMoment(TransmittedForce):
+class TransmittedMoment(Transmitted):
     """`response = "transmitted_moment"`: total over all links `into` a place, or in one shaft `through` a link.
 
     Dynamic part only [N m] peak.

@@ -14,7 +14,7 @@ from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import HarmonicResponse
 from vibopt.responses.rows import at_point, forces_along, link_forces
 from vibopt.values import word
-from vibopt.values.vectors import AXES, Direction, Vector
+from vibopt.values.vectors import AXES, Direction
 
 
 def _into(model: Model, place: str) -> Output:
@@ -25,20 +25,16 @@ def _into(model: Model, place: str) -> Output:
     return link_forces(model, signs)
 
 
-class TransmittedForce(HarmonicResponse):
-    """`response = "transmitted_force"`: total over all links `into` a place, or in one mount `through` a link.
-
-    Dynamic part only [N] peak, without the weight.
-    """
+class Transmitted(HarmonicResponse):
+    """Total over all links `into` a place, or in one mount `through` a link."""
 
     into: str | None = None
     through: str | None = None
-    direction: Direction | None = None
     dimension: ClassVar[str] = "force"
     amplitude: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _one_place(self) -> TransmittedForce:
+    def _one_place(self) -> Transmitted:
         if (self.into is None) == (self.through is None):
             raise word('needs either into (a place) or through (a link). Write into = "ground".')
         return self
@@ -49,30 +45,42 @@ class TransmittedForce(HarmonicResponse):
         return {"through": (self.through or "", "link")}
 
     def output(self, model: Model) -> Output:
-        if self.direction is not None:
-            return self._along(model, self.direction)
         if self.into is not None:
             return _into(model, self.into)
         whole = link_forces(model, {self.through or "": 1.0})
         return replace(whole, shared_by=self.through or "")
 
-    def _along(self, model: Model, way: Vector) -> Output:
-        if self.into is None:
-            return forces_along(model, {f"{self.through}.{axis}": 1.0 for axis in AXES}, way)
-        signs = {name: 1.0 if self.into == two[0] else -1.0 for name, two in model.ends.items() if self.into in two}
-        return forces_along(model, signs, way)
-
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        if self.direction is not None:
-            assert isinstance(machine, SpaceMachine)
-            if self.into is not None:
-                return machine.force_along(self.into, self.direction, motion)
-            force: ComplexArray = machine.mount_force(machine.mount(self.through or ""), motion) @ self.direction
-            return force
         if self.into is not None:
             return machine.force_into(self.into, motion)
         joint = next(one for one in machine.joints if one.name == self.through)
         return machine.joint_force(joint, motion) / joint.count
+
+
+class TransmittedForce(Transmitted):
+    """`response = "transmitted_force"`: total over all links `into` a place, or in one mount `through` a link.
+
+    Dynamic part only [N] peak, without the weight; in space along `direction`.
+    """
+
+    direction: Direction | None = None
+
+    def output(self, model: Model) -> Output:
+        if self.direction is None:
+            return super().output(model)
+        if self.into is None:
+            return forces_along(model, {f"{self.through}.{axis}": 1.0 for axis in AXES}, self.direction)
+        signs = {name: 1.0 if self.into == two[0] else -1.0 for name, two in model.ends.items() if self.into in two}
+        return forces_along(model, signs, self.direction)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if self.direction is None:
+            return super().measure(machine, motion)
+        assert isinstance(machine, SpaceMachine)
+        if self.into is not None:
+            return machine.force_along(self.into, self.direction, motion)
+        force: ComplexArray = machine.mount_force(machine.mount(self.through or ""), motion) @ self.direction
+        return force
 
 
 class Transmissibility(HarmonicResponse):

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from vibopt.devices import MountTable
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.statics import sag
@@ -60,7 +63,10 @@ def _ends(scene: Scene, name: str, between: tuple[str, str], known: list[str], m
     for end in between:
         if end in scene.points or end not in known:
             mistakes.unknown_name(
-                ("mounts", name, "between"), end, "body, base or ground", [one for one in known if one not in scene.points]
+                ("mounts", name, "between"),
+                end,
+                "body, base or ground",
+                [one for one in known if one not in scene.points],
             )
             return
     if not any(end in places.moving(scene) for end in between):
@@ -86,8 +92,8 @@ def _held(scene: Scene, mistakes: Mistakes) -> bool:
                 seen.add(name)
                 mistakes.add(
                     ("bodies", name),
-                    f"nothing holds bodies.{name} against {words}{_why(scene, name)}. Place a mount beside, or write motion = \"plane\" or "
-                    '"line" where it cannot move that way.',
+                    f'nothing holds bodies.{name} against {words}{_why(scene, name)}. Place a mount '
+                    'beside, or write motion = "plane" or "line" where it cannot move that way.',
                 )
     return not seen
 
@@ -137,7 +143,9 @@ def _outside(scene: Scene, mistakes: Mistakes) -> None:
         held = {m: t for m, t in scene.mounts.items() if name in t.between}
         if any(e in scene.bodies for t in held.values() for e in t.between if e != name):
             continue
-        if scene.bodies[name].moves != "space" or any(abs(abs(f[2, 2]) - 1.0) > 0.3 for t in held.values() for f in t.frames):
+        if scene.bodies[name].moves != "space" or any(
+            abs(abs(f[2, 2]) - 1.0) > 0.3 for t in held.values() for f in t.frames
+        ):
             continue
         feet = np.array([at[:2] for table in held.values() for at in table.sites])
         if not _beyond(feet, np.array(scene.bodies[name].place[:2])):
@@ -146,7 +154,7 @@ def _outside(scene: Scene, mistakes: Mistakes) -> None:
         mistakes.add(
             ("bodies", name),
             f"the centre of mass of bodies.{name} lies outside its mounts: {single} is lifted with "
-            f'{show(-load, "", "force")}. Place a mount beyond it; or, for a mount that may pull, ask for response = '
+            f"{show(-load, '', 'force')}. Place a mount beyond it; or, for a mount that may pull, ask for response = "
             f'"static_load" of {mount_of(scene, single)}.',
         )
 
@@ -159,7 +167,7 @@ def _beyond(feet: FloatArray, centre: FloatArray) -> bool:
     return bool(np.linalg.norm(arms, axis=1).min() > 0.0 and gaps.max() > np.pi * (1.0 + 1e-9))
 
 
-def _lifted(scene: Scene, body: str, held: dict[str, object]) -> tuple[str, float]:
+def _lifted(scene: Scene, body: str, held: Mapping[str, MountTable]) -> tuple[str, float]:
     """The mount that carries least, and what it carries [N], at the middle of what may be chosen."""
     model = model_of(scene)
     ends = [(v.low, min(v.high, 1e3 * max(v.low, 1e-3))) for v in scene.variables]
@@ -194,19 +202,30 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     if not inside:
         said = [key for key in ("direction", "axis", "at") if getattr(one, key, None) is not None]
         if said and on in places.moving(scene) and not _unread(scene, on):
-            mistakes.add((*path, said[0]), f"excitations.{name} has {said[0]}, but {on} knows one line or axis only. Remove {said[0]}.")
+            mistakes.add(
+                (*path, said[0]),
+                f"excitations.{name} has {said[0]}, but {on} knows one line or axis only. Remove {said[0]}.",
+            )
         return False
     if one.kind in ("moment", "moment_harmonics"):
         if on not in bodies_in_space(scene):
             body = scene.points[on].on
-            mistakes.add((*path, "on"), f'excitations.{name} is a moment, which acts on a body and not at a place. Write on = "{body}".')
+            mistakes.add(
+                (*path, "on"),
+                f'excitations.{name} is a moment, which acts on a body and not at a place. Write on = "{body}".',
+            )
         elif axis is None:
             mistakes.add(path, f'excitations.{name} is a moment about no axis. Add axis = "x", or "y" or "z".')
     elif way is None and axis is None:
         more = ', or axis = "x" where it rotates about it' if one.kind == "unbalance" else ""
-        mistakes.add(path, f'excitations.{name} acts on {on}, which moves in space, but in no direction. Add direction = "z"{more}.')
+        mistakes.add(
+            path,
+            f'excitations.{name} acts on {on}, which moves in space, but in no direction. Add direction = "z"{more}.',
+        )
     if getattr(one, "at", None) is not None and on not in bodies_in_space(scene):
-        mistakes.add((*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body.")
+        mistakes.add(
+            (*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body."
+        )
     return True
 
 
@@ -241,14 +260,18 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
         return True
     if into is not None and into in ends:
         if key in _RATIOS:
-            mistakes.add(path, f'{where}: {key} has no direction. Write response = "transmitted_force" with a direction.')
+            mistakes.add(
+                path, f'{where}: {key} has no direction. Write response = "transmitted_force" with a direction.'
+            )
         elif into in scene.points or into not in places.points(scene):
             mistakes.unknown_name((*path, "into"), into, "body, base or ground", places.points(scene))
         elif way is None:
-            mistakes.add(path, f'{where} asks for the {key} into {into} in no direction. Add direction = "z", or "x" or "y".')
+            mistakes.add(
+                path, f'{where} asks for the {key} into {into} in no direction. Add direction = "z", or "x" or "y".'
+            )
         return True
-    known = name in places.moving(scene) or into in places.points(scene)
-    if "direction" in response.model_fields_set and known and not _unread(scene, str(name)):
+    there = name in places.moving(scene) or into in places.points(scene)
+    if "direction" in response.model_fields_set and there and not _unread(scene, str(name)):
         mistakes.add(
             (*path, "direction"),
             f"{where} has a direction, but {name or into} knows one line only. Remove direction.",
@@ -271,7 +294,9 @@ def _of_mount(scene: Scene, path: Path, response: Response, name: str, group: st
     elif key in ("damping", "loss_factor") and getattr(scene.mounts[group], key) is None:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but mounts.{group} has no {key}. Add it.")
     if key in ("stiffness", "damping", "loss_factor", "count") and name != group:
-        mistakes.add(path, f'{where} asks for the {key} of one mount, but all of a group are alike. Write of = "{group}".')
+        mistakes.add(
+            path, f'{where} asks for the {key} of one mount, but all of a group are alike. Write of = "{group}".'
+        )
 
 
 def _of_body(scene: Scene, path: Path, response: Response, name: str, mistakes: Mistakes) -> None:

@@ -72,9 +72,9 @@ def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, Fl
 
 def row_of(excitation: Excitation, points: Mapping[str, FloatArray]) -> FloatArray:
     """What an excitation acts on, as a row over the coordinates (n_coords,); complex where it goes round."""
-    parts = [(weight, points[place]) for place, weight in excitation.acts.items()]
-    real = all(weight.imag == 0.0 for weight, _ in parts)
-    row: FloatArray = sum((weight.real if real else weight) * one for weight, one in parts)  # type: ignore[assignment]
+    acts = excitation.acts
+    weights = np.array(list(acts.values()), dtype=complex)
+    row: FloatArray = (weights if weights.imag.any() else weights.real) @ np.array([points[place] for place in acts])
     return row
 
 

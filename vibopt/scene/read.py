@@ -20,8 +20,8 @@ from vibopt.scene.document import changed, parsed, placed, text_of
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.notes import tuning_notes
-from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
 from vibopt.scene.own_bounds import with_own_bounds
+from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
 from vibopt.scene.settle import MOST, combinations, open_places, settled
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact

@@ -10,7 +10,6 @@ from itertools import product
 from vibopt.devices.absorber import Places
 from vibopt.devices.mount import Sites
 from vibopt.scene.document import changed
-from vibopt.scene.mistakes import toml_text
 from vibopt.scene.scene import Scene
 
 MOST = 64
@@ -19,10 +18,12 @@ MOST = 64
 
 def open_places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """What may be chosen, by path: {"absorbers.tmd.on": ("floor1", "floor2")}."""
-    found = {f"absorbers.{name}.on": one.on.names for name, one in scene.absorbers.items() if isinstance(one.on, Places)}
+    found = {
+        f"absorbers.{name}.on": one.on.names for name, one in scene.absorbers.items() if isinstance(one.on, Places)
+    }
     for name, one in scene.mounts.items():
         if isinstance(one.at, Sites):
-            found[f"mounts.{name}.at"] = tuple(toml_text(given) for given in one.at.given)
+            found[f"mounts.{name}.at"] = one.at.names
     return found
 
 

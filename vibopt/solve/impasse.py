@@ -75,7 +75,9 @@ def conflict_of(scene: Scene, program: Program, found: Found) -> Conflict | None
         clash = smallest_conflict(finite, ask)
     rows = []
     for one in loosenings(finite, clash, ask):
-        response = scene.limits[one.limit.name]
+        response = scene.limits.get(one.limit.name)
+        if response is None:  # what a part is rated for is not loosened
+            continue
         now, new = user_bound(one.limit, one.limit.bound), user_bound(one.limit, one.bound)
         side = "at_most" if new > now else "at_least"
         given = response.at_most if side == "at_most" else response.at_least

@@ -95,7 +95,7 @@ def analysed(design: Design, robust: Robust) -> Design:
 
 def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: str, side: str) -> int:
     """Index of the limit of the program that a row speaks of; of several bands the worst one."""
-    if scene.limits[name].complement:
+    if name in scene.limits and scene.limits[name].complement:
         side = {"at_most": "at_least", "at_least": "at_most"}[side]
     own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.side == side]
     return max(own, key=lambda i: missed(program.limits[i], hits[i].value))

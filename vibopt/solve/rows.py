@@ -23,6 +23,7 @@ from vibopt.forms import (
     Monomials,
     RootMeanSquare,
     StaticForce,
+    StaticLoad,
     StaticRow,
 )
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
@@ -36,7 +37,7 @@ _Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)
 def single_lines(limit: Limit) -> bool:
     """Whether a limit is one harmonic of one excitation, or knows neither speeds nor poles nor noise."""
     form = limit.form
-    if isinstance(form, DecayRate | RootMeanSquare | StaticForce | ModeGap | EnergyShare):
+    if isinstance(form, DecayRate | RootMeanSquare | StaticForce | StaticLoad | ModeGap | EnergyShare):
         return False
     if isinstance(form, Modulus):
         return (

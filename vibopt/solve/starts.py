@@ -72,7 +72,8 @@ def halton(count: int, dimensions: int) -> FloatArray:
 
 def natural_size(program: Program, axis: Axis) -> float:
     """Size at which a variable begins to matter: m w^2 for a stiffness, m w for a damping, 1 for a ratio [SI]."""
-    word = axis.path.rsplit(".", 1)[-1]
+    steps = axis.path.split(".")
+    word = steps[-2] if steps[-1] in ("x", "y", "z") else steps[-1]
     mass, speed = _typical_mass(program), _typical_speed(program)
     sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass}
     sizes |= {"torsional_stiffness": mass * speed**2, "torsional_damping": mass * speed, "inertia": mass}

@@ -34,7 +34,9 @@ def priced(design: Design, *, until: bool = False) -> Design:
     if design.goal is None or design.status not in ("optimal", "feasible") or slow:
         return design
     limits = {
-        key: replace(row, price=_price(design, row, until)) if row.active and row.side != "outside" else row
+        key: replace(row, price=_price(design, row, until))
+        if row.active and row.side != "outside" and row.name in design.scene.limits
+        else row
         for key, row in design.limits.items()
     }
     return replace(design, limits=limits)

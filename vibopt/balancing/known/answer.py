@@ -7,6 +7,7 @@ from math import tau
 from vibopt.balancing.known.job import KnownJob, Spot
 from vibopt.balancing.known.solve import Correction, correct
 from vibopt.balancing.known.statics import (
+    aim_of,
     balance_rows,
     equilibrium,
     middle_and_arm,
@@ -76,11 +77,11 @@ def left_over(job: KnownJob, u: ComplexArray) -> tuple[complex, complex]:
 def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
     if job.goal is None:
         return None
-    if job.goal.minimise == "correction":
+    aim = aim_of(job)
+    if aim is None:
         return "correction", Entry(_total(job, found), "mass")
-    if job.goal.minimise == "reaction":
-        return "reaction", Entry(max(abs(one) for one in reactions(job, found.u).values()), "force")
-    return "unbalance", Entry(abs(left_over(job, found.u)[0]), "unbalance")
+    size = float(abs(unbalances(job)).sum()) * aim.scale
+    return aim.name, Entry(_clean(aim.value(job, found.u), size), aim.dimension)
 
 
 def _total(job: KnownJob, found: Correction) -> float:
@@ -181,9 +182,14 @@ def _notes(job: KnownJob, found: Correction) -> tuple[str, ...]:
     if reactions(job, found.u):
         notes.append("A reaction is the force of the bearing on the shaft; it turns with it; weight is left out.")
     if not job.flat and not job.bearings:
-        notes.append("Without bearings the couple is taken about the middle of all masses and planes.")
+        ends = "; the unbalances at both ends are those in the outermost of their planes"
+        goal = job.goal is not None and job.goal.minimise == "unbalance"
+        notes.append(
+            f"Without bearings the couple is taken about the middle of all masses and planes{ends if goal else ''}."
+        )
     static, couple = left_over(job, found.u)
     size = float(abs(unbalances(job)).sum())
-    if found.way == "program" and max(abs(static), abs(couple) / middle_and_arm(job)[1]) > 1e-6 * size:
+    complete = job.goal is not None and job.goal.minimise in ("unbalance", "reaction")
+    if complete and found.way == "program" and max(abs(static), abs(couple) / middle_and_arm(job)[1]) > 1e-6 * size:
         notes.append("Complete balance is out of reach within the caps, holes and limits; this is what comes nearest.")
     return tuple(notes)

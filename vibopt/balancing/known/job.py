@@ -200,6 +200,12 @@ def _check(
                 mistakes.add(path, f"{'.'.join(path)} has no axial place. Add it, for example {example}.")
     if goal is not None and goal.minimise == "reaction" and (not shaft.bearings or shaft.speed is None):
         mistakes.add(("goal",), "goal needs [shaft] with bearings and speed to minimise a reaction. Add them.")
+    if goal is not None and goal.minimise == "couple_unbalance" and all(one.at is None for one in placed.values()):
+        mistakes.add(
+            ("goal", "minimise"),
+            "goal minimises a couple, but all masses and planes lie in one plane. Write where each is with at, or "
+            'minimise = "static_unbalance".',
+        )
     for family, tables in (("limits", limits), ("measures", measures)):
         for name, table in tables.items():
             _check_limit((family, name), table, shaft, planes, mistakes)

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from typing import cast
 
 import numpy as np
 
 from vibopt.balancing.known.job import KnownJob
-from vibopt.balancing.known.statics import Rows, balance_rows, bearing_rows, middle_and_arm, unbalances
+from vibopt.balancing.known.statics import (
+    Aim,
+    Rows,
+    aim_of,
+    balance_rows,
+    bearing_rows,
+    middle_and_arm,
+    unbalances,
+)
 from vibopt.balancing.options import Options, options_of
-from vibopt.balancing.question import Question, breaks
+from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.words import WITH, Conventions
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -68,28 +77,43 @@ def correct(job: KnownJob) -> Correction:
 
 
 def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
-    """The rows and limits of the job as a question: balance rows first, then the bearings'."""
+    """The rows and limits of the job as a question: balance rows first, then the bearings', then those of the goal."""
     rows = [balance_rows(job)] + ([bearing_rows(job)] if job.bearings else [])
-    known = unbalances(job)
-    goal = job.goal.minimise if job.goal is not None else "unbalance"
-    importance = [np.full(len(one.names), float((goal == "reaction") == (k == 1))) for k, one in enumerate(rows)]
+    known, aim = unbalances(job), aim_of(job)
+    rows += [aim.rows] if aim is not None else []
+    importance = _importance(aim, [len(one.names) for one in rows])
     planes = [spot.plane for spot in job.spots]
     options = tuple(options_of(one, AS_WRITTEN) if one.is_discrete else None for one in planes)
     caps = np.array([0.0 if one.keep else one.cap * one.radius for one in planes])
     question = Question(
         y0=np.concatenate([one.masses @ known for one in rows]),
         H=np.concatenate([one.planes for one in rows]).astype(complex),
-        importance=np.concatenate(importance),
+        importance=importance,
         limits=_limits(job, rows),
         caps=np.minimum(caps, _own_caps(job)),
         total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
         sectors=tuple(one.internal_sectors(AS_WRITTEN) for one in planes),
         options=tuple(None if one is None else one.u for one in options),
-        goal="correction" if goal == "correction" else (job.goal.combine if job.goal is not None else "rms"),
+        goal=_combined(job, aim),
         mass_per_unbalance=np.array([1.0 / one.radius for one in planes]),
         option_masses=tuple(None if one is None else one.masses for one in options),
     )
     return question, options
+
+
+def _importance(aim: Aim | None, sizes: list[int]) -> FloatArray:
+    """Only the rows of the goal count, such that the question's goal is that of the file [kg m]."""
+    importance = np.zeros(sum(sizes))
+    if aim is not None:
+        full = np.sqrt(sum(sizes) / sizes[-1]) if aim.combine == "rms" else 1.0
+        importance[-sizes[-1] :] = full
+    return importance
+
+
+def _combined(job: KnownJob, aim: Aim | None) -> Goal:
+    if job.goal is not None and job.goal.minimise == "correction":
+        return "correction"
+    return cast(Goal, aim.combine if aim is not None else "rms")
 
 
 def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
@@ -103,7 +127,7 @@ def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
                 limits[row] = min(limits[row], table.bound)
             elif table.response == "couple_unbalance" and (k, name) == (0, "couple"):
                 limits[row] = min(limits[row], table.bound / arm)
-            elif table.response == "bearing_reaction" and k == 1 and table.of in (None, name) and job.speed:
+            elif table.response == "bearing_reaction" and job.bearings and k == 1 and table.of in (None, name) and job.speed:
                 limits[row] = min(limits[row], table.bound / job.speed**2)
     return limits
 
@@ -221,6 +245,7 @@ def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, floa
         return {}
     found: dict[str, float] = {}
     _, arm = middle_and_arm(job)
+    aim = aim_of(job)
     n_rows = len(balance_rows(job).names)
     for name, table in job.limits.items():
         if table.response == "static_unbalance":
@@ -235,4 +260,6 @@ def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, floa
         else:
             k = next(i for i, spot in enumerate(job.spots) if spot.plane.name == table.of)
             found[name] = float(prices.caps[k]) * job.spots[k].plane.radius
+    if aim is not None:
+        found = {name: price * aim.scale for name, price in found.items()}
     return found

@@ -60,6 +60,64 @@ def bearing_rows(job: KnownJob) -> Rows:
     )
 
 
+def end_rows(job: KnownJob) -> Rows:
+    """Unbalance in the planes of both bearings, or of the outermost masses and planes where there are none [kg m]."""
+    if job.bearings:
+        return bearing_rows(job)
+    rows = balance_rows(job)
+    turn = 0.5 * np.array([[1.0, -1.0], [1.0, 1.0]])
+    return Rows(("first", "last"), turn @ rows.masses, turn @ rows.planes)
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What a goal makes small: some rows, combined.
+
+    rows
+        Of the sums [kg m].
+    scale
+        Of a row in the unit of the goal.
+    name, dimension
+        As in the answer.
+    """
+
+    rows: Rows
+    combine: str
+    scale: float
+    name: str
+    dimension: str
+
+    def value(self, job: KnownJob, u: ComplexArray) -> float:
+        """The goal [SI] with the correction u."""
+        left = self.scale * np.abs(self.rows.masses @ unbalances(job) + self.rows.planes @ u)
+        if self.combine == "rms":
+            return float(np.sqrt(np.mean(left**2)))
+        return float(left.max() if self.combine == "worst" else left.sum())
+
+
+def aim_of(job: KnownJob) -> Aim | None:
+    """The aim of the goal; None without a goal and for the least correction."""
+    goal = job.goal
+    if goal is None or goal.minimise == "correction":
+        return None
+    how = {"rms": "root mean square of the", "worst": "worst of the", "sum": "sum of the"}[goal.combine]
+    if goal.minimise == "reaction":
+        return Aim(bearing_rows(job), goal.combine, (job.speed or 1.0) ** 2, f"{how} bearing reactions", "force")
+    sums = balance_rows(job)
+    if goal.minimise == "couple_unbalance":
+        _, arm = middle_and_arm(job)
+        return Aim(_only(sums, 1), "worst", arm, "couple unbalance", "couple_unbalance")
+    if goal.minimise == "static_unbalance" or job.flat:
+        return Aim(_only(sums, 0), "worst", 1.0, "static unbalance", "unbalance")
+    where = "at the bearings" if job.bearings else "at both ends"
+    return Aim(end_rows(job), goal.combine, 1.0, f"{how} unbalances {where}", "unbalance")
+
+
+def _only(rows: Rows, index: int) -> Rows:
+    keep = slice(index, index + 1)
+    return Rows(rows.names[keep], rows.masses[keep], rows.planes[keep])
+
+
 def unbalances(job: KnownJob) -> ComplexArray:
     """The known unbalances, shape (n_masses,) [kg m]."""
     return np.array([one.u for one in job.masses], dtype=complex)

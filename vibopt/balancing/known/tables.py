@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from vibopt.balancing.options import ALL_FORBIDDEN, KEPT_AND_REMOVED, forbids_all, listed_twice
 from vibopt.balancing.planes import read_arc
 from vibopt.errors import QuantityError
 from vibopt.units import read_quantity
@@ -104,7 +105,10 @@ class KnownPlaneTable(Table):
         if isinstance(given, int) and not isinstance(given, bool) and given > 0:
             return tuple(tau * k / given for k in range(given))
         if isinstance(given, list) and given:
-            return tuple(quantity(one, "angle") for one in given)
+            holes = tuple(quantity(one, "angle") for one in given)
+            if twice := listed_twice(holes):
+                raise complaint(twice)
+            return holes
         raise complaint('is neither a number of holes nor a list of angles. Write 24, or ["0 deg", "30 deg"].')
 
     @field_validator("forbidden")
@@ -131,6 +135,8 @@ class KnownPlaneTable(Table):
                 'limits its weight but has no radius. Write radius = "150 mm", or limit unbalance.',
             ),
             (self.remove and bool(self.shelf), "removes material and has weights on the shelf. Keep one of them."),
+            (self.holes is None and forbids_all(self.forbidden), ALL_FORBIDDEN),
+            (self.keep and self.remove, KEPT_AND_REMOVED),
             (self.most_weights < 1, "has most_weights below 1. Write 1, or keep = true where nothing may change."),
         ):
             if wrong:
@@ -172,10 +178,16 @@ class KnownLimitTable(Table):
 
 
 class KnownGoalTable(Table):
-    """[goal] minimise = "unbalance" | "reaction" | "correction", over the rows combined as rms, worst or sum."""
+    """[goal] minimise = "unbalance" or "reaction" at the bearings, combined as rms, worst or sum; or one quantity."""
 
-    minimise: Literal["unbalance", "reaction", "correction"]
+    minimise: Literal["unbalance", "static_unbalance", "couple_unbalance", "reaction", "correction"]
     combine: Literal["rms", "worst", "sum"] = "rms"
+
+    @model_validator(mode="after")
+    def _combines(self) -> KnownGoalTable:
+        if "combine" in self.model_fields_set and self.minimise not in ("unbalance", "reaction"):
+            raise word(f'has combine, but minimise = "{self.minimise}" is one quantity. Leave combine out.')
+        return self
 
 
 def quantity(given: object, dimension: str) -> float:

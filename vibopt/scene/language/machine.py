@@ -8,7 +8,7 @@ from typing import TypedDict, Unpack
 from vibopt.errors import InputError
 from vibopt.scene.language.limit import Limit, Measure
 from vibopt.scene.language.responses import Responses
-from vibopt.scene.language.values import Bound, Given, Speeds, plain_table
+from vibopt.scene.language.values import Bound, Given, Speeds, Way, plain_table
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 
@@ -20,14 +20,21 @@ class BodyWords(TypedDict, total=False):
         {"mass": ..., "diameter": ...}.
     rolling
         {"inertia": ..., "radius": ...} of a body that rolls as it moves.
+    motion, centre, shape, made_of
+        In space: "space", "plane" or "line"; centre of mass; {"box": [a, b, c]} or {"cylinder": {...}}; pieces with
+        mass, centre and inertia or shape.  Inertia is then a list of three, or a table of a tensor.
     """
 
     mass: Given
     weight: Bound
-    inertia: Given
+    inertia: Given | Sequence[Bound]
     disc: Mapping[str, Bound]
     rolling: Mapping[str, Bound]
     tolerance: Bound
+    motion: str
+    centre: Sequence[Bound]
+    shape: Mapping[str, object]
+    made_of: Sequence[Mapping[str, object]]
 
 
 class LinkWords(TypedDict, total=False):
@@ -53,6 +60,29 @@ class LinkWords(TypedDict, total=False):
     count: Given
     dynamic_to_static: Bound
     tolerance: Bound
+    part: Mapping[str, object]
+
+
+class MountWords(TypedDict, total=False):
+    """Keys of `[mounts.NAME]`; values are those of one mount.
+
+    stiffness, damping
+        Three along the own x, y, z; or one along its axis z, with shear_ratio for those across.
+    direction, across
+        Own z and own x: a letter or three numbers, or a list of them, one a mount.
+    rating, gap
+        Least and greatest static load, "500..3500 N"; how far it may move.
+    """
+
+    stiffness: Given | Sequence[Given]
+    shear_ratio: Given
+    damping: Given | Sequence[Given]
+    loss_factor: Given
+    direction: Way | Sequence[Way]
+    across: Way | Sequence[Way]
+    dynamic_to_static: Bound
+    rating: str
+    gap: Bound
     part: Mapping[str, object]
 
 
@@ -117,8 +147,25 @@ class Varied(TypedDict, total=False):
     amplitude_at: str
 
 
+class Acting(Varied, total=False):
+    """In space: the place `at` and the `direction` of a force."""
+
+    at: Sequence[Bound]
+    direction: Way
+
+
+class MomentWords(Varied, total=False):
+    """In space: the `axis` of a moment."""
+
+    axis: Way
+
+
 class UnbalanceWords(TypedDict, total=False):
-    """Unbalance [kg m], or a rotating mass [kg] and its radius [m]."""
+    """Unbalance [kg m], or a rotating mass [kg] and its radius [m]; in space `at`, and axis (or direction)."""
+
+    at: Sequence[Bound]
+    axis: Way
+    direction: Way
 
     unbalance: Bound
     rotating_mass: Bound
@@ -126,7 +173,9 @@ class UnbalanceWords(TypedDict, total=False):
 
 
 class BaseMotionWords(Varied, total=False):
-    """One of displacement [m], velocity [m/s] and acceleration [m/s^2], peak."""
+    """One of displacement [m], velocity [m/s] and acceleration [m/s^2], peak; under mounts its direction."""
+
+    direction: Way
 
     displacement: Bound
     velocity: Bound
@@ -181,6 +230,24 @@ class Machine(Responses):
         """
         self._add("links", name, dict(between=between, **words))
 
+    def point(self, name: str, *, on: str, at: Sequence[Bound]) -> None:
+        """A place on a body in space, to be asked about and acted on."""
+        self._add("points", name, {"on": on, "at": at})
+
+    def mount(
+        self,
+        name: str,
+        *,
+        between: Sequence[str],
+        at: Sequence[object] | Mapping[str, object],
+        **words: Unpack[MountWords],
+    ) -> None:
+        """Identical mounts `between` two bodies or a body and a support, `at` a place, a list of them, or one_of sets.
+
+        Words: stiffness and shear_ratio; damping or loss_factor; direction, across; dynamic_to_static, rating, gap.
+        """
+        self._add("mounts", name, dict(between=between, at=at, **words))
+
     def structure(self, name: str, **words: Unpack[StructureWords]) -> None:
         """A structure with named points, which act as bodies do.
 
@@ -197,12 +264,12 @@ class Machine(Responses):
         """
         self._add("absorbers", name, dict(on=on, **words))
 
-    def force(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[Varied]) -> None:
-        """A harmonic force on a body, peak [N].  Words: varies, amplitude_at."""
+    def force(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[Acting]) -> None:
+        """A harmonic force on a body, peak [N].  Words: varies, amplitude_at; in space at, direction."""
         self._add("excitations", name, dict(kind="force", on=on, amplitude=amplitude, speed=speed, **words))
 
-    def moment(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[Varied]) -> None:
-        """A harmonic moment on a body that turns, peak [N m].  Words: varies, amplitude_at."""
+    def moment(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[MomentWords]) -> None:
+        """A harmonic moment on a body that turns, peak [N m].  Words: varies, amplitude_at; in space axis."""
         self._add("excitations", name, dict(kind="moment", on=on, amplitude=amplitude, speed=speed, **words))
 
     def unbalance(self, name: str, *, on: str, speed: Speeds, **words: Unpack[UnbalanceWords]) -> None:
@@ -210,13 +277,28 @@ class Machine(Responses):
         self._add("excitations", name, dict(kind="unbalance", on=on, speed=speed, **words))
 
     def harmonics(
-        self, name: str, *, on: str, speed: Speeds, harmonics: Sequence[Mapping[str, object]], **words: Unpack[Varied]
+        self, name: str, *, on: str, speed: Speeds, harmonics: Sequence[Mapping[str, object]], **words: Unpack[Acting]
     ) -> None:
         """Several orders of one speed on a body: tables of order, amplitude (peak [N]) and phase.
 
         Words: varies, amplitude_at.
         """
         self._add("excitations", name, dict(kind="harmonics", on=on, speed=speed, harmonics=harmonics, **words))
+
+    def moment_harmonics(
+        self,
+        name: str,
+        *,
+        on: str,
+        speed: Speeds,
+        harmonics: Sequence[Mapping[str, object]],
+        **words: Unpack[MomentWords],
+    ) -> None:
+        """Several orders of a moment on a body in space: tables of order, amplitude (peak [N m]) and phase.
+
+        Words: axis, varies, amplitude_at.
+        """
+        self._add("excitations", name, dict(kind="moment_harmonics", on=on, speed=speed, harmonics=harmonics, **words))
 
     def base_motion(self, name: str, *, on: str, speed: Speeds, **words: Unpack[BaseMotionWords]) -> None:
         """Harmonic motion of a base, peak.  Words: displacement, velocity or acceleration; varies, amplitude_at."""

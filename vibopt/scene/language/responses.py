@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import TypedDict, Unpack
 
 from vibopt.scene.language.limit import Measure
-from vibopt.scene.language.values import Speeds
+from vibopt.scene.language.values import Speeds, Way
 
 
 class Shown(TypedDict, total=False):
@@ -37,6 +37,24 @@ class Looked(Shown, total=False):
     combine: str
 
 
+class Along(Looked, total=False):
+    """In space: the `direction` of a motion or a force."""
+
+    direction: Way
+
+
+class About(Looked, total=False):
+    """In space: the `axis` of a rotation."""
+
+    axis: Way
+
+
+class Still(Shown, total=False):
+    """In space: the `direction` of a static load or deflection."""
+
+    direction: Way
+
+
 class Random(Shown, total=False):
     """White noises that count; without `due_to` all."""
 
@@ -47,7 +65,7 @@ class Responses:
     """What can be limited, measured or made best."""
 
     def transmitted_force(
-        self, *, into: str | None = None, through: str | None = None, **words: Unpack[Looked]
+        self, *, into: str | None = None, through: str | None = None, **words: Unpack[Along]
     ) -> Measure:
         """Dynamic force, without the weight: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("transmitted_force", into=into, through=through, **words)
@@ -60,15 +78,15 @@ class Responses:
         """One minus the transmissibility, as "80 %"."""
         return Measure("isolation", into=into, of=of, **words)
 
-    def displacement(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+    def displacement(self, *, of: str, **words: Unpack[Along]) -> Measure:
         """Motion of a body, absolute [m]."""
         return Measure("displacement", of=of, **words)
 
-    def velocity(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+    def velocity(self, *, of: str, **words: Unpack[Along]) -> Measure:
         """Velocity of a body, absolute [m/s]."""
         return Measure("velocity", of=of, **words)
 
-    def acceleration(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+    def acceleration(self, *, of: str, **words: Unpack[Along]) -> Measure:
         """Acceleration of a body, absolute [m/s^2]."""
         return Measure("acceleration", of=of, **words)
 
@@ -104,7 +122,7 @@ class Responses:
         """Motion of the receiver with the link rigid over that with the link; a ratio, usually in dB."""
         return Measure("insertion_loss", across=across, **words)
 
-    def static_deflection(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+    def static_deflection(self, *, of: str, **words: Unpack[Still]) -> Measure:
         """Under the weights alone: compression of a link, or sag of a body [m]."""
         return Measure("static_deflection", of=of, **words)
 
@@ -140,7 +158,11 @@ class Responses:
         """Number of mounts in a link."""
         return Measure("count", of=of, **words)
 
-    def rotation(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+    def price(self, **words: Unpack[Shown]) -> Measure:
+        """Price of all parts from catalogues together."""
+        return Measure("price", **words)
+
+    def rotation(self, *, of: str, **words: Unpack[About]) -> Measure:
         """Rotation of a body that turns, absolute [rad]."""
         return Measure("rotation", of=of, **words)
 
@@ -185,3 +207,25 @@ class Responses:
     def absorber_mass(self, **words: Unpack[Shown]) -> Measure:
         """Mass of all absorbers together [kg]."""
         return Measure("absorber_mass", **words)
+
+    def static_load(self, *, of: str, **words: Unpack[Still]) -> Measure:
+        """What one mount carries under all weights, along its axis or a direction; of a group the worst [N]."""
+        return Measure("static_load", of=of, **words)
+
+    def tilt(self, *, of: str, axis: Way, **words: Unpack[Shown]) -> Measure:
+        """Rotation of a body about an axis under all weights [rad]."""
+        return Measure("tilt", of=of, axis=axis, **words)
+
+    def travel(self, *, of: str, **words: Unpack[Along]) -> Measure:
+        """How far a mount moves along any of its own axes, or along a direction [m]."""
+        return Measure("travel", of=of, **words)
+
+    def energy_share(
+        self, *, of: str, direction: Way | None = None, axis: Way | None = None, **words: Unpack[Shown]
+    ) -> Measure:
+        """Greatest part of a mode's kinetic energy in one motion of a body, along a direction or about an axis."""
+        return Measure("energy_share", of=of, direction=direction, axis=axis, **words)
+
+    def frequency_separation(self, **words: Unpack[Shown]) -> Measure:
+        """Least difference between neighbouring natural frequencies [rad/s]."""
+        return Measure("frequency_separation", **words)

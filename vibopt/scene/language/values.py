@@ -12,6 +12,9 @@ Bound: TypeAlias = str | float
 Given: TypeAlias = str | float | Mapping[str, object]
 """A fact as Bound, or a choice made by `choose` or `one_of`."""
 
+Way: TypeAlias = str | Sequence[float]
+"""A direction or an axis in space: "x", "y", "z" or three numbers."""
+
 Speeds: TypeAlias = str | Sequence[str] | Mapping[str, object]
 """A speed, "800..2000 rpm", or a list of those; a choice; per excitation as a mapping."""
 

@@ -61,19 +61,27 @@ class Catalogue:
 
     def _details(self, program: Program, search: Search) -> dict[str, Any]:
         tally = search.tally
-        names = [(one.name, one.side) for one in program.limits]
+        kinds = _kinds(program)
         return {
             "combinations": search.total,
             "measured": tally.measured,
             "mirrored": tally.mirrored,
             "dropped": [
-                {"limit": name, "side": side, "combinations": round(float(count))}
-                for (name, side), count in zip(names, tally.limits, strict=True)
-                if count
+                {"limit": name, "side": side, "combinations": round(float(tally.limits[own].sum()))}
+                for (name, side), own in kinds.items()
+                if tally.limits[own].any()
             ],
             "rows": _rows(program, search),
             "picks": [_pick(search, one) for one in search.best],
         }
+
+
+def _kinds(program: Program) -> dict[tuple[str, str], list[int]]:
+    """Limits by name and side: the mounts of a group share theirs."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for index, one in enumerate(program.limits):
+        found.setdefault((one.name, one.side), []).append(index)
+    return found
 
 
 def _pick(search: Search, pick: Pick) -> dict[str, Any]:
@@ -96,10 +104,10 @@ def _rows(program: Program, search: Search) -> list[dict[str, Any]]:
         for entry, name in enumerate(factor.names):
             if table[entry].sum() < whole * (1.0 - 1e-9) - 0.5:
                 continue
-            most = int(table[entry].argmax())
-            limit, alone = program.limits[most], table[entry, most] >= whole - 0.5
-            row = {"path": factor.path, "part": name, "limit": limit.name, "side": limit.side, "alone": bool(alone)}
-            found.append(row)
+            counts = {kind: float(table[entry, own].sum()) for kind, own in _kinds(program).items()}
+            limit, side = max(counts, key=lambda kind: counts[kind])
+            alone = counts[limit, side] >= whole - 0.5
+            found.append({"path": factor.path, "part": name, "limit": limit, "side": side, "alone": alone})
     return found
 
 

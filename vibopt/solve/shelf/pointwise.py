@@ -141,11 +141,11 @@ class Pointwise:
         if model.exponents[model.kinds == INERTIA].any():
             load = np.array([model.weights(one)[:n] for one in p])
         else:
-            load = np.broadcast_to(model.weights(p[0])[:n], (len(p), n)) if len(p) else np.zeros((0, n))
+            load = np.tile(model.weights(p[0])[:n], (len(p), 1)) if len(p) else np.zeros((0, n))
         try:
-            found: FloatArray = np.linalg.solve(stiff, GRAVITY * load[..., None])[..., 0]
+            found = np.asarray(np.linalg.solve(stiff, GRAVITY * load[..., None])[..., 0], dtype=float)
         except np.linalg.LinAlgError:
-            return np.full((len(p), n), np.nan)
+            found = np.full((len(p), n), np.nan)
         return found
 
     def _force(self, form: StaticForce, x: FloatArray) -> FloatArray:

@@ -299,7 +299,11 @@ def _boxed(values: Pointwise) -> bool:
     """Whether a form has bounds on boxes that are cheap enough."""
     if not values.bounds.bounded:
         return False
-    return isinstance(values.bounds, Direct) or not isinstance(values.form, Modulus | StaticRow | StaticLoad) or _nodes(values) <= _MOST_NODES
+    return (
+        isinstance(values.bounds, Direct)
+        or not isinstance(values.form, Modulus | StaticRow | StaticLoad)
+        or _nodes(values) <= _MOST_NODES
+    )
 
 
 def _nodes(values: Pointwise) -> int:

@@ -1,0 +1,284 @@
+"""What vibopt says about wrong machines in space, word for word."""
+
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from vibopt.errors import InputError
+from vibopt.scene.read import from_dict
+
+Edit = Callable[[dict[str, Any]], object]
+GOOD: dict[str, Any] = {
+    "title": "box",
+    "bodies": {
+        "box": {
+            "mass": "1850 kg",
+            "centre": ["0 m", "0 m", "0.45 m"],
+            "inertia": ["310 kg m2", "620 kg m2", "590 kg m2"],
+        }
+    },
+    "mounts": {
+        "foot": {
+            "between": ["box", "ground"],
+            "at": [[f"{x} m", f"{y} m", "0 m"] for x in (0.85, -0.85) for y in (0.4, -0.4)],
+            "stiffness": "1 MN/m",
+            "shear_ratio": 0.55,
+            "damping": "3 kN s/m",
+        }
+    },
+    "excitations": {
+        "shaker": {"kind": "force", "on": "box", "direction": "z", "amplitude": "2 kN", "speed": "1500 rpm"}
+    },
+    "measures": {"mode": {"response": "natural_frequency"}},
+}
+
+
+def box(**words: Any) -> Edit:
+    """Change the body."""
+    return lambda document: document["bodies"]["box"].update(words)
+
+
+def foot(**words: Any) -> Edit:
+    """Change the mounts."""
+    return lambda document: document["mounts"]["foot"].update(words)
+
+
+def asks(**words: Any) -> Edit:
+    """Ask something else."""
+    return lambda document: document["measures"].update(asked=words)
+
+
+def shaken(**words: Any) -> Edit:
+    """Shake in another way."""
+    return lambda document: document["excitations"].update(shaker=words)
+
+
+CASES: list[tuple[Edit, str]] = [
+    (
+        box(inertia=["310 kg m2", "620 kg m2", "990 kg m2"]),
+        'box.toml: bodies.box.inertia = ["310 kg m2", "620 kg m2", "990 kg m2"] is no inertia of a '
+        "body: the greatest principal moment, 990 kg m² about the axis z, is more than the other two "
+        "together, 310 and 620 kg m². Check the three values and their units.",
+    ),
+    (
+        box(inertia={"xx": "300 kg m2", "yy": "600 kg m2", "zz": "590 kg m2", "xy": "500 kg m2"}),
+        'box.toml: bodies.box.inertia = { xx = "300 kg m2", yy = "600 kg m2", zz = "590 kg m2", xy = '
+        '"500 kg m2" } is no inertia of a body: about the axis (0.802, 0.597, 0) it would be -72.02 '
+        "kg m². Check the products of inertia and their signs: xy is the integral of x y dm.",
+    ),
+    (
+        box(inertia=["0 kg m2", "620 kg m2", "620 kg m2"]),
+        'box.toml: bodies.box.inertia = ["0 kg m2", "620 kg m2", "620 kg m2"] is zero about the axis '
+        'x, but a body in space turns there as well. Write its real inertia, or motion = "plane".',
+    ),
+    (
+        box(inertia=["310 kg m2", "620 kg m2"]),
+        'box.toml: bodies.box.inertia = ["310 kg m2", "620 kg m2"] is no list of three moments of '
+        'inertia. Write those about x, y, z: ["310 kg m2", "620 kg m2", "590 kg m2"].',
+    ),
+    (
+        box(inertia={"xx": "300 kg m2", "yy": "600 kg m2"}),
+        'box.toml: bodies.box.inertia = { xx = "300 kg m2", yy = "600 kg m2" } has no zz. Write xx, '
+        "yy and zz; products xy, yz, zx are zero where left out.",
+    ),
+    (
+        box(inertia=["-310 kg m2", "620 kg m2", "590 kg m2"]),
+        'box.toml: bodies.box.inertia = ["-310 kg m2", "620 kg m2", "590 kg m2"] has a negative '
+        "moment of inertia about x. Write a positive value.",
+    ),
+    (
+        box(inertia=["310 kg", "620 kg m2", "590 kg m2"]),
+        'box.toml: bodies.box.inertia = ["310 kg", "620 kg m2", "590 kg m2"] has a wrong x: "310 kg" '
+        "is a mass, but a moment of inertia is needed here. Write a moment of inertia, for example "
+        '"0.8 kg m²".',
+    ),
+    (
+        box(inertia=None, motion="space"),
+        "box.toml: bodies.box moves in a way that needs one of inertia and shape. Write inertia = "
+        '["310 kg m2", "620 kg m2", "590 kg m2"].',
+    ),
+    (
+        box(inertia="310 kg m2", motion="space"),
+        "box.toml: bodies.box moves in space, but its inertia is one value. Write those about x, y, "
+        'z: inertia = ["310 kg m2", "620 kg m2", "590 kg m2"].',
+    ),
+    (
+        box(centre=["0 m", "0 m"]),
+        'box.toml: bodies.box.centre = ["0 m", "0 m"] is no place. Write its three coordinates, for '
+        'example ["0.8 m", "0.4 m", "0 m"].',
+    ),
+    (
+        box(centre=["0 m", "0 m", "3 kg"]),
+        'box.toml: bodies.box.centre = ["0 m", "0 m", "3 kg"] has a wrong z: "3 kg" is a mass, but a '
+        'length is needed here. Write a length, for example "20 mm".',
+    ),
+    (
+        box(motion="3d"),
+        'box.toml: bodies.box.motion = "3d" is no motion that vibopt knows. Write "space", "plane" '
+        '(x, z and the turn about y) or "line".',
+    ),
+    (
+        box(centre=["1.2 m", "0 m", "0.45 m"]),
+        "box.toml: the centre of mass of bodies.box lies outside its mounts: foot.3 is lifted with "
+        "1.868 kN. Place a mount beyond it; or, for a mount that may pull, ask for response = "
+        '"static_load" of foot.',
+    ),
+    (
+        foot(at=[["0.85 m", "0 m", "0 m"], ["-0.85 m", "0 m", "0 m"]]),
+        "box.toml: nothing holds bodies.box against turning about x: its mounts stand in one line. "
+        'Place a mount beside, or write motion = "plane" or "line" where it cannot move that way.',
+    ),
+    (
+        foot(at=["0.85 m", "0 m", "0 m"]),
+        "box.toml: nothing holds bodies.box against turning about (0.989, 0, -0.149): it has one "
+        'mount only. Place a mount beside, or write motion = "plane" or "line" where it cannot move '
+        "that way.",
+    ),
+    (
+        foot(shear_ratio=None),
+        "box.toml: mounts.foot has one stiffness, that along its axis: how stiff is it across? Add "
+        "shear_ratio = 0.5 (across over along), or write three values: stiffness = [x, y, z].",
+    ),
+    (
+        foot(rating="-500..3000 N"),
+        'box.toml: mounts.foot.rating = "-500..3000 N" is negative: a mount is rated for loads that '
+        'press on it. Write "500..3500 N".',
+    ),
+    (
+        foot(rating="3000 N"),
+        'box.toml: mounts.foot.rating = "3000 N" is no range of loads. Write "500..3500 N".',
+    ),
+    (
+        foot(damping_ratio=0.1),
+        "box.toml: mounts.foot has a damping_ratio, but a machine in space has a mass and three "
+        'inertias: relative to what? Write damping = "2 kN s/m", or loss_factor = 0.1.',
+    ),
+    (
+        foot(at=[{"from": "0.1 m", "to": "1 m"}, "0 m", "0 m"]),
+        'box.toml: mounts.foot.at = [{ from = "0.1 m", to = "1 m" }, "0 m", "0 m"] leaves its x open,'
+        " but a place cannot be anywhere in a range. Name places to choose from: at = { one_of = "
+        '[["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", "0 m"]] }.',
+    ),
+    (
+        foot(at=[["0.85 m", "0 m", "0 m"], ["0.85 m", "0 m", "0 m"]]),
+        'box.toml: mounts.foot.at = [["0.85 m", "0 m", "0 m"], ["0.85 m", "0 m", "0 m"]] names a '
+        "place twice. Give each mount a place of its own.",
+    ),
+    (
+        foot(between=["bocks", "ground"]),
+        'box.toml: mounts.foot.between = "bocks" names no body, base or ground of this scene. Known: box, ground.',
+    ),
+    (
+        foot(direction=["z", "z"]),
+        "box.toml: mounts.foot has 4 places but 2 values of direction. Give one for all, or one for each.",
+    ),
+    (
+        shaken(kind="force", on="box", amplitude="2 kN", speed="25 Hz"),
+        'box.toml: excitations.shaker acts on box, which moves in space, but in no direction. Add direction = "z".',
+    ),
+    (
+        shaken(kind="force", on="box", amplitude="2 kN", speed="25 Hz", direction="up"),
+        'box.toml: excitations.shaker.direction = "up" is no direction. Write "x", "y", "z" or three '
+        "numbers, for example [0.5, 0, 0.866].",
+    ),
+    (
+        shaken(kind="force", on="box", amplitude="2 kN", speed="25 Hz", direction=[0, 0, 0]),
+        'box.toml: excitations.shaker.direction = [0, 0, 0] points nowhere. Write "x", "y", "z" or '
+        "three numbers, for example [0.5, 0, 0.866].",
+    ),
+    (
+        shaken(kind="unbalance", on="box", unbalance="2 g m", speed="25 Hz"),
+        "box.toml: excitations.shaker acts on box, which moves in space, but in no direction. Add "
+        'direction = "z", or axis = "x" where it rotates about it.',
+    ),
+    (
+        shaken(kind="moment", on="box", amplitude="3 N m", speed="10 Hz"),
+        'box.toml: excitations.shaker is a moment about no axis. Add axis = "x", or "y" or "z".',
+    ),
+    (
+        shaken(kind="force", on="flange", amplitude="2 kN", speed="25 Hz", direction="z"),
+        'box.toml: excitations.shaker.on = "flange" names no body of this scene. Known: box.',
+    ),
+    (
+        shaken(kind="white_noise", on="box", density="1 N²/Hz"),
+        "box.toml: excitations.shaker is white noise, which machines in space do not take yet. Remove it.",
+    ),
+    (
+        lambda document: document.update(points={"eye": {"on": "bix", "at": ["0 m", "0 m", "0 m"]}}),
+        'box.toml: points.eye.on = "bix" names no body in space of this scene. Did you mean "box"?',
+    ),
+    (
+        lambda document: document.update(links={"arm": {"between": ["box", "ground"], "stiffness": "1 MN/m"}}),
+        "box.toml: links.arm ends at box, which moves in space, but it works along one line only. "
+        "Write [mounts.NAME] with a place.",
+    ),
+    (
+        lambda document: document.update(absorbers={"tmd": {"on": "box", "mass": "1 kg", "frequency": "10 Hz"}}),
+        "box.toml: absorbers.tmd ends at box, which moves in space, but it works along one line only."
+        " Put it on a body on a line.",
+    ),
+    (
+        asks(response="displacement", of="box"),
+        "box.toml: measures.asked asks for the displacement of box in no direction. Add direction = "
+        '"z", or "x" or "y".',
+    ),
+    (
+        asks(response="displacement", of="flange", direction="z"),
+        'box.toml: measures.asked.of = "flange" names no body of this scene. Known: box.',
+    ),
+    (
+        asks(response="rotation", of="box"),
+        'box.toml: measures.asked asks for the rotation of box about no axis. Add axis = "x", or "y" or "z".',
+    ),
+    (
+        asks(response="transmitted_force", into="ground"),
+        "box.toml: measures.asked asks for the transmitted_force into ground in no direction. Add "
+        'direction = "z", or "x" or "y".',
+    ),
+    (
+        asks(response="transmitted_force", through="foot"),
+        'box.toml: measures.asked asks for the force through foot in no direction. Add direction = "z", or "x" or "y".',
+    ),
+    (
+        asks(response="relative_displacement", across="foot"),
+        "box.toml: measures.asked asks for the relative_displacement across foot. Write response = "
+        '"travel" with of = "foot".',
+    ),
+    (
+        asks(response="static_load", of="box"),
+        'box.toml: measures.asked.of = "box" names no mount of this scene. Known: foot, foot.1, '
+        "foot.2, foot.3, foot.4.",
+    ),
+    (
+        asks(response="energy_share", of="box"),
+        'box.toml: measures.asked needs either direction or axis: which motion of the body? Write direction = "z".',
+    ),
+    (
+        asks(response="loss_factor", of="foot"),
+        "box.toml: measures.asked asks for the loss_factor of foot, but mounts.foot has no loss_factor. Add it.",
+    ),
+    (
+        asks(response="isolation", into="ground"),
+        'box.toml: measures.asked: isolation has no direction. Write response = "transmitted_force" with a direction.',
+    ),
+    (
+        asks(response="stiffness", of="foot.1"),
+        "box.toml: measures.asked asks for the stiffness of one mount, but all of a group are alike. "
+        'Write of = "foot".',
+    ),
+]
+
+
+@pytest.mark.parametrize(("edit", "words"), CASES, ids=[words[:60] for _, words in CASES])
+def test_message(edit: Edit, words: str) -> None:
+    document = copy.deepcopy(GOOD)
+    edit(document)
+    for family in ("bodies", "mounts"):
+        for table in document[family].values():
+            for key in [key for key, value in table.items() if value is None]:
+                del table[key]
+    with pytest.raises(InputError) as caught:
+        from_dict(document, name="box.toml")
+    assert str(caught.value) == words
