@@ -320,3 +320,37 @@ def test_the_refusal_reads_well_in_the_terminal() -> None:
     text = text_of(solve_rotor.solve_job(job), job)
     assert "unproven: the weights of the best fit cancel each other" in " ".join(text.split())
     assert read_quantity("5587 g", "mass").value > 1.0
+
+
+UNEQUAL = FAN.replace('[planes.left]\nradius = "150 mm"', '[planes.left]\nradius = "100 mm"')
+
+
+def test_a_pair_at_two_radii_has_equal_unbalances_and_says_so() -> None:
+    pair = '[pairs.p]\nplanes = ["left", "right"]\nkind = "static"\n'
+    plan = solve_text(UNEQUAL + pair)
+    left, right = plan.planes
+    assert left.u == pytest.approx(right.u)
+    assert float(left.mass.value) == pytest.approx(1.5 * float(right.mass.value))
+    assert (
+        "Pair p: planes left and right get equal unbalances, so their weights differ as their radii do (100 mm and "
+        "150 mm)."
+    ) in plan.notes
+    assert not [note for note in solve_text(FAN + pair).notes if note.startswith("Pair")]
+
+
+def test_a_goal_with_importance_is_not_called_a_residual() -> None:
+    text = FAN.replace("[planes.right]", "[sensors.a]\nimportance = 2\n[sensors.b]\n[planes.right]\nkeep = true")
+    text = text[: text.rindex("[[runs]]")] + '[goal]\nminimise = "residual"\ncombine = "worst"\n'
+    plan = solve_text(text)
+    a, b = (float(row.residual.value) for row in plan.rows)
+    assert plan.goal is not None
+    assert plan.goal[0] == "worst residual times importance"
+    assert float(plan.goal[1].value) == pytest.approx(max(2.0 * a, b))
+
+
+def test_the_ways_round_show_what_the_sensors_will_read() -> None:
+    plan = solve_text(FAN + "[sensors.a]\nimportance = 0\n[sensors.b]\n")
+    asked = next(one for one in plan.remedies if one.name == "as asked")
+    left = [float(row.residual.value) for row in plan.rows]
+    assert float(asked.worst.value) == pytest.approx(max(left))
+    assert float(asked.rms.value) == pytest.approx((sum(one**2 for one in left) / 2.0) ** 0.5)

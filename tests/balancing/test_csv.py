@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from pathlib import Path
 
 import pytest
@@ -61,7 +62,7 @@ def test_weights_that_stayed_are_added_up(tmp_path: Path) -> None:
     [
         ("8.6", "-8.6", ['job.csv row 2, column F ("a amplitude [mil pp]"): "-8.6 mil pp @ 63 deg" is a negative amplitude. Write it positive and turn the angle by 180 deg.']),
         (",63,", ",463,", ['job.csv row 2, column F ("a amplitude [mil pp]"): "8.6 mil pp @ 463 deg" has an angle above 360 deg. Write "103 deg", or correct it.']),
-        ("10,270", "0,270", ['job.csv row 3, column C ("left mass [g]"): "0 g @ 270 deg" is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run.']),
+        ("10,270", "0,270", ['job.csv row 3, column C ("left mass [g]"): "0 g" is a trial weight of zero. Where no weight is on, empty this cell and that of its angle.']),
         ("right,a", "ritgh,a", ['job.csv row 1, column E: "ritgh" names no plane and no sensor of this job. Did you mean "right"?']),
         ("speed [rpm]", "speed", ['job.csv row 2, column B ("speed"): "1200" has no unit. Write "1200 rpm".', 'job.csv row 3, column B ("speed"): "1200" has no unit. Write "1200 rpm".', 'job.csv row 4, column B ("speed"): "1200" has no unit. Write "1200 rpm".']),
         ("10.4,162", ",", ['job.csv row 4: run "trial right" has no reading of sensor b, which other runs or [sensors] have. Add it, or leave b out of every run.']),
@@ -86,3 +87,57 @@ def test_a_plane_and_a_sensor_of_one_name_are_refused(tmp_path: Path) -> None:
     assert messages(HEAD + "[sensors.left]\n", tmp_path) == [
         'fan.toml line 13: "left" is a plane and a sensor: the CSV file could mean either. Rename one.'
     ]
+
+
+DOUBLE = PLAIN.replace("b amplitude [mil]", "a amplitude [mil]").replace("b angle", "a angle")
+TEXTS = "run,speed [rpm],left,right,a,a angle [deg],b\n"
+
+
+@pytest.mark.parametrize(
+    ("sheet", "said"),
+    [
+        (DOUBLE, ['job.csv row 1: column F ("a amplitude [mil pp]") and column H ("a amplitude [mil]") both hold the size of a. Keep one, or rename the other.', 'job.csv row 1: column G ("a angle [deg]") and column I ("a angle [deg]") both hold the angle of a. Keep one, or rename the other.']),
+        (PLAIN.replace("run,", "speed [rpm],"), ['job.csv row 1: column A ("speed [rpm]") and column B ("speed [rpm]") both hold speed. Keep one, or rename the other.']),
+        (PLAIN.replace("left mass [g],", "b angle [rad],"), ['job.csv row 1: column C ("b angle [rad]") and column I ("b angle [deg]") both hold the angle of b. Keep one, or rename the other.', 'job.csv row 1: column D ("left angle [deg]") has no column beside it for the size. Add one, "left mass [g]".']),
+        (PLAIN.replace("10,270", ",270"), ['job.csv row 3, column D ("left angle [deg]"): "270" is an angle without its weight. Write the weight in column C ("left mass [g]"), or empty this cell.']),
+        (PLAIN.replace("5.9,123", ",123"), ['job.csv row 3, column G ("a angle [deg]"): "123" is an angle without its amplitude. Write the amplitude in column F ("a amplitude [mil pp]").']),
+        (PLAIN.replace("12 g @ 180 deg", "0 g @ 180 deg"), ['job.csv row 4, column E ("right"): "0 g @ 180 deg" is a trial weight of zero. Where no weight is on, empty this cell.']),
+        (PLAIN.replace("run,", "stayed,run,").replace("\nas", "\n,as").replace("\ntrial", "\nmaybe,trial", 1).replace("\ntrial right", "\nno,trial right"), ['job.csv row 3, column A ("stayed"): "maybe" is neither yes nor no. Write yes where the weights of the run before stayed on.']),
+        (TEXTS + "as found,1200,,,8.6 mil pp @ 63 deg,63,6.5 mil pp @ 206 deg\n", ['job.csv row 2, column E ("a"): "8.6 mil pp @ 63 deg" has an angle, and so has column F ("a angle [deg]"). Empty one of the two.']),
+    ],
+    ids=["a sensor twice", "speed twice", "angle alone", "no mass", "no amplitude", "zero", "stayed", "two angles"],
+)  # fmt: skip
+def test_a_column_or_cell_that_would_be_lost_is_asked_about(tmp_path: Path, sheet: str, said: list[str]) -> None:
+    (tmp_path / "job.csv").write_text(sheet)
+    sensors = "[sensors.a]\n[sensors.b]\n" if sheet.startswith(TEXTS) else ""
+    assert messages(HEAD + sensors, tmp_path) == said
+
+
+@pytest.mark.parametrize(("yes", "no"), [("WAHR", "FALSCH"), ("Ja", "nein"), ("VRAI", "FAUX"), ("TRUE", "FALSE")])
+def test_a_spreadsheet_says_yes_in_its_own_language(tmp_path: Path, yes: str, no: str) -> None:
+    sheet = PLAIN.replace("run,", "stayed,run,").replace("\nas", f"\n{no},as").replace("\ntrial", f"\n{no},trial", 1)
+    (tmp_path / "job.csv").write_text(sheet.replace("\ntrial right", f"\n{yes},trial right"))
+    assert [run.stayed for run in read_text(HEAD, tmp_path).runs] == [False, False, True]
+
+
+ASKED = "a point often parts thousands where the comma is the decimal sign. Write"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (";1200;", ";1.200;", [f'job.csv row {row}, column B ("speed [rpm]"): "1.200" may be 1200 or 1.200: {ASKED} 1200 or 1,200.' for row in (4, 5, 6)]),
+        (";10,0;", ";10.125;", [f'job.csv row 5, column C ("left mass [g]"): "10.125" may be 10125 or 10.125: {ASKED} 10125 or 10,125.']),
+    ],
+)  # fmt: skip
+def test_a_point_that_may_part_thousands_is_asked_about(tmp_path: Path, old: str, new: str, said: list[str]) -> None:
+    assert old in GERMAN
+    (tmp_path / "job.csv").write_text(GERMAN.replace(old, new))
+    assert messages(HEAD + "[sensors.a]\n[sensors.b]\n", tmp_path) == said
+
+
+def test_a_sheet_with_decimal_points_is_not_asked_about_them(tmp_path: Path) -> None:
+    (tmp_path / "job.csv").write_text(PLAIN.replace(",", ";").replace("1200", "1200.125").replace("8.6", "8.625"))
+    job = read_text(HEAD, tmp_path)
+    assert job.runs[0].given_speed == pytest.approx(1200.125 * 2.0 * pi / 60.0)
+    assert job.runs[0].texts[0] == "8.625 mil pp @ 63 deg"

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.balancing.blocks import blocks_of
 from vibopt.balancing.engine import EngineJob, read_engine, solve_engine
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
@@ -256,7 +257,8 @@ crank = "180 deg"
         (
             'crank = "180 deg"',
             'crank = "choose"',
-            "engine.toml line 2: engine.cranks = [] offers 0 angles for 1 throws that choose.",
+            'engine.toml line 2: engine has no cranks for 1 throw that chooses. Write cranks = ["0 deg", "180 deg", ...], '
+            "one angle each.",
         ),
         (
             'spacing = "90 mm"',
@@ -302,3 +304,66 @@ def test_mistake_is_said_with_its_place_and_the_way_out(old: str, new: str, mess
     with pytest.raises(InputError) as caught:
         read_engine(tomllib.loads(text), Mistakes("engine.toml", Locator(text)))
     assert message in caught.value.messages
+
+
+def test_places_are_said_as_the_file_counts_them() -> None:
+    shaft = {"order": 2, "turns": "with rotation", "at": "0 mm", "unbalance": {"from": "0 g mm", "to": "50 kg mm"}}
+    document = engine(["0 deg", "180 deg", "180 deg", "0 deg"])
+    document |= {"balance_shafts": {"a": shaft}, "goal": {"minimise": "secondary_force"}}
+    job = job_of(document)
+    answer = solve_engine(job)
+    row = next(one for one in blocks_of(answer, job) if one.title == "Weights").rows[0]
+    assert row[-2:] == ("0 mm", "-135 mm")
+    assert (
+        "Places are counted from cylinder 1 at 0 mm; the last cylinder is at 270 mm, the middle of all at 135 mm."
+    ) in answer.notes
+    document["balance_shafts"]["a"]["at"] = "135 mm"
+    assert number_at(solved(document), "orders.2.couple") < 1e-6 * number_at(answer, "orders.2.couple")
+
+
+def test_orders_that_were_left_out_are_not_called_small() -> None:
+    job = job_of(engine(["0 deg", "180 deg", "180 deg", "0 deg"], kinematics="truncated"))
+    answer = solve_engine(job)
+    lines = next(one for one in blocks_of(answer, job) if one.title == "Besides").lines
+    assert lines[0] == 'Orders above 2 are left out, as kinematics = "truncated" says.'
+    assert "orders.4.force" not in answer.values
+    full = solved(engine(["0 deg", "180 deg", "180 deg", "0 deg"]))
+    assert number_at(full, "orders.4.force") > 100.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'crank = "180 deg"',
+            'crank = "choose"\n[[cylinders]]\ncrank = "choose"',
+            "engine.toml line 8: engine.cranks offers 1 angle (120 deg) for 2 throws that choose. Each throw takes one "
+            'of them and each is taken once: add 1 angle, or change the number of cylinders with crank = "choose".',
+        ),
+        (
+            'crank = "180 deg"',
+            'crank = "choose"',
+            "engine.toml line 8: engine.cranks offers 3 angles (0 deg, 120 deg, 240 deg) for 1 throw that chooses. Each "
+            "throw takes one of them and each is taken once: leave out 2 angles (those of throws that do not choose), "
+            'or change the number of cylinders with crank = "choose".',
+        ),
+        (
+            "[[cylinders]]",
+            '[balance_shafts.a]\norder = 3\nturns = "with rotation"\nat = "0 mm"\nunbalance = "5 g mm"\n'
+            'angle = "0 deg"\n[[cylinders]]',
+            "engine.toml line 11: balance_shafts.a.order = 3 is none of the values that order may have. Write 1 or 2.",
+        ),
+        (
+            'rod = "150 mm"',
+            'rod = "150 mm"\nkinematics = "short"',
+            'engine.toml line 5: engine.kinematics = "short" is none of the values that kinematics may have. Write '
+            '"exact" or "truncated".',
+        ),
+    ],
+)
+def test_cranks_and_words_are_answered_in_the_words_of_the_file(old: str, new: str, message: str) -> None:
+    many = '["0 deg", "120 deg", "240 deg"]' if "3 angles" in message else '["120 deg"]'
+    text = TEXT.replace(old, new, 1).replace('spacing = "90 mm"', f'spacing = "90 mm"\ncranks = {many}')
+    with pytest.raises(InputError) as caught:
+        read_engine(tomllib.loads(text), Mistakes("engine.toml", Locator(text)))
+    assert caught.value.messages == (message,)

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.balancing.blocks import goal_words
 from vibopt.balancing.known import read_known, solve_known
 from vibopt.balancing.known.solve import correct
 from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
@@ -334,3 +335,118 @@ def test_mistake_is_said_with_its_place_and_the_way_out(old: str, new: str, mess
     with pytest.raises(InputError) as caught:
         read_known(tomllib.loads(text), Mistakes("shaft.toml", Locator(text)))
     assert message in caught.value.messages
+
+
+HOLES = {"holes": 6, "shelf": ["50 g", "80 g"], "radius": "100 mm"}
+
+
+def every_choice() -> dict[tuple[float, float], float]:
+    """(unbalances at A and B as a pair of sizes, the static one) of each filling, by forces added up one by one."""
+    fills = [0j] + [m * 0.1 * np.exp(1j * pi / 3.0 * h) for m in (0.05, 0.08) for h in range(6)]
+    known = [(0.012 * np.exp(1j * radians(20.0)), 0.15), (0.009 * np.exp(1j * radians(200.0)), 0.45)]
+    found = {}
+    for p in fills:
+        for q in fills:
+            points = [*known, (p, 0.05), (q, 0.85)]
+            at_b = sum(u * z for u, z in points) / 0.9
+            whole = sum(u for u, _ in points)
+            found[(abs(whole - at_b), abs(at_b))] = abs(whole)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("goal", "name"),
+    [
+        ({"minimise": "unbalance"}, "root mean square of the unbalances at the bearings"),
+        ({"minimise": "unbalance", "combine": "worst"}, "worst of the unbalances at the bearings"),
+        ({"minimise": "unbalance", "combine": "sum"}, "sum of the unbalances at the bearings"),
+        ({"minimise": "reaction"}, "root mean square of the bearing reactions"),
+        ({"minimise": "static_unbalance"}, "static unbalance"),
+    ],
+)
+def test_the_goal_is_named_and_is_the_least_of_all_choices(goal: dict[str, str], name: str) -> None:
+    answer = solved(changed(planes__P=HOLES, planes__Q=HOLES, goal=goal))
+    combine = {
+        "worst": lambda ends: max(ends),
+        "sum": lambda ends: sum(ends),
+        "rms": lambda ends: (sum(one**2 for one in ends) / 2.0) ** 0.5,
+    }[goal.get("combine", "rms")]
+    choices = every_choice()
+    least = min(choices.values()) if "static" in name else min(combine(ends) for ends in choices)
+    scale = (100.0 * pi) ** 2 if "reaction" in name else 1.0
+    assert answer.status == "optimal"
+    assert answer.goal is not None
+    assert answer.goal[0] == name
+    assert number_at(answer, "goal") == pytest.approx(scale * least, rel=1e-9)
+    assert goal_words(answer).startswith(f"least {name} is ")
+    shown = [number_at(answer, f"residual.bearings.{one}.reaction") for one in "AB"]
+    if name != "static unbalance":
+        assert number_at(answer, "goal") * (100.0 * pi) ** 2 / scale == pytest.approx(combine(shown), rel=1e-9)
+
+
+def test_without_bearings_the_goal_is_the_unbalance_at_both_ends() -> None:
+    document = changed(planes__P=HOLES, planes__Q=HOLES)
+    del document["shaft"]
+    answer = solved(document)
+    assert answer.goal is not None
+    assert answer.goal[0] == "root mean square of the unbalances at both ends"
+    static, couple = (number_at(answer, f"residual.{one}") for one in ("static", "couple"))
+    assert number_at(answer, "goal") == pytest.approx(0.5 * (static**2 + (couple / 0.4) ** 2) ** 0.5, rel=1e-9)
+    assert any(note.endswith("the unbalances at both ends are those in the outermost of their planes.")
+               for note in answer.notes)  # fmt: skip
+
+
+@pytest.mark.parametrize("minimise", ["unbalance", "reaction", "couple_unbalance"])
+def test_the_price_is_that_of_the_goal_named(minimise: str) -> None:
+    def with_cap(cap: float) -> Outcome:
+        limits = {"most": {"response": "correction", "total": True, "at_most": f"{cap} g"}}
+        return solved({**changed(goal={"minimise": minimise}), "limits": limits})
+
+    here, wider = with_cap(40.0), with_cap(40.01)
+    price = here.limits["most"].price
+    assert price is not None
+    assert price > 0.0
+    assert price == pytest.approx((number_at(here, "goal") - number_at(wider, "goal")) / 1e-5, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        (
+            {"goal": {"minimise": "static_unbalance", "combine": "worst"}},
+            'shaft.toml: goal has combine, but minimise = "static_unbalance" is one quantity. Leave combine out.',
+        ),
+        (
+            {"planes__P": {"forbidden": ["0..360 deg"]}},
+            "shaft.toml: planes.P has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, "
+            "or write keep = true.",
+        ),
+        (
+            {"planes__P": {"keep": True, "remove": True}},
+            "shaft.toml: planes.P has keep = true and remove = true. Leave one out: nothing is removed from a plane "
+            "that is kept.",
+        ),
+        (
+            {"planes__P": {**HOLES, "holes": ["0 deg", "30 deg", "30 deg"]}},
+            'shaft.toml: planes.P.holes = ["0 deg", "30 deg", "30 deg"] lists 30 deg twice. List each hole once.',
+        ),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tables: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        solved(changed(**tables))
+    assert caught.value.messages == (message,)
+
+
+def test_a_couple_needs_places() -> None:
+    document = changed(goal={"minimise": "couple_unbalance"})
+    del document["shaft"]
+    for family in ("masses", "planes"):
+        for one in document[family].values():
+            del one["at"]
+    with pytest.raises(InputError) as caught:
+        solved(document)
+    assert caught.value.messages == (
+        "shaft.toml: goal minimises a couple, but all masses and planes lie in one plane. Write where each is with at, "
+        'or minimise = "static_unbalance".',
+    )

@@ -487,3 +487,90 @@ def test_the_message_is_said_word_for_word(edits: list[tuple[str, str]], said: l
 
 def test_the_file_itself_is_right() -> None:
     assert messages(FAN) == []
+
+
+LAST = 'readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }\n'
+QUALITY = '[quality]\ngrade = "6.3 mm/s"\nmass = "80 kg"\ncentre_of_mass = "450 mm"\nbearings = { A = "0 mm", B = "900 mm" }\n'
+LEFT = '[planes.left]\nradius = "150 mm"\n'
+CONTRADICTIONS: dict[str, tuple[str, str, list[str]]] = {
+    "mark with phase": (
+        'readings = "phase"\n',
+        'readings = "mark"\n',
+        [
+            'fan.toml line 3: conventions.phase = "lag" is for phase angles, but readings = "mark" says that the readings are positions of the mark. Leave phase out, or write readings = "phase".'
+        ],
+    ),
+    "a pair of one plane": (
+        LAST,
+        LAST + '[pairs.p]\nplanes = ["left", "left"]\nkind = "couple"\n',
+        [
+            'fan.toml line 27: pairs.p.planes = ["left", "left"] is one plane with itself. Write two planes, for example planes = ["left", "right"].'
+        ],
+    ),
+    "a pair with one radius": (
+        'left]\nradius = "150 mm"\n[planes.right]\nradius = "150 mm"\n',
+        'left]\nradius = "150 mm"\n[planes.right]\n[pairs.p]\nplanes = ["left", "right"]\nkind = "static"\n',
+        ["fan.toml line 11: pairs.p sets unbalances equal, but planes.right has no radius. Add its radius."],
+    ),
+    "forbidden all round": (
+        LEFT,
+        LEFT + 'forbidden = ["0..360 deg"]\n',
+        [
+            "fan.toml line 10: planes.left has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, or write keep = true."
+        ],
+    ),
+    "forbidden all round in pieces": (
+        LEFT,
+        LEFT + 'forbidden = ["350..100 deg", "90..200 deg", "200..355 deg"]\n',
+        [
+            "fan.toml line 10: planes.left has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, or write keep = true."
+        ],
+    ),
+    "a hole twice": (
+        LEFT,
+        LEFT + 'holes = ["0 deg", "30 deg", "360 deg"]\nshelf = ["5 g"]\n',
+        ["fan.toml line 10: planes.left.holes lists 0 deg again, a full turn on. List each hole once."],
+    ),
+    "kept and removed": (
+        LEFT,
+        LEFT + "keep = true\nremove = true\n",
+        [
+            "fan.toml line 11: planes.left has keep = true and remove = true. Leave one out: nothing is removed from a plane that is kept."
+        ],
+    ),
+    "quality of a plane that is not there": (
+        LAST,
+        LAST + QUALITY + 'planes = { left = "150 mm", rght = "750 mm" }\n',
+        ['fan.toml line 31: quality.planes names no plane "rght" of this job. Did you mean "right"?'],
+    ),
+    "quality without one plane": (
+        LAST,
+        LAST + QUALITY + 'planes = { left = "150 mm" }\n',
+        ['fan.toml line 31: quality.planes has no place for plane right. Add right = "750 mm", or leave planes out.'],
+    ),
+    "quality with two planes at one place": (
+        LAST,
+        LAST + QUALITY + 'planes = { left = "150 mm", right = "15 cm" }\n',
+        [
+            "fan.toml line 31: quality.planes has left and right at the same place, 150 mm: such planes cannot hold a couple. Write the place of each along the shaft."
+        ],
+    ),
+    "stayed in words": (
+        'name = "trial right"\n',
+        'name = "trial right"\nstayed = "WAHR"\n',
+        [
+            'fan.toml line 23: runs[3].stayed = "WAHR" is neither true nor false. Write one of them, without quotation marks.'
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "said"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_what_cannot_be_meant_is_refused(old: str, new: str, said: list[str]) -> None:
+    assert FAN.count(old) == 1
+    assert messages(FAN.replace(old, new)) == said
+
+
+@pytest.mark.parametrize("sectors", ['["0..170 deg", "180..360 deg"]', '["10..0 deg"]', '["200..100 deg"]'])
+def test_sectors_that_leave_a_gap_are_taken(sectors: str) -> None:
+    assert messages(FAN.replace(LEFT, f"{LEFT}forbidden = {sectors}\n")) == []

@@ -187,3 +187,44 @@ def test_too_few_runs_are_refused() -> None:
         "side cannot "
         "be told. Add a run with the weight at a right angle to them."
     ]
+
+
+def test_scatter_and_robust_goals_are_refused_without_phase() -> None:
+    text = job(around(5.0, 0, 120, 240)).replace("[conv", 'scatter = { amplitude = "5 %" }\n[conv')
+    assert messages(f'{text}\n[goal]\nminimise = "residual"\nrobust = "worst"\n') == [
+        "fan.toml line 3: scatter gives bands to readings with angles, and these have none. Write the readings with "
+        "their angles, or leave scatter out.",
+        'fan.toml line 24: goal.robust = "worst" goes over the scatter of readings with angles, and these have none. '
+        "Write the readings with their angles, or leave robust out.",
+    ]
+
+
+def test_coefficients_without_phase_are_not_handed_on() -> None:
+    limit = '\n[limits.x]\nresponse = "residual"\nat_most = "0.1 mm/s"\n'
+    capped = job(around(5.0, 0, 120, 240)).replace('"200 mm"', '"200 mm"\nweight = { from = "0 g", to = "3 g" }')
+    plan = solve_text(capped + limit)
+    assert plan.status == "infeasible"
+    assert not [path for path in plan.values if path.startswith("influence")]
+    assert plan.method == "amplitudes only: circles of weights"
+
+
+SEEN = {"a": (cmath.rect(8.0, radians(250.0)), 0.4), "b": (cmath.rect(5.0, radians(20.0)), 0.7)}
+"""Per sensor the unbalance as it sees it [g at the angle as written], and its gain."""
+
+
+def test_the_run_that_decides_is_predicted_for_every_answer() -> None:
+    lines = [HEAD, '[planes.fan]\nradius = "200 mm"']
+    for angle in (None, 0, 120):
+        trial = 0.0 if angle is None else cmath.rect(5.0, radians(angle))
+        values = ", ".join(f'{name} = "{gain * abs(w0 + trial)!r} mm/s"' for name, (w0, gain) in SEEN.items())
+        lines.append("[[runs]]" + ("" if angle is None else f'\nweights = {{ fan = "5 g @ {angle} deg" }}'))
+        lines.append(f"readings = {{ {values} }}")
+    plan = solve_text("\n".join(lines))
+    assert len(plan.fittings) == 4
+    (asked,) = [note for note in plan.notes if note.startswith("Make one more run with 5 g in fan at ")]
+    angle = float(asked.split(" at ")[1].split(" deg")[0])
+    shown = {name: gain * abs(w0 + cmath.rect(5.0, radians(angle))) for name, (w0, gain) in SEEN.items()}
+    said = [part for part in asked.split("; ") if "predicts" in part]
+    right = [part for part in said if all(f"{shown[name]:.6g} mm/s rms at {name} at 900 rpm" in part for name in SEEN)]
+    assert [part.count("predicts") for part in said] == [1, 1, 1, 1]
+    assert len(right) == 1

@@ -399,3 +399,20 @@ def test_the_best_of_several_places() -> None:
     assert design.goal is not None
     assert design.goal[1].value == pytest.approx(0.0, abs=1e-12)
     assert design.places["mounts.foot.at"].value == "set 2"
+
+
+@pytest.mark.parametrize("over", ["1..60 Hz"])
+def test_a_plane_is_space_without_what_lies_across(over: str) -> None:
+    """Mounts that stand symmetric about the plane: sway, roll and yaw take no part."""
+    words = {"response": "displacement", "of": "box", "direction": [1, 0, 1], "over": over}
+    turn = {"response": "rotation", "of": "box", "axis": "y", "over": over}
+    space = box(0.1, 0.45)
+    plane = box(0.1, 0.45)
+    plane["bodies"]["box"] |= {"motion": "plane", "inertia": "620 kg m2"}
+    found = []
+    for document in (space, plane):
+        scene = from_dict({**document, "measures": {"moved": words, "turned": turn}})
+        found.append([*both(scene, "moved"), *both(scene, "turned")])
+        found[-1].append(float(model_of(scene).n_free))
+    assert found[0][:4] == pytest.approx(found[1][:4], rel=1e-10)
+    assert (found[0][4], found[1][4]) == (6.0, 3.0)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.balancing.fitting import amplitude
+from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import impasse
@@ -16,6 +17,7 @@ from vibopt.balancing.pose import Posed
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.report_rotor import coefficients, trial_advice
 from vibopt.forms import ComplexArray
+from vibopt.units import show
 
 OFF = "Take every trial weight off first: the plan is added to the rotor as found."
 
@@ -23,8 +25,22 @@ OFF = "Take every trial weight off first: the plan is added to the rotor as foun
 def begun(job: RotorJob, **more: Any) -> Plan:
     """A plan with what every plan of the job says."""
     values = {**trial_advice(job), **more.pop("values", {})}
-    notes = (*job.notes, *more.pop("notes", ()))
+    notes = (*job.notes, *_swallowed(job), *more.pop("notes", ()))
     return Plan(job=job, conventions=job.conventions.sentences(bool(job.runs)), values=values, notes=notes, **more)
+
+
+def _swallowed(job: RotorJob) -> tuple[str, ...]:
+    """That a measurement error leaves nothing to measure, and the way out."""
+    found = permitted(job.quality) if job.quality is not None else None
+    if found is None or job.quality is None or not found.swallowed:
+        return ()
+    error, least = (show(one, "g mm", "unbalance") for one in (
+        job.quality.measurement_error, min(found.at_planes[name] for name in found.swallowed)))  # fmt: skip
+    planes = f"plane{'s' * (len(found.swallowed) > 1)} {' and '.join(found.swallowed)} may keep"
+    return (
+        f"The measurement error of {error} is no less than what {planes} ({least}): no measurement can show that the "
+        f"grade is met. Measure more exactly, or ask for a coarser grade.",
+    )
 
 
 def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0) -> tuple[str, Entry]:

@@ -16,7 +16,7 @@ def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
     return [
-        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome), limits_of(outcome), _prices(outcome),
+        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), limits_of(outcome), _prices(outcome),
         measures_of(outcome),
         Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
     ]  # fmt: skip
@@ -48,9 +48,11 @@ def _weights(outcome: Outcome, job: EngineJob) -> Block:
             angle = (brief(_angle_of(one.fixed)), "")
         forward = one.sense > 0
         speed = "crank" if one.order == 1 and forward else f"{one.order} x, {'with' if forward else 'against'}"
-        rows.append((one.name, size[0], angle[0], speed, show(one.at, "mm", "length")))
-    heads = ("Weight", "Unbalance", "Angle", "Turns", "At")
-    return table("Weights", heads, rows, whole=(2, 4))
+        at, away = (show(place, "mm", "length") for place in (one.at + job.reference, one.at))
+        rows.append((one.name, size[0], angle[0], speed, at, away if job.reference else ""))
+    rows = [(*row, "") if len(row) == 5 else row for row in rows]
+    heads = ("Weight", "Unbalance", "Angle", "Turns", "At", "From the reference")
+    return table("Weights", heads, rows, whole=(2, 4, 5))
 
 
 def _angle_of(u: complex) -> Entry:
@@ -72,7 +74,7 @@ def _cranks(outcome: Outcome, job: EngineJob) -> Block:
     return table("Cylinders", ("Cylinder", "Crank", "Bank", "From the reference"), rows)
 
 
-def _orders(outcome: Outcome) -> list[Block]:
+def _orders(outcome: Outcome, job: EngineJob) -> list[Block]:
     """Orders down to a millionth of all together, and the firing order."""
     values = outcome.values
     orders = sorted({int(path.split(".")[1]) for path in values if path.startswith("orders.")})
@@ -88,6 +90,8 @@ def _orders(outcome: Outcome) -> list[Block]:
     lines = []
     if hidden:
         lines.append(f"Order{'s' * (len(hidden) > 1)} {', '.join(hidden)}: less than a millionth of all together.")
+    if job.truncated:
+        lines.append('Orders above 2 are left out, as kinematics = "truncated" says.')
     if "firing.order" in values:
         even = "even" if values["firing.even"].value == "yes" else "not even"
         lines.append(f"Firing order {values['firing.order'].shown} ({even}).")

@@ -124,7 +124,10 @@ def _quality(plan: Plan) -> list[Block]:
             keys = ("permissible", "may_show", "left")
             cells = [values.get(f"{family}.{name}.{key}") for key in keys]
             allowed = values.get(f"{family}.{name}.permissible")
-            rows.append((f"{word} {name}", *("" if one is None else brief(cleaned(one, allowed)) for one in cells)))
+            shown = ["" if one is None else brief(cleaned(one, allowed)) for one in cells]
+            if shown[1].startswith("-"):
+                shown[1] = "nothing"
+            rows.append((f"{word} {name}", *shown))
     lines = [
         f"Permissible unbalance of the whole rotor: {brief(values['permissible'])} "
         f"(eccentricity {brief(values['eccentricity'])}; {values['kind'].shown} rotor)."

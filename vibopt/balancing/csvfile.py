@@ -271,7 +271,7 @@ def _value(
             f"is an angle without its {what}. Write the {what} in {beside.place}"
             f"{', or empty this cell' if name in said.planes else ''}.",
         )  # fmt: skip
-        return {} if name in said.planes else {name: f"0 {beside.unit} @ {cell}"}
+        return {} if name in said.planes else {name: f"0 {beside.unit} @ {cell} {column.unit}".strip()}
     column, cell = part["amount"]
     amount = f"{cell} {column.unit}".strip() if column.what in _AMOUNTS else cell
     angle = part.get("angle")

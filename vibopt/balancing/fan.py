@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -143,7 +144,7 @@ class Fan:
             order = [self.gaps[(first + k) % count] for k in range(count)]
             inner = [k for k in range(1, count) if order[k][0] == near]
             cuts = [0, inner[0] if inner else count // 2, count]
-        return tuple(self._only(order[low:high]) for low, high in zip(cuts, cuts[1:], strict=False))
+        return tuple(self._only(order[low:high]) for low, high in pairwise(cuts))
 
     def _only(self, gaps: Sequence[tuple[int, int]]) -> Fan:
         used = sorted({hole for gap in gaps for hole in gap})

@@ -76,6 +76,11 @@ class Permitted:
     to_measure: Mapping[str, float]
     outboard: bool
 
+    @property
+    def swallowed(self) -> tuple[str, ...]:
+        """Planes of which the measurement error leaves nothing that may be measured."""
+        return tuple(name for name, value in self.to_measure.items() if value <= 0.0)
+
 
 @dataclass(frozen=True)
 class Earned:

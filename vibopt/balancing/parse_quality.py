@@ -74,7 +74,9 @@ def _check_planes(path: Path, planes: Mapping[str, float], known: Sequence[str],
             )
     for name in known if planes and set(planes) <= set(known) else ():
         if name not in planes:
-            mistakes.add(path, f'quality.planes has no place for plane {name}. Add {name} = "750 mm", or leave it out.')
+            mistakes.add(
+                path, f'quality.planes has no place for plane {name}. Add {name} = "750 mm", or leave planes out.'
+            )
     names = list(planes)
     for k, one in enumerate(names):
         for other in names[:k]:

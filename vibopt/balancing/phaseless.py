@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -163,23 +163,21 @@ def _refined(w: ComplexArray, A: FloatArray, w0: complex, gain: float) -> tuple[
 
 
 def telling_weight(job: RotorJob, answers: Answers) -> tuple[int, complex, FloatArray] | None:
-    """The trial (plane, internal weight) that best tells two answers apart; what each predicts (2, n_rows)."""
+    """The trial (plane, internal weight) that best tells all answers apart; what each predicts (n_answers, n_rows)."""
     if len(answers.rotors) < 2:
         return None
-    first, second = answers.rotors[:2]
     best: tuple[float, int, complex] = (0.0, job.free[0], 0.0)
     for plane in job.free:
         sizes = [abs(run.weights[plane]) for run in job.runs if run.weights[plane]]
         candidates = _candidates(job, plane, sizes[0])
-        gaps = np.abs(
-            np.abs(first.y0[:, None] + np.outer(first.H[:, plane], candidates))
-            - np.abs(second.y0[:, None] + np.outer(second.H[:, plane], candidates))
-        ).max(axis=0)
+        shown = np.abs([one.y0[:, None] + np.outer(one.H[:, plane], candidates) for one in answers.rotors])
+        pairs = [np.abs(one - other).max(axis=0) for one, other in combinations(shown, 2)]
+        gaps: FloatArray = np.min(pairs, axis=0)
         index = int(np.argmax(gaps))
         if gaps[index] > best[0]:
             best = (float(gaps[index]), plane, complex(candidates[index]))
     _, plane, weight = best
-    predicted = np.abs(np.stack([one.y0 + one.H[:, plane] * weight for one in (first, second)]))
+    predicted = np.abs(np.stack([one.y0 + one.H[:, plane] * weight for one in answers.rotors]))
     return plane, weight, predicted
 
 

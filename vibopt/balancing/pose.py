@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from vibopt.balancing.fan import Fan
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.options import Options, counted, options_of
@@ -59,7 +60,21 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
     )
     question = replace(question, options=()) if not question.is_discrete else question
     question = without_plane(question, idle) if len(idle) else question
+    rims = tuple(_fan(plane, job) for plane in job.planes)
+    question = replace(question, rims=rims) if any(one is not None for one in rims) else question
     return Posed(_robust(job, identified, noise, question), options, len(identified.y0))
+
+
+def _fan(plane: Plane, job: RotorJob) -> Fan | None:
+    """The holes of a plane whose weight is cut in two, and the most that each of them takes."""
+    if not plane.split or plane.keep or plane.is_discrete:
+        return None
+    turn = np.pi if plane.remove else 0.0
+    angles = [
+        float(np.angle(job.conventions.weight(1.0, hole))) + turn for hole in plane.holes if plane.may_sit_at(hole)
+    ]
+    each = plane.drill.deepest / plane.drill.depth(1.0) * plane.radius if plane.drill is not None else inf
+    return Fan.of(angles, each)
 
 
 def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:
@@ -110,7 +125,7 @@ def _cap(job: RotorJob, index: int, plane: Plane) -> float:
     if plane.keep:
         return 0.0
     own = min([plane.cap, *(one.at_most for one in job.correction_limits if one.plane == index)])
-    if plane.drill is not None and not plane.is_discrete:
+    if plane.drill is not None and not plane.is_discrete and not plane.split:
         own = min(own, plane.drill.deepest / plane.drill.depth(1.0))
     return own * plane.radius
 

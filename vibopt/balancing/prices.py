@@ -20,6 +20,11 @@ def solve_question(question: Question, seconds: float = 20.0) -> Solved:
         from vibopt.balancing.discrete import solve_discrete
 
         return solve_discrete(question, seconds)
+    if question.rims:
+        from vibopt.balancing.rim import solve_rim, takes
+
+        if takes(question):
+            return solve_rim(question, seconds)
     from vibopt.balancing.continuous import solve_continuous
 
     return solve_continuous(question)

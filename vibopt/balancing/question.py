@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -58,6 +59,8 @@ class Question:
     option_uses
         Per plane how many of each kind an option takes (n_options, n_kinds); None without a list.  Only with `stock`,
         and then without pairs; options of one unbalance may stand more than once, with different uses.
+    rims
+        Per plane the holes of a weight cut in two, u being what both parts do; None elsewhere, empty: nowhere.
     pairs
         (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).
     """
@@ -75,6 +78,7 @@ class Question:
     mass_per_unbalance: FloatArray = field(default_factory=lambda: np.empty(0))
     option_masses: tuple[FloatArray | None, ...] = ()
     pairs: tuple[tuple[int, int, complex], ...] = ()
+    rims: tuple[Fan | None, ...] = ()
     stock: FloatArray = field(default_factory=lambda: np.empty(0))
     option_uses: tuple[FloatArray | None, ...] = ()
 
@@ -124,6 +128,9 @@ class Question:
     def masses(self, u: ComplexArray) -> FloatArray:
         """Correction mass per plane [kg], shape (n_planes,); an option's own mass where u is one of a list."""
         masses = np.abs(u) * self.densities
+        for plane, fan in enumerate(self.rims):
+            if fan is not None and u[plane] != 0.0:
+                masses[plane] = float(fan.gauge(complex(u[plane]))) * self.densities[plane]
         for plane, option in enumerate(self.options):
             own = self.option_masses[plane] if self.option_masses else None
             if option is not None and own is not None:

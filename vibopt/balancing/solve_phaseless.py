@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import combinations
+
 import numpy as np
 
 from vibopt.balancing.answers import Fitting
@@ -19,7 +22,9 @@ from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import remedies, warning
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.words import show_angle
+from vibopt.forms import FloatArray
 
+METHOD = "amplitudes only: circles of weights"
 EXACT = 1e-6
 """Part of the largest reading below which circles meet, and two roads agree."""
 
@@ -37,7 +42,8 @@ def solve_without_phase(job: RotorJob) -> Plan:
             fittings.append(fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options))
     if not solved:
         first = pose(job, answers.rotors[0])
-        return nothing(job, answers.rotors[0], first, solve_question(first.question))
+        plan = nothing(job, answers.rotors[0], first, solve_question(first.question))
+        return replace(plan, method=METHOD)
     u = solved[0].u
     assert u is not None
     question, found = posed_of[0].question, conditioning(posed_of[0].question, job.free)
@@ -45,7 +51,7 @@ def solve_without_phase(job: RotorJob) -> Plan:
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number,
             remedies=remedies(job, posed_of[0], answers.rotors[0], None, found, u), notes=(warning(job, found),),
-            method="amplitudes only: circles of weights", details={"miss": answers.miss.tolist()},
+            method=METHOD, details={"miss": answers.miss.tolist()},
         )  # fmt: skip
     goal = goal_of(job, question.chosen_only(solved[0].chosen), u)
     limits, unpriced = limit_answers(job, posed_of[0], solved[0], goal[1])
@@ -57,7 +63,7 @@ def solve_without_phase(job: RotorJob) -> Plan:
         limits={} if several else limits, words=(OFF, *words),
         gap=solved[0].gap,
         notes=(*_miss_notes(job, answers), *(_ask(job, answers) if several else unpriced)),
-        method="amplitudes only: circles of weights", values={}, details={"miss": answers.miss.tolist()},
+        method=METHOD, values={}, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
 
 
@@ -138,11 +144,25 @@ def _ask(job: RotorJob, answers: Answers) -> tuple[str, ...]:
     if told is None:
         return ()
     index, weight, predicted = told
-    plane = job.planes[index]
-    row = int(np.argmax(np.abs(predicted[0] - predicted[1])))
-    first, second = (amplitude(job, row, float(one[row])).shown for one in predicted)
+    plane, rows = job.planes[index], _telling_rows(predicted)
+    said = "; ".join(
+        f"answer {number} predicts "
+        + " and ".join(f"{amplitude(job, row, float(one[row])).shown} at {job.row_name(row)}" for row in rows)
+        for number, one in enumerate(predicted, start=1)
+    )
     at = show_angle(job.conventions.weight_angle(weight))
     return (
-        f"Make one more run with {plane.show(plane.amount(weight))} in {plane.name} at {at}: answer 1 predicts {first} "
-        f"at {job.row_name(row)}, answer 2 predicts {second}. Add it to the file and solve again.",
+        f"Make one more run with {plane.show(plane.amount(weight))} in {plane.name} at {at}: {said}. Add it to the file "
+        f"and solve again.",
     )
+
+
+def _telling_rows(predicted: FloatArray) -> list[int]:
+    """As few rows as tell every two answers apart as well as all rows do, or half as well: the widest spread first."""
+    pairs = list(combinations(predicted, 2))
+    gaps = np.array([np.abs(one - other) for one, other in pairs])
+    enough = 0.5 * gaps.max(axis=1)
+    rows: list[int] = []
+    while (open_ := np.array([not (one[rows] >= least).any() for one, least in zip(gaps, enough, strict=True)])).any():
+        rows.append(int(np.argmax(gaps[open_].sum(axis=0))))
+    return sorted(rows)

@@ -18,7 +18,6 @@ from vibopt.balancing.influence import Identified, identify
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.plan import Plan
-from vibopt.balancing.planes import Plane
 from vibopt.balancing.pose import Posed, pose
 from vibopt.balancing.prices import solve_question
 from vibopt.balancing.putback import put_back
@@ -54,46 +53,10 @@ def _with_phase(job: RotorJob) -> Plan:
     solved = solve_question(posed.question)
     if solved.u is None:
         return nothing(job, identified, posed, solved)
-    fitting, solved = _fit(job, identified, posed, solved, noise)
+    fitting = _fitting(job, identified, posed, solved, noise)
     plan = _plan(job, identified, posed, solved, fitting, noise)
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     return _certified(plan, identified) if plan.fittings else plan
-
-
-def _fit(
-    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, noise: Noise | None
-) -> tuple[Fitting, Solved]:
-    """The weights; where a split weight breaks its cap, again with the cap that any split keeps."""
-    fitting = _fitting(job, identified, posed, solved, noise)
-    over = [
-        index
-        for index, one in enumerate(fitting.planes)
-        if sum(w.mass for w in one.weights) > _cap(posed, job, index) * (1 + 1e-9)
-    ]
-    if not over:
-        return fitting, solved
-    caps = posed.question.caps.copy()
-    for index in over:
-        caps[index] *= _inner(job.planes[index])
-    again = solve_question(replace(posed.question, caps=caps))
-    if again.u is None:
-        return fitting, replace(
-            solved,
-            status="unproven",
-            claim="the split weights are heavier than their cap, and no lighter answer was found",
-        )
-    claim = f"{again.claim}; the cap is on both parts of a split weight together, so a slightly better answer may exist"
-    return _fitting(job, identified, posed, again, noise), replace(again, status="feasible", claim=claim)
-
-
-def _cap(posed: Posed, job: RotorJob, index: int) -> float:
-    return float(posed.question.caps[index] / job.planes[index].radius) if job.planes[index].split else float("inf")
-
-
-def _inner(plane: Plane) -> float:
-    """Cosine of half the widest gap in reach: what any two parts of one mass can do at least."""
-    gap = max((high - low for low, high in plane.gaps if (low, high) not in plane.out_of_reach), default=0.0)
-    return max(float(np.cos(0.5 * gap)), 0.0)
 
 
 def _fitting(job: RotorJob, identified: Identified, posed: Posed, solved: Solved, noise: Noise | None) -> Fitting:

@@ -19,6 +19,7 @@ _COUNTED = {
     "structures": ("structure", "structures"),
     "absorbers": ("absorber", "absorbers"),
     "links": ("link", "links"),
+    "mounts": ("group of mounts", "groups of mounts"),
     "excitations": ("excitation", "excitations"),
     "limits": ("limit", "limits"),
     "measures": ("measure", "measures"),

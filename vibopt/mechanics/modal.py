@@ -12,7 +12,7 @@ import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
 
-WORTH = 9
+WORTH = 6
 """Number of coordinates from which the modes are worth their cost."""
 _TRUST = 1e-8
 

@@ -92,7 +92,7 @@ def _held(scene: Scene, mistakes: Mistakes) -> bool:
                 seen.add(name)
                 mistakes.add(
                     ("bodies", name),
-                    f'nothing holds bodies.{name} against {words}{_why(scene, name)}. Place a mount '
+                    f"nothing holds bodies.{name} against {words}{_why(scene, name)}. Place a mount "
                     'beside, or write motion = "plane" or "line" where it cannot move that way.',
                 )
     return not seen

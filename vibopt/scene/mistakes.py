@@ -128,6 +128,11 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
         mistakes.value(path, given, "is not a text. Write it in quotation marks.")
     elif kind in ("int_type", "int_parsing", "int_from_float"):
         mistakes.value(path, given, "is not a whole number.")
+    elif kind in ("bool_type", "bool_parsing"):
+        mistakes.value(path, given, "is neither true nor false. Write one of them, without quotation marks.")
+    elif kind == "literal_error":
+        words = str(context["expected"]).replace("'", '"')
+        mistakes.value(path, given, f"is none of the values that {path[-1]} may have. Write {words}.")
     elif kind in ("tuple_type", "list_type"):
         mistakes.value(path, given, "is not a list. Write it in square brackets.")
     elif kind in ("model_type", "model_attributes_type", "dict_type"):

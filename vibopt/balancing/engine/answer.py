@@ -16,6 +16,7 @@ from vibopt.balancing.engine.solve import Balanced, balance, goal_table
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.balancing.outcome import Entry, Held, Outcome, angle
 from vibopt.forms import ComplexArray
+from vibopt.units import show
 
 _ZERO = 1e-12
 _TINY = 1e-6
@@ -134,7 +135,7 @@ def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Entry]:
     values: dict[str, Entry] = {}
     for couple, word, dimension in ((False, "force", "force"), (True, "couple", "moment")):
         size = _size(job, couple)
-        for order in (1, *range(2, job.orders + 1, 2)):
+        for order in (1, *range(2, (2 if job.truncated else job.orders) + 1, 2)):
             values[f"orders.{order}.{word}"] = Entry(
                 _clean(of_order(now, couple, order), size), dimension, amplitude=True
             )
@@ -163,6 +164,14 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
         if max(full, cut) > _TINY * _size(job, couple):
             said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
             notes.append(f"{said}; exact kinematics {_more(full, cut, cut > _TINY * _size(job, couple), unit)}.")
+    if job.spaced and job.weights:
+        places = [one.at + job.reference for one in job.cylinders]
+        first, last, middle = (
+            show(one, "mm", "length") for one in (places[0], places[-1], 0.5 * sum(places[:: len(places) - 1]))
+        )
+        notes.append(
+            f"Places are counted from cylinder 1 at {first}; the last cylinder is at {last}, the middle of all at {middle}."
+        )
     if any(u.sense < 0 or u.order == 2 for u in job.weights):
         notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")
     if job.is_search:

@@ -18,6 +18,7 @@ from vibopt.balancing.engine.tables import (
 )
 from vibopt.balancing.known.job import read_tables
 from vibopt.balancing.tables import listed_tables, read_table
+from vibopt.balancing.words import show_angle
 from vibopt.scene.mistakes import Mistakes
 from vibopt.values import Choice, Fact
 
@@ -74,6 +75,10 @@ class EngineJob:
         Crank angle per throw [rad]; None where it is chosen from `offered`.
     ratio
         Crank radius over rod length.
+    reference
+        Place of the reference of the couples as the file counts places [m].
+    spaced
+        Whether places come from a spacing, counted from cylinder 1.
     fires
         Firing order as given, cylinder numbers from 1; empty where none is given.
     share
@@ -99,6 +104,8 @@ class EngineJob:
     measures: Mapping[str, EngineLimitTable]
     goal: EngineGoalTable | None
     expected: tuple[Mapping[str, Any], ...]
+    reference: float = 0.0
+    spaced: bool = False
 
     @property
     def is_search(self) -> bool:
@@ -186,6 +193,8 @@ def _job(
         measures=asked[1],
         goal=asked[2],
         expected=tuple(document.get("expected", ())),
+        reference=middle,
+        spaced=len(cylinders) > 1 and all(one.at is None for one in cylinders),
     )
 
 
@@ -256,9 +265,7 @@ def _check(
         mistakes.value(("engine", "firing_order"), engine.firing_order, "does not name each cylinder once.")
     wanted = len({one.throw or k for k, one in enumerate(cylinders) if one.crank == "choose"})
     if wanted and wanted != len(engine.cranks):
-        mistakes.value(
-            ("engine", "cranks"), engine.cranks, f"offers {len(engine.cranks)} angles for {wanted} throws that choose."
-        )
+        mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
     for name, table in limits.items():
         if table.at_most is None:
             way = f"Write at_most, or move it to [measures.{name}]."
@@ -267,6 +274,24 @@ def _check(
     free = [one for one in sizes if isinstance(one, Choice)]
     if goal is not None and not free and not wanted and not isinstance(engine.counterweight_share, Choice):
         mistakes.add(("goal",), 'there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.')
+
+
+def _unequal(engine: EngineTable, wanted: int) -> str:
+    """That there are not as many crank angles as throws to take them, and the way out."""
+    many, throws = len(engine.cranks), f"{wanted} throw{'s' * (wanted > 1)} that choose{'s' * (wanted == 1)}"
+    if not many:
+        return f'engine has no cranks for {throws}. Write cranks = ["0 deg", "180 deg", ...], one angle each.'
+    listed = ", ".join(show_angle(one) for one in engine.cranks)
+    more = wanted - many
+    way = (
+        f"add {more} angle{'s' * (more > 1)}"
+        if more > 0
+        else f"leave out {-more} angle{'s' * (more < -1)} (those of throws that do not choose)"
+    )
+    return (
+        f"engine.cranks offers {many} angle{'s' * (many > 1)} ({listed}) for {throws}. Each throw takes one of them and "
+        f'each is taken once: {way}, or change the number of cylinders with crank = "choose".'
+    )
 
 
 def _shared(cylinder: CylinderTable, cylinders: list[CylinderTable]) -> bool:

@@ -127,7 +127,13 @@ def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
                 limits[row] = min(limits[row], table.bound)
             elif table.response == "couple_unbalance" and (k, name) == (0, "couple"):
                 limits[row] = min(limits[row], table.bound / arm)
-            elif table.response == "bearing_reaction" and job.bearings and k == 1 and table.of in (None, name) and job.speed:
+            elif (
+                table.response == "bearing_reaction"
+                and job.bearings
+                and k == 1
+                and table.of in (None, name)
+                and job.speed
+            ):
                 limits[row] = min(limits[row], table.bound / job.speed**2)
     return limits
 

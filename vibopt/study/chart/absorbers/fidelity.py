@@ -47,8 +47,8 @@ def rod(count: int) -> tuple[Any, Any]:
     own, beside = np.ones(count), np.ones(count - 1)
     own[-1] = 0.5
     band = sparse.diags(2.0 * own), sparse.diags(beside, -1) + sparse.diags(beside, 1)
-    mass = (band[0] / 3.0 + band[1] / 6.0) * (_LINE_MASS * piece)
-    stiff = (band[0] - band[1]) * (_AXIAL / piece)
+    mass = band[0].multiply(_LINE_MASS * piece / 3.0) + band[1].multiply(_LINE_MASS * piece / 6.0)
+    stiff = band[0].multiply(_AXIAL / piece) - band[1].multiply(_AXIAL / piece)
     return sparse.csc_array(mass), sparse.csc_array(stiff)
 
 
