@@ -257,8 +257,8 @@ crank = "180 deg"
         (
             'crank = "180 deg"',
             'crank = "choose"',
-            'engine.toml line 2: engine has no cranks for 1 throw that chooses. Write cranks = ["0 deg", "180 deg", ...], '
-            "one angle each.",
+            'engine.toml line 2: engine has no cranks for 1 throw that chooses. Write cranks = ["0 deg", '
+            '"180 deg", ...], one angle each.',
         ),
         (
             'spacing = "90 mm"',
@@ -343,9 +343,9 @@ def test_orders_that_were_left_out_are_not_called_small() -> None:
         (
             'crank = "180 deg"',
             'crank = "choose"',
-            "engine.toml line 8: engine.cranks offers 3 angles (0 deg, 120 deg, 240 deg) for 1 throw that chooses. Each "
-            "throw takes one of them and each is taken once: leave out 2 angles (those of throws that do not choose), "
-            'or change the number of cylinders with crank = "choose".',
+            "engine.toml line 8: engine.cranks offers 3 angles (0 deg, 120 deg, 240 deg) for 1 throw that chooses. "
+            "Each throw takes one of them and each is taken once: leave out 2 angles (those of throws that do not "
+            'choose), or change the number of cylinders with crank = "choose".',
         ),
         (
             "[[cylinders]]",

@@ -36,9 +36,8 @@ def _weights(outcome: Outcome, job: EngineJob) -> Block:
     rows = []
     if job.share is not None:
         part = outcome.values["counterweight_share"]
-        rows.append(
-            ("opposite each crank", f"{brief(part)} of the reciprocating mass, and all of the rotating", "", "", "")
-        )
+        said = f"{brief(part)} of the reciprocating mass, and all of the rotating"
+        rows.append(("opposite each crank", said, "", "", "", ""))
     for one in job.weights:
         path = f"{one.family}.{one.name}"
         chosen = [outcome.values.get(f"{path}.{key}") for key in ("unbalance", "angle")]
@@ -50,7 +49,6 @@ def _weights(outcome: Outcome, job: EngineJob) -> Block:
         speed = "crank" if one.order == 1 and forward else f"{one.order} x, {'with' if forward else 'against'}"
         at, away = (show(place, "mm", "length") for place in (one.at + job.reference, one.at))
         rows.append((one.name, size[0], angle[0], speed, at, away if job.reference else ""))
-    rows = [(*row, "") if len(row) == 5 else row for row in rows]
     heads = ("Weight", "Unbalance", "Angle", "Turns", "At", "From the reference")
     return table("Weights", heads, rows, whole=(2, 4, 5))
 

@@ -83,8 +83,8 @@ def _check_planes(path: Path, planes: Mapping[str, float], known: Sequence[str],
             if isclose(planes[one], planes[other], abs_tol=1e-9):
                 mistakes.add(
                     (*path, one),
-                    f"quality.planes has {other} and {one} at the same place, {show(planes[one], 'mm', 'length')}: such "
-                    f"planes cannot hold a couple. Write the place of each along the shaft.",
+                    f"quality.planes has {other} and {one} at the same place, {show(planes[one], 'mm', 'length')}: "
+                    f"such planes cannot hold a couple. Write the place of each along the shaft.",
                 )
 
 

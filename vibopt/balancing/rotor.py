@@ -10,14 +10,13 @@ from vibopt.balancing.check_rotor import check_runs
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorGoal, RotorJob, Run, Scatter, Sensor
 from vibopt.balancing.parse_asks import (
     check_without_phase,
-    pair_notes,
     read_goal,
     read_limits,
-    read_pairs,
     read_scatter,
 )
 from vibopt.balancing.parse_influence import read_influence
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
+from vibopt.balancing.parse_pairs import pair_notes, read_pairs
 from vibopt.balancing.parse_quality import read_quality
 from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_runs, with_units
 from vibopt.balancing.planes import Plane

@@ -152,8 +152,8 @@ def _ask(job: RotorJob, answers: Answers) -> tuple[str, ...]:
     )
     at = show_angle(job.conventions.weight_angle(weight))
     return (
-        f"Make one more run with {plane.show(plane.amount(weight))} in {plane.name} at {at}: {said}. Add it to the file "
-        f"and solve again.",
+        f"Make one more run with {plane.show(plane.amount(weight))} in {plane.name} at {at}: {said}. Add it to the "
+        f"file and solve again.",
     )
 
 

@@ -78,7 +78,7 @@ class ScatterTable(Table):
 
 
 class PairTable(Table):
-    """[pairs.NAME]: two planes that get equal weights at the same or at opposite angles."""
+    """[pairs.NAME]: two planes that get equal unbalances at the same or at opposite angles."""
 
     planes: Any
     kind: str

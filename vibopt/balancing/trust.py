@@ -25,11 +25,15 @@ class Noise:
         In the direction of the reading and at a right angle to it.
     source
         In words, where they come from.
+    widen
+        Per speed, factor on the bands: deviations learnt from few spare runs are not well known themselves, so the
+        95 % point is Student's and not the normal one.
     """
 
     along: tuple[FloatArray, ...]
     across: tuple[FloatArray, ...]
     source: str
+    widen: tuple[float, ...] = ()
 
 
 def noise_of(job: RotorJob, identified: Identified) -> Noise | None:
@@ -43,7 +47,15 @@ def noise_of(job: RotorJob, identified: Identified) -> Noise | None:
     if all(float(one.max()) == 0.0 for one in seen):
         return None
     spare = sum(one.spare for one in identified.learnt)
-    return Noise(seen, seen, f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns")
+    widen = tuple(_student(2 * one.spare) for one in identified.learnt)
+    return Noise(seen, seen, f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns", widen)
+
+
+def _student(freedom: int) -> float:
+    """97.5 % point of Student's distribution over that of the normal one; 1 where nothing was learnt."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.975) / 1.959963984540054) if freedom > 0 else 1.0
 
 
 def _given(scatter: Scatter, job: RotorJob, learnt: Learnt) -> tuple[FloatArray, FloatArray]:
@@ -65,10 +77,11 @@ def _seen(learnt: Learnt) -> FloatArray:
 def covariances(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
     """Covariance (real, imaginary) of what is left after u, per row (n_rows, 2, 2) [SI²]."""
     found = []
-    for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
+    widen = noise.widen or (1.0,) * len(noise.along)
+    for learnt, along, across, wide in zip(identified.learnt, noise.along, noise.across, widen, strict=True):
         c = learnt.weights_of(u)
         raw = np.array([run.readings for run in learnt.runs])
-        turn = c[:, None] * np.exp(1j * np.angle(raw))
+        turn = wide * c[:, None] * np.exp(1j * np.angle(raw))
         found.append(_covariance(turn * along) + _covariance(1j * turn * across))
     return np.concatenate(found)
 

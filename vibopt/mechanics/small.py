@@ -147,7 +147,8 @@ class Ratio:
     ) -> tuple[FloatArray, FloatArray]:
         """Slope and bend of the log of the value in log x at points v, the points' own motion in them."""
         n = self.pairs.shape[0]
-        first, second, mixed, curve = 0.0, 0.0, 0.0, 0.0
+        first, mixed, curve = np.zeros((len(v), n)), np.zeros((len(v), n)), np.zeros(len(v))
+        second = np.zeros((len(v), n, n))
         for side, sign in ((top, 1.0), (bottom, -1.0)):
             value = side[0][:, :1]
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -160,8 +161,8 @@ class Ratio:
         with np.errstate(divide="ignore", invalid="ignore"):
             curve = curve - (self.power / v**2 if self.power else 0.0)
             share = np.where(moves, 1.0 / curve, 0.0)
-        bend = second - mixed[:, :, None] * mixed[:, None, :] * share[:, None, None]  # type: ignore[index]
-        return np.nan_to_num(np.asarray(first)), np.nan_to_num(bend)
+        bend = second - mixed[:, :, None] * mixed[:, None, :] * share[:, None, None]
+        return np.nan_to_num(first), np.nan_to_num(bend)
 
 
 @dataclass(frozen=True, slots=True)

@@ -170,7 +170,8 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
             show(one, "mm", "length") for one in (places[0], places[-1], 0.5 * sum(places[:: len(places) - 1]))
         )
         notes.append(
-            f"Places are counted from cylinder 1 at {first}; the last cylinder is at {last}, the middle of all at {middle}."
+            f"Places are counted from cylinder 1 at {first}; the last cylinder is at {last}, the middle of all at "
+            f"{middle}."
         )
     if any(u.sense < 0 or u.order == 2 for u in job.weights):
         notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")

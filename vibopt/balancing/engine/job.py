@@ -289,8 +289,8 @@ def _unequal(engine: EngineTable, wanted: int) -> str:
         else f"leave out {-more} angle{'s' * (more < -1)} (those of throws that do not choose)"
     )
     return (
-        f"engine.cranks offers {many} angle{'s' * (many > 1)} ({listed}) for {throws}. Each throw takes one of them and "
-        f'each is taken once: {way}, or change the number of cylinders with crank = "choose".'
+        f"engine.cranks offers {many} angle{'s' * (many > 1)} ({listed}) for {throws}. Each throw takes one of them "
+        f'and each is taken once: {way}, or change the number of cylinders with crank = "choose".'
     )
 
 
