@@ -358,9 +358,10 @@ def every_choice() -> dict[tuple[float, float], float]:
     ("goal", "name"),
     [
         ({"minimise": "unbalance"}, "root mean square of the unbalances at the bearings"),
-        ({"minimise": "unbalance", "combine": "worst"}, "worst of the unbalances at the bearings"),
+        ({"minimise": "unbalance", "combine": "worst"}, "worst unbalance at the bearings"),
         ({"minimise": "unbalance", "combine": "sum"}, "sum of the unbalances at the bearings"),
         ({"minimise": "reaction"}, "root mean square of the bearing reactions"),
+        ({"minimise": "reaction", "combine": "worst"}, "worst bearing reaction"),
         ({"minimise": "static_unbalance"}, "static unbalance"),
     ],
 )

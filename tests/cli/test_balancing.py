@@ -229,3 +229,14 @@ def test_there_is_a_schema_for_each_kind_of_job(run: Run, kind: str) -> None:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
         if kind_of(document) == kind:
             assert set(document) <= set(data["properties"])
+
+
+def test_check_says_what_a_grade_alone_asks(tmp_path: Path, run: Run) -> None:
+    file = tmp_path / "grade.toml"
+    file.write_text(
+        '[quality]\ngrade = "6.3 mm/s"\nmass = "80 kg"\nspeed = "1200 rpm"\ncentre_of_mass = "450 mm"\n'
+        'bearings = { A = "0 mm", B = "900 mm" }\n'
+    )
+    ran = run("check", str(file))
+    assert ran.code == 0
+    assert ran.out.endswith("grade.toml: no mistakes. a quality grade, nothing to choose.\n")

@@ -129,5 +129,6 @@ def test_every_crossing_of_one_mode_is_found_on_its_level(zeta: float, level: fl
     squares = np.roots([1.0, 400.0 * zeta**2 - 200.0, 1e4 - level**-2])
     truth = np.sqrt(np.sort(squares[(np.abs(squares.imag) == 0.0) & (squares.real > 0.0)].real))
     truth = truth[truth < 40.0]
-    assert found == pytest.approx(list(truth), rel=1e-9)
+    inner = [speed for speed in found if speed > 1e-6]  # a band may begin on the level itself
+    assert inner == pytest.approx(list(truth), rel=1e-9)
     assert modes(np.array(found)) == pytest.approx(np.full(len(found), level), rel=1e-8)

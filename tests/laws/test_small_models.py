@@ -156,7 +156,8 @@ def test_no_peak_of_a_dense_grid_is_missed(case: Case) -> None:
 @pytest.mark.parametrize("damping", [10.0, 40.0, 150.0, 500.0])
 def test_an_absorber_with_ordinary_damping_needs_no_general_search(stiffness: float, damping: float) -> None:
     aim = closed(pose(from_dict(absorber("0.05", "0.01")))).aim
-    assert aim is not None and isinstance(aim.form, Modulus)
+    assert aim is not None
+    assert isinstance(aim.form, Modulus)
     assert few_peaks(aim.model, aim.form, aim.form.drives[0], np.array([stiffness, damping]), 0.5) is not None
 
 
@@ -247,4 +248,5 @@ def test_extremes_know_their_bends_where_polynomials_apply() -> None:
     program = closed(pose(from_dict(absorber("0.05", "0"))))
     assert program.aim is not None
     found = local_extremes(program.aim.model, program.aim.form, np.array([4535.0, 40.0]), least_wanted=False)
-    assert len(found) == 2 and all(one.bend is not None for one in found)
+    assert len(found) == 2
+    assert all(one.bend is not None for one in found)

@@ -69,7 +69,11 @@ def _plane(plane: Any) -> str:
 
 
 def _known(job: KnownJob) -> dict[str, Any]:
-    goal = "an analysis, nothing to choose" if job.goal is None else f"goal: minimise {job.goal.minimise}"
+    goal = (
+        "an analysis, nothing to choose"
+        if job.goal is None
+        else f"goal: minimise {job.goal.minimise.replace('_', ' ')}"
+    )
     return {
         "title": job.title, "masses": len(job.masses), "planes": len(job.spots), "bearings": len(job.bearings),
         "limits": len(job.limits), "measures": len(job.measures), "expected": len(job.expected), "asked": goal,

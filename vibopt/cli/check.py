@@ -101,7 +101,7 @@ def _tell(one: dict[str, Any]) -> None:
         complain("\n".join(one["messages"]))
         return
     counts = [f"{one[key]} {words[one[key] != 1]}" for key, words in _COUNTED.items() if one.get(key)]
-    say(f"{one['file']}: no mistakes. {', '.join(counts)}; {one['asked']}.")
+    say(f"{one['file']}: no mistakes. {'; '.join(filter(None, [', '.join(counts), one['asked']]))}.")
     for path, choice in one["choices"].items():
         say(f"  {path}: {choice}")
     for note in one["notes"]:

@@ -75,7 +75,9 @@ class Ratio:
     """One line of a response as N / D times w**power times a size.
 
     pairs
-        Columns of the second derivatives, each (n_vars, n_vars).
+        Columns of the second derivatives, shape (n_vars, n_vars).
+    known
+        Peaks of the last few designs.
     """
 
     model: Model
@@ -169,10 +171,17 @@ class Ratio:
 class Polynomials:
     """N and D of one design against v = w / unit.
 
-    table
-        Per derivative in v (none, one, two) both sides' coefficients, (degree + 1, n_columns) each.
-    stationary
-        Real parts of the points at which the value may be stationary, ascending.
+    tables
+        Of N and of D: coefficients of the value and of its first and second derivative in v, each
+        (degree + 1, n_columns).
+    sizes
+        Absolute coefficients of N and of D.
+    unit, size
+        What v and the value are multiplied by.
+    stationary, real
+        Points near which the value may be stationary, and whether it must be.
+    poles
+        Complex v at which D is zero.
     """
 
     tables: tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]

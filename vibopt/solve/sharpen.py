@@ -356,9 +356,9 @@ def _quadratic(
     found = None
     if n <= _FEW and count:
         quadratic[:n, :n] += _SOFT * np.eye(n)
-        top = int(values[:count].argmax())
-        walls = len(pieces) + np.arange(n) + n * (rows[top] > 0.0)
-        for working in ([top, len(right) - 1], [top, len(right) - 1, *walls.tolist()]):
+        highest = int(values[:count].argmax())
+        walls = len(pieces) + np.arange(n) + n * (rows[highest] > 0.0)
+        for working in ([highest, len(right) - 1], [highest, len(right) - 1, *walls.tolist()]):
             found = found or least_of(quadratic, linear, table, right, working)
         quadratic[:n, :n] = bend
     answer, prices = _by_cones(quadratic, linear, table, right) if found is None else found

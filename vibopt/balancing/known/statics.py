@@ -100,9 +100,10 @@ def aim_of(job: KnownJob) -> Aim | None:
     goal = job.goal
     if goal is None or goal.minimise == "correction":
         return None
-    how = {"rms": "root mean square of the", "worst": "worst of the", "sum": "sum of the"}[goal.combine]
+    how = {"rms": "root mean square of the ", "worst": "worst ", "sum": "sum of the "}[goal.combine]
+    many = "s" * (goal.combine != "worst")
     if goal.minimise == "reaction":
-        return Aim(bearing_rows(job), goal.combine, (job.speed or 1.0) ** 2, f"{how} bearing reactions", "force")
+        return Aim(bearing_rows(job), goal.combine, (job.speed or 1.0) ** 2, f"{how}bearing reaction{many}", "force")
     sums = balance_rows(job)
     if goal.minimise == "couple_unbalance":
         _, arm = middle_and_arm(job)
@@ -110,7 +111,7 @@ def aim_of(job: KnownJob) -> Aim | None:
     if goal.minimise == "static_unbalance" or job.flat:
         return Aim(_only(sums, 0), "worst", 1.0, "static unbalance", "unbalance")
     where = "at the bearings" if job.bearings else "at both ends"
-    return Aim(end_rows(job), goal.combine, 1.0, f"{how} unbalances {where}", "unbalance")
+    return Aim(end_rows(job), goal.combine, 1.0, f"{how}unbalance{many} {where}", "unbalance")
 
 
 def _only(rows: Rows, index: int) -> Rows:

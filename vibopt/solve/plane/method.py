@@ -109,8 +109,8 @@ class _Run:
         if self.best is None:
             claim = f"proven by discs in the plane of stiffness and damping: {self.slices} slices, each left empty"
             return Found("infeasible", None, claim, self.name, details=self._details())
-        claim = f"proven by discs in the plane of stiffness and damping: nothing is better by more than {self.gap:.0e} of the goal"
-        return self._found("optimal", claim)
+        how = "proven by discs in the plane of stiffness and damping"
+        return self._found("optimal", f"{how}: nothing is better by more than {self.gap:.0e} of the goal")
 
     def _nothing_left(self) -> bool:
         """Whether an amplitude to be made least is zero."""
