@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import vibopt as vo
 from vibopt.design.design import Design
 from vibopt.design.jsonable import as_json
 from vibopt.design.report import html
@@ -274,3 +275,13 @@ def test_mounts_in_space_are_those_of_full_enumeration(tmp_path: Path, goal: str
     kept = solve(frozen(scene, design.x))
     assert kept.status == "met"
     assert kept.scene.document["mounts"]["front"]["part"]["name"] == design.places["mounts.front.part"].value
+
+
+def test_tolerances_of_a_catalogue_are_said_not_to_be_counted_with() -> None:
+    folder = Path(__file__).parents[2] / "problems" / "mounts"
+    design = vo.solve(vo.read(folder / "compressor_on_bought_mounts.toml"))
+    said = [note for note in design.notes if "not counted with" in note]
+    assert said == [
+        "links.feet: the tolerances in mounts.csv are not counted with. "
+        'Write tolerance = "20 %" in [links.feet] to count with one.'
+    ]

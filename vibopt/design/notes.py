@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from vibopt.design.build import machine_of
 from vibopt.design.noise import why_infinite
 from vibopt.responses import RandomResponse
@@ -17,10 +19,27 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     for name, excitation in scene.excitations.items():
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
+    notes += printed_tolerances(scene)
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
     return tuple(notes)
+
+
+def printed_tolerances(scene: Scene) -> list[str]:
+    """Tolerances that stand in a catalogue and are not counted with: said, so that nobody takes them for kept."""
+    found = []
+    for family, tables in (("links", scene.links), ("mounts", scene.mounts)):
+        for name, table in tables.items():
+            if table.part is None or getattr(table, "tolerance", None):
+                continue
+            parts = table.part.parts
+            column = parts.columns.get("tolerance")
+            if column is None or not (np.nan_to_num(column) > 0.0).any():
+                continue
+            way = f' Write tolerance = "20 %" in [links.{name}] to count with one.' if family == "links" else ""
+            found.append(f"{family}.{name}: the tolerances in {parts.file} are not counted with.{way}")
+    return found
 
 
 def needless(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
