@@ -57,7 +57,10 @@ def test_frequencies_and_responses_are_those_of_the_matrices(plant: Plant) -> No
 def test_the_worst_over_a_range_is_no_less_than_any_sample(plant: Plant) -> None:
     words = {"response": "displacement", "of": "eye", "direction": plant.way.tolist(), "over": "1..400 rad/s"}
     scene = asked(plant, {"worst": words})
-    samples = plant.response(np.linspace(1.0, 400.0, 40_001)).max()
+    speeds = np.linspace(1.0, 400.0, 40_001)
+    highest = speeds[plant.response(speeds).argmax()]
+    near = np.clip(np.linspace(highest - 0.01, highest + 0.01, 2_001), 1.0, 400.0)
+    samples = plant.response(near).max()
     for value in both(scene, "worst"):
         assert samples <= value * (1 + 1e-12)
         assert value == pytest.approx(samples, rel=1e-5)
