@@ -210,4 +210,5 @@ def test_torsion_is_the_same_mechanics_with_other_units(drawn: Drawn) -> None:
     x = np.array([chosen[variable.path] for variable in second.variables])
     for limit in pose(second).limits:
         value = measure(second, chosen, second.limits[limit.name]).value
-        assert worst(limit.model, limit.form, x).value == pytest.approx(value, rel=1e-8), limit.name
+        loose = 1e-4 if limit.name == "w" else 0.0  # a mass on a damper alone has a frequency of zero, but for rounding
+        assert worst(limit.model, limit.form, x).value == pytest.approx(value, rel=1e-8, abs=loose), limit.name
