@@ -20,6 +20,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
     notes += printed_tolerances(scene)
+    notes += unasked(scene)
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
@@ -39,6 +40,23 @@ def printed_tolerances(scene: Scene) -> list[str]:
                 continue
             way = f' Write tolerance = "20 %" in [links.{name}] to count with one.' if family == "links" else ""
             found.append(f"{family}.{name}: the tolerances in {parts.file} are not counted with.{way}")
+    return found
+
+
+def unasked(scene: Scene) -> list[str]:
+    """Ratings and gaps of mounts that no limit asks for: said, so that nobody takes them for kept."""
+    found = []
+    for name, mount in scene.mounts.items():
+        for key, response in (("rating", "static_load"), ("gap", "travel")):
+            asked = any(
+                one.response == response and str(getattr(one, "of", "")).split(".")[0] == name
+                for one in scene.limits.values()
+            )
+            if getattr(mount, key) is not None and not asked:
+                found.append(
+                    f'mounts.{name}: its {key} binds nothing. Add a limit with response = "{response}" and '
+                    f'of = "{name}".'
+                )
     return found
 
 
