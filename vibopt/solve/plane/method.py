@@ -107,7 +107,8 @@ class _Run:
             if self.best is not None and self.program.aim is None:
                 return self._found("optimal", "a design that meets every limit")
         if self.best is None:
-            claim = f"proven by discs in the plane of stiffness and damping: {self.slices} slices, each left empty"
+            each = "nothing is left" if self.slices == 1 else f"{self.slices} slices, each left empty"
+            claim = f"proven by discs in the plane of stiffness and damping: {each}"
             return Found("infeasible", None, claim, self.name, details=self._details())
         how = "proven by discs in the plane of stiffness and damping"
         return self._found("optimal", f"{how}: nothing is better by more than {self.gap:.0e} of the goal")
