@@ -149,11 +149,59 @@ def test_a_tolerance_of_a_table_is_that_of_each_of_its_numbers() -> None:
     }
 
 
-def test_a_tolerance_of_a_body_in_space_is_not_passed_over() -> None:
-    body = 'motion = "space"\nshape = { box = ["1 m", "1 m", "1 m"] }\n[links.mount]'
+SPACE = """
+[bodies.box]
+mass = "400 kg"
+centre = ["0 m", "0 m", "0.5 m"]
+shape = { box = ["1 m", "0.8 m", "0.6 m"] }
+[mounts.foot]
+between = ["box", "ground"]
+at = [["0.5 m", "0.4 m", "0 m"], ["0.5 m", "-0.4 m", "0 m"], ["-0.5 m", "0 m", "0 m"]]
+stiffness = "300 kN/m"
+shear_ratio = 0.6
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            'tolerance_of = "mount"',
+            "box.toml line 10: mounts.foot has tolerance_of, but nothing of it has a tolerance. Add "
+            'tolerance = "20 %", or remove tolerance_of.',
+        ),
+        (
+            'tolerance = "20 %"\ntolerance_of = "each"',
+            'box.toml line 11: mounts.foot.tolerance_of = "each" is not "group" (all mounts of the group are off '
+            'alike, as one batch) or "mount" (each by itself).',
+        ),
+        (
+            'tolerance = "120 %"',
+            'box.toml line 10: mounts.foot.tolerance = "120 %" has a tolerance that may leave nothing of it. Write '
+            'less than 100 %, for example tolerance = "5 %".',
+        ),
+        (
+            '[bodies.line]\nmass = "3 kg"\ncentre_tolerance = "2 mm"',
+            'box.toml line 10: bodies.line has a centre_tolerance, but no motion that needs it. Add motion = "space", '
+            "or remove centre_tolerance.",
+        ),
+    ],
+)
+def test_tolerances_in_space_that_make_no_sense_are_refused(line: str, said: str) -> None:
     with pytest.raises(InputError) as refused:
-        from_text(SCENE.replace("[links.mount]", body), name="press.toml")
-    assert (
-        "press.toml line 2: bodies.press.mass has a tolerance, which only bodies along a line or about an axis, links "
-        "and absorbers can have so far. Remove it."
-    ) in str(refused.value)
+        from_text(SPACE.lstrip() + line, name="box.toml")
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ('"-2 mm"', "is negative, but a tolerance goes both ways. Write it without the sign."),
+        ('["1 mm", "2 mm"]', 'is neither a length nor three. Write "20 mm", or ["20 mm", "10 mm", "0 m"].'),
+    ],
+)
+def test_a_centre_of_mass_is_off_by_a_length(given: str, said: str) -> None:
+    text = SPACE.lstrip().replace("shape =", f"centre_tolerance = {given}\nshape =")
+    with pytest.raises(InputError) as refused:
+        from_text(text, name="box.toml")
+    assert said in str(refused.value)

@@ -18,7 +18,7 @@ from vibopt.design.report import html
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.document import placed
-from vibopt.scene.read import from_dict, read
+from vibopt.scene.read import from_dict, read, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.branch import Judge
@@ -156,7 +156,8 @@ def test_two_groups_that_may_be_exchanged_are_looked_at_once(tmp_path: Path) -> 
 
 @pytest.fixture(scope="module")
 def compressor() -> Design:
-    return solve(read(MOUNTS / "compressor_on_bought_mounts.toml"))
+    scene = read(MOUNTS / "compressor_on_bought_mounts.toml")
+    return solve(with_changes(scene, {"links.feet.tolerance": "0 %", "limits.floor_force.at_most": "250 N"}))
 
 
 def test_the_answer_names_what_to_order(compressor: Design) -> None:
@@ -267,7 +268,9 @@ def test_mounts_in_space_are_those_of_full_enumeration(tmp_path: Path, goal: str
     (tmp_path / "mounts.csv").write_bytes((MOUNTS / "mounts.csv").read_bytes())
     part = f'{{ catalogue = "mounts.csv", only = {NAMES} }}'.replace("'", '"')
     (tmp_path / "genset.toml").write_text(SPACE.replace("{part}", part).replace("{goal}", goal), encoding="utf-8")
-    scene = read(tmp_path / "genset.toml")
+    scene = with_changes(
+        read(tmp_path / "genset.toml"), {f"mounts.{one}.tolerance": "0 %" for one in ("front", "rear")}
+    )
     wanted = enumerated(pose(scene))
     design = solve(scene)
     assert design.status == "optimal"
@@ -277,11 +280,13 @@ def test_mounts_in_space_are_those_of_full_enumeration(tmp_path: Path, goal: str
     assert kept.scene.document["mounts"]["front"]["part"]["name"] == design.places["mounts.front.part"].value
 
 
-def test_tolerances_of_a_catalogue_are_said_not_to_be_counted_with() -> None:
-    folder = Path(__file__).parents[2] / "problems" / "mounts"
-    design = vo.solve(vo.read(folder / "compressor_on_bought_mounts.toml"))
-    said = [note for note in design.notes if "not counted with" in note]
-    assert said == [
-        "links.feet: the tolerances in mounts.csv are not counted with. "
-        'Write tolerance = "20 %" in [links.feet] to count with one.'
-    ]
+def test_the_tolerances_that_a_catalogue_prints_count_unless_the_file_says_another() -> None:
+    scene = read(MOUNTS / "compressor_on_bought_mounts.toml")
+    printed = vo.solve(scene)
+    assert printed.tolerances is not None
+    assert printed.limits["floor_force"].off == {"links.feet.stiffness": pytest.approx(0.2)}
+    none = vo.solve(with_changes(scene, {"links.feet.tolerance": "0 %"}))
+    assert none.tolerances is None
+    own = vo.solve(with_changes(scene, {"links.feet.tolerance": "5 %"}))
+    assert own.tolerances is not None
+    assert set(own.tolerances.uncertain.values()) == {0.05}

@@ -10,6 +10,7 @@ import numpy as np
 from vibopt.design.build import machine_of
 from vibopt.design.certify import TOLERANCE, measure, measure_on
 from vibopt.design.design import Checked, Chosen, Shown
+from vibopt.design.off import differing
 from vibopt.design.rated import rated_rows
 from vibopt.design.words import place_of
 from vibopt.mechanics.machine import Machine
@@ -56,7 +57,7 @@ def _rated(scene: Scene, chosen: Mapping[str, float], machine: Machine, offs: Of
             other = replace(scene, off=off)
             row = rated_rows(other, chosen, machine_of(other, chosen))[key]
             if rows[key].margin - row.margin > TOLERANCE:
-                differs = {path: factor - 1.0 for path, factor in off.items() if factor != 1.0}
+                differs = differing(scene, off)
                 rows[key] = replace(row, off=differs)
     return rows
 
@@ -85,7 +86,7 @@ def _worst_of(
     rows = []
     for off in offs:
         machine = machine_of(replace(scene, off=off), chosen)
-        differs = {path: factor - 1.0 for path, factor in off.items() if factor != 1.0}
+        differs = differing(scene, off)
         rows.append(replace(_checked(scene, machine, name, response, side), off=differs))
     sign = -1.0 if (side or _natural_side(response)) == "at_least" else 1.0
     worst = rows[0]

@@ -117,7 +117,7 @@ class Checked:
 class Tolerances:
     """What tolerances do to an answer.
 
-    status, goal, variables
+    status, goal, variables, parts
         Of the answer without tolerances; empty for an analysis.
     uncertain
         How far each number may be off, by path.
@@ -133,6 +133,7 @@ class Tolerances:
     uncertain: Mapping[str, float]
     goal_off: Mapping[str, float] = field(default_factory=dict)
     open: tuple[str, ...] = ()
+    parts: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from vibopt.design.build import machine_of
 from vibopt.design.noise import why_infinite
 from vibopt.responses import RandomResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
 
 
 def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
@@ -19,7 +18,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     for name, excitation in scene.excitations.items():
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
-    notes += printed_tolerances(scene)
+    notes += alike(scene)
     notes += unasked(scene)
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
@@ -27,20 +26,20 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def printed_tolerances(scene: Scene) -> list[str]:
-    """Tolerances that stand in a catalogue and are not counted with: said, so that nobody takes them for kept."""
+def alike(scene: Scene) -> list[str]:
+    """How the mounts of a group are off: all alike, unless the file says that each is by itself."""
     found = []
-    for family, tables in (("links", scene.links), ("mounts", scene.mounts)):
-        for name, table in tables.items():
-            if table.part is None or getattr(table, "tolerance", None):
-                continue
-            parts = table.part.parts
-            column = parts.columns.get("tolerance")
-            if column is None or not (np.nan_to_num(column) > 0.0).any():
-                continue
-            way = f' Write tolerance = "20 %" in [links.{name}] to count with one.' if family == "links" else ""
-            found.append(f"{family}.{name}: the tolerances in {parts.file} are not counted with.{way}")
+    for name, mount in scene.mounts.items():
+        if mount.count > 1 and mount.tolerance_of is None and _off(scene, name):
+            found.append(
+                f"mounts.{name}: its {mount.count} mounts are off alike, as one batch is. Write tolerance_of = "
+                '"mount" to let each be off by itself.'
+            )
     return found
+
+
+def _off(scene: Scene, name: str) -> bool:
+    return any(one.path.startswith(f"mounts.{name}.") for one in uncertain(scene))
 
 
 def unasked(scene: Scene) -> list[str]:

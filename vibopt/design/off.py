@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from vibopt.devices import AbsorberTable
+from vibopt.devices.offset import offset_of
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.scene.scene import Scene
 
@@ -30,6 +31,17 @@ def as_built(scene: Scene, nominal: Machine) -> Machine:
     if machine is nominal:
         return nominal
     return replace(machine, joints=tuple(_ratios(scene, nominal, machine)))
+
+
+def differing(scene: Scene, off: Mapping[str, float]) -> dict[str, float]:
+    """By how much numbers are off: as a part of themselves, a centre of mass in metres; others are left out."""
+    found = {}
+    for path, factor in off.items():
+        family, name, *steps = path.split(".")
+        centre = family == "bodies" and steps[0] == "centre"
+        if factor != 1.0:
+            found[path] = offset_of(factor, scene.bodies[name].reaches[steps[1]]) if centre else factor - 1.0
+    return found
 
 
 def _heavier(scene: Scene, machine: Machine, family: str, name: str, factor: float) -> Machine:
@@ -71,4 +83,4 @@ def _ratios(scene: Scene, nominal: Machine, machine: Machine) -> Iterator[Joint]
         yield replace(joint, damping_ratio=was.damping_ratio * joint.damping / was.damping / grown**0.5)
 
 
-__all__ = ["as_built"]
+__all__ = ["as_built", "differing"]

@@ -152,6 +152,7 @@ def free_words(design: Design) -> str:
         f"{path} {show(value, units[path].unit, units[path].dimension)}" for path, value in free["values"].items()
     )
     proof = "proven" if free["status"] == "optimal" else "the best found"
+    proof += ", with nothing off" if design.tolerances is not None else ""
     return f"{design.goal[0]} {goal.shown} instead of {design.goal[1].shown}, with {values} ({proof})"
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.devices import BodyTable, MountTable
 from vibopt.devices.mount import DampingAxes, StiffnessAxes
+from vibopt.devices.offset import offset_of
 from vibopt.forms import FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
@@ -67,10 +68,17 @@ def _rigid(scene: Scene, chosen: Mapping[str, float], name: str, body: BodyTable
     if body.made_of is not None:
         own = body.solid(1.0)
         factor = scene.off.get(f"bodies.{name}.made_of", 1.0)
-        return Rigid(own.mass * factor, own.centre, own.tensor * factor, body.freedoms)
+        return Rigid(own.mass * factor, _centre(scene, name, body), own.tensor * factor, body.freedoms, own.centre)
     value = getattr(body, key)
     mass = _number(scene, chosen, f"bodies.{name}.{key}", value) / (GRAVITY if key == "weight" else 1.0)
-    return Rigid(mass, np.array(body.place), body.solid(mass).tensor, body.freedoms)
+    tensor = body.solid(mass).tensor * scene.off.get(f"bodies.{name}.inertia", 1.0)
+    return Rigid(mass, _centre(scene, name, body), tensor, body.freedoms, np.array(body.place))
+
+
+def _centre(scene: Scene, name: str, body: BodyTable) -> FloatArray:
+    """Centre of mass as built (3,) [m]."""
+    factors = {axis: scene.off.get(f"bodies.{name}.centre.{axis}", 1.0) for axis in _LETTERS}
+    return np.array(body.place) + [offset_of(factors[axis], body.reaches.get(axis, 0.0)) for axis in _LETTERS]
 
 
 def _springs(scene: Scene, chosen: Mapping[str, float], name: str, table: MountTable) -> list[Spring3]:
@@ -79,7 +87,8 @@ def _springs(scene: Scene, chosen: Mapping[str, float], name: str, table: MountT
         if given is None:
             return np.zeros(3)
         if isinstance(given, (StiffnessAxes, DampingAxes)):
-            return np.array([_number(scene, chosen, f"{path}.{one}", getattr(given, one)) for one in _LETTERS])
+            each = [_number(scene, chosen, f"{path}.{one}", getattr(given, one)) for one in _LETTERS]
+            return np.array(each) * scene.off.get(path, 1.0)
         assert table.shear_ratio is not None
         side = _number(scene, chosen, f"mounts.{name}.shear_ratio", table.shear_ratio)
         return _number(scene, chosen, path, given) * np.array([side, side, 1.0])
@@ -93,10 +102,31 @@ def _springs(scene: Scene, chosen: Mapping[str, float], name: str, table: MountT
     lossy = 0.0
     if table.loss_factor is not None:
         lossy = _number(scene, chosen, f"mounts.{name}.loss_factor", table.loss_factor)
-    return [
+    whole = [
         Spring3(single, table.between, np.array(at), frame, stiffness, static, damping, lossy, price)
         for single, at, frame in zip(table.singles(name), table.sites, table.frames, strict=True)
     ]
+    return whole if len(whole) == 1 else [_scattered(scene, one) for one in whole]
+
+
+def _scattered(scene: Scene, mount: Spring3) -> Spring3:
+    """One mount of a group with its own numbers off by themselves."""
+
+    def off(key: str) -> float:
+        return scene.off.get(f"mounts.{mount.name}.{key}", 1.0)
+
+    side = off("shear_ratio")
+    stiff, dash = (
+        off(key) * np.array([side * off(f"{key}.x"), side * off(f"{key}.y"), off(f"{key}.z")])
+        for key in ("stiffness", "damping")
+    )
+    return replace(
+        mount,
+        stiffness=mount.stiffness * stiff,
+        static_stiffness=mount.static_stiffness * stiff,
+        damping=mount.damping * dash,
+        loss_factor=mount.loss_factor * off("loss_factor"),
+    )
 
 
 __all__ = ["in_space", "line_part"]

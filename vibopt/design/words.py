@@ -9,6 +9,7 @@ from vibopt.design.design import Checked, Design, Shown
 from vibopt.excitations import Excitation
 from vibopt.forms import Amplitude
 from vibopt.responses import Response
+from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MAXIMISE, Scene, Variable
 from vibopt.units import plain, show
 from vibopt.units.spelling import split_detector
@@ -60,7 +61,10 @@ def goal_words(design: Design) -> str:
         return ""
     best = "greatest" if design.scene.goal.sense == MAXIMISE else "least"
     response = design.scene.goal.response
-    return f"{best} {spoken(response.response, place_of(response))} is {design.goal[1].shown}"
+    what = spoken(response.response, place_of(response))
+    if "rounded" in design.details and design.status != "optimal":
+        return f"{what} is {design.goal[1].shown} with rounded values"
+    return f"{best} {what} is {design.goal[1].shown}"
 
 
 def verdict(design: Design) -> str:
@@ -109,9 +113,26 @@ def at_words(worst_at: Mapping[str, Shown]) -> str:
 
 
 def off_words(off: Mapping[str, float]) -> str:
-    """By how much numbers are off: "links.mount.stiffness -20 %, bodies.press.mass +5 %"."""
-    signed = ((path, "+" if part > 0.0 else "-", plain(100.0 * abs(part), 3)) for path, part in off.items())
-    return ", ".join(f"{path} {sign}{percent} %" for path, sign, percent in signed)
+    """By how much numbers are off: "links.mount.stiffness -20 %, mounts.foot.1 and 4 stiffness +20 %"."""
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for path, part in off.items():
+        sign = "+" if part > 0.0 else "-"
+        size = f"{plain(1e3 * abs(part), 3)} mm" if ".centre." in path else f"{plain(100.0 * abs(part), 3)} %"
+        family, name, *steps = path.split(".")
+        number = steps.pop(0) if family == "mounts" and steps[0].isdigit() else ""
+        groups.setdefault((f"{family}.{name}", ".".join(steps), f"{sign}{size}"), []).append(number)
+    return ", ".join(_off_group(owner, steps, size, numbers) for (owner, steps, size), numbers in groups.items())
+
+
+def _off_group(owner: str, steps: str, size: str, numbers: list[str]) -> str:
+    """One number of one device, or of several mounts of a group."""
+    if numbers == [""]:
+        return f"{owner}.{steps} {size}"
+    return (
+        f"{owner}.{numbers[0]}.{steps} {size}"
+        if len(numbers) == 1
+        else f"{owner}.[{', '.join(numbers)}].{steps} {size}"
+    )
 
 
 def tolerance_rows(design: Design) -> list[tuple[str, str, str]]:
@@ -122,8 +143,11 @@ def tolerance_rows(design: Design) -> list[tuple[str, str, str]]:
     rows = []
     if design.goal is not None and both.goal is not None:
         rows.append((design.goal[0], both.goal.shown, design.goal[1].shown))
+    bought = {path for one in bound_parts(design.scene) for path in one.paths}
+    for path, name in both.parts.items():
+        rows.append((path, name, design.places[path].value if path in design.places else "none"))
     for path, one in both.variables.items():
-        if ".part." not in path:
+        if path not in bought:
             rows.append((path, one.shown, design.variables[path].value.shown if path in design.variables else "none"))
     return rows
 

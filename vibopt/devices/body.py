@@ -11,6 +11,7 @@ from pydantic import field_validator, model_validator
 from vibopt.devices.device import Device
 from vibopt.devices.disc import Disc
 from vibopt.devices.inertia import Piece, Principal, Shape, Solid, Tensor, read_inertia, tensor_fault, together
+from vibopt.devices.offset import SPAN, add_offset
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
@@ -18,11 +19,11 @@ from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, complaint
-from vibopt.values.vectors import Place
+from vibopt.values.vectors import AXES, Place, Reach
 
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
 """Coordinates of a body by the word for its motion; of any other it is the one along its line."""
-_SPATIAL = ("centre", "shape", "made_of")
+_SPATIAL = ("centre", "centre_tolerance", "shape", "made_of")
 
 
 class Rolling(Table):
@@ -48,6 +49,7 @@ class BodyTable(Device):
     tolerance: Tolerance | None = None
     motion: Literal["space", "plane", "line"] | None = None
     centre: Place | None = None
+    centre_tolerance: Reach | None = None
     shape: Shape | None = None
     made_of: tuple[Piece, ...] | None = None
 
@@ -158,6 +160,15 @@ class BodyTable(Device):
         return Solid(mass, np.array(self.place), self.inertia.tensor)
 
     @property
+    def reaches(self) -> dict[str, float]:
+        """How far the centre of mass may be off along each axis on which it may [m]."""
+        wide = zip(AXES, self.centre_tolerance or (0.0, 0.0, 0.0), strict=True)
+        return {axis: far for axis, far in wide if far > 0.0}
+
+    def offsets(self) -> dict[str, float]:
+        return {f"centre.{axis}": SPAN for axis in self.reaches if self.moves == "space" or axis != "y"}
+
+    @property
     def quantity(self) -> tuple[str, Fact | Choice]:
         """The key that says how heavy it is, and its value: mass [kg] (of a weight too), or inertia [kg m^2]."""
         if self.weight is not None:
@@ -178,7 +189,7 @@ class BodyTable(Device):
     def parts(self) -> dict[str, str]:
         keys = ("mass", "weight", "made_of") if self.freedoms else ("mass", "weight", "inertia", "disc")
         key = next(key for key in keys if getattr(self, key) is not None)
-        return {key: key}
+        return {key: key, "inertia": "inertia"} if self.freedoms and self.inertia is not None else {key: key}
 
     @classmethod
     def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -201,12 +212,12 @@ class BodyTable(Device):
 
     def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
         key, value = self.quantity
-        (said,) = self.parts()
+        said = next(iter(self.parts()))
         inertia = symbols.read(f"bodies.{name}.{key}", value)
         if said != key:
             inertia = symbols.off(f"bodies.{name}.{said}", inertia)
         if self.freedoms:
-            self._add_in_space(builder, name, inertia)
+            self._add_in_space(builder, name, inertia, symbols)
             return
         builder.add_inertia(name, inertia, weighs=not self.turns)
         builder.turning[name] = self.turns
@@ -220,7 +231,7 @@ class BodyTable(Device):
             whole = Monomial(nominal.scale + added.scale)
         builder.masses[name] = whole
 
-    def _add_in_space(self, builder: ModelBuilder, name: str, mass: Monomial) -> None:
+    def _add_in_space(self, builder: ModelBuilder, name: str, mass: Monomial, symbols: Symbols) -> None:
         """Mass along each coordinate, and the principal moments as rank-one terms of the turns."""
         for axis in self.freedoms:
             if axis in ("x", "y", "z"):
@@ -229,11 +240,15 @@ class BodyTable(Device):
         kept = [("rx", "ry", "rz").index(axis) for axis in turns]
         solid = self.solid(1.0)
         tensor = solid.tensor[np.ix_(kept, kept)]
-        follows = mass.times(1.0 / solid.mass) if self.shape is not None or self.made_of is not None else Monomial(1.0)
+        follows = symbols.off(f"bodies.{name}.inertia", Monomial(1.0))
+        if self.shape is not None or self.made_of is not None:
+            follows = mass.times(1.0 / solid.mass)
         diagonal = not (tensor - np.diag(np.diag(tensor))).any()
         values, axes = (np.diag(tensor), np.eye(len(kept))) if diagonal else np.linalg.eigh(tensor)
         for value, axis in zip(values, axes.T, strict=True):
             row = {f"{name}.{turn}": float(part) for turn, part in zip(turns, axis, strict=True) if part}
             builder.add_term(INERTIA, row, follows.times(float(value)), name, 0.0)
+        if self.centre_tolerance is not None:
+            add_offset(builder, name, self.freedoms, mass, self.centre_tolerance, symbols)
         builder.masses[name] = mass
         builder.turning[name] = False

@@ -8,7 +8,7 @@ from typing import Any
 from vibopt.devices.part import Bound
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.values import Table
+from vibopt.values import Table, Value
 
 Ends = tuple[str, str]
 
@@ -47,9 +47,22 @@ class Device(Table):
         """Links that have a stiffness."""
         return ()
 
+    @property
+    def printed(self) -> Value | None:
+        """Tolerance of its stiffness from a catalogue; of different parts it differs."""
+        return None
+
     def parts(self) -> dict[str, str]:
         """What a tolerance of the whole table makes uncertain: names of parts, each with the key that says it."""
         return {}
+
+    def offsets(self) -> dict[str, float]:
+        """What may be off by a length, by the end of its path, each with the span of the factor that says it."""
+        return {}
+
+    def built(self, name: str, path: str) -> tuple[str, ...]:
+        """Paths of the numbers that are off by themselves where the one at `path` has a tolerance."""
+        return (path,)
 
     def bound(self, name: str) -> tuple[Bound, ...]:
         """Parts of a catalogue that are to be chosen."""

@@ -115,6 +115,11 @@ class LinkTable(Device):
         return DYNAMIC if self.part is not None else ()
 
     @property
+    def printed(self) -> Value | None:
+        """Tolerance of the stiffness that the catalogue prints, where the file says none."""
+        return self.part.tolerance if self.part is not None and self.tolerance is None else None
+
+    @property
     def static_ratio(self) -> Value | None:
         """Dynamic over static stiffness."""
         return self.dynamic_to_static if self.part is None else self.part.dynamic_to_static

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, field_validator, model_validator
@@ -18,7 +18,7 @@ from vibopt.forms import FloatArray
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
 from vibopt.units import Quantity, read_range
-from vibopt.values import Fact, Table, Value, number, word
+from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, Rule, RuleSchema, complaint, read_value
 from vibopt.values.vectors import AXES, Vector, read_direction, read_place
 
@@ -64,6 +64,8 @@ def _three(kind: type[Table], dimension: str, sign: str, given: object) -> objec
     return kind(**read)
 
 
+_SCATTERED = ("stiffness", "damping", "loss_factor")
+"""What a tolerance of the whole table is about."""
 Single = tuple[Vector, ...]
 
 
@@ -178,6 +180,8 @@ class MountTable(Device):
     dynamic_to_static: Fact | None = number("ratio", choice=False)
     rating: Rated = None
     gap: Fact | None = number("length", choice=False)
+    tolerance: Tolerance | None = None
+    tolerance_of: Literal["group", "mount"] | None = None
     part: Part | None = None
 
     @model_validator(mode="before")
@@ -209,6 +213,15 @@ class MountTable(Device):
     @classmethod
     def _dampings(cls, given: Any) -> Any:
         return _three(DampingAxes, "damping", "not negative", given)
+
+    @field_validator("tolerance_of", mode="before")
+    @classmethod
+    def _whose(cls, given: Any) -> Any:
+        if given not in (None, "group", "mount"):
+            raise complaint(
+                'is not "group" (all mounts of the group are off alike, as one batch) or "mount" (each by itself).'
+            )
+        return given
 
     @model_validator(mode="before")
     @classmethod
@@ -260,6 +273,21 @@ class MountTable(Device):
     def brought(self) -> tuple[str, ...]:
         """Keys that the part has filled in."""
         return ("stiffness", "damping", "loss_factor") if self.part is not None else ()
+
+    @property
+    def printed(self) -> Value | None:
+        """Tolerance of the stiffness that the catalogue prints, where the file says none."""
+        return self.part.tolerance if self.part is not None and self.tolerance is None else None
+
+    def parts(self) -> dict[str, str]:
+        return {key: key for key in _SCATTERED if getattr(self, key) is not None}
+
+    def built(self, name: str, path: str) -> tuple[str, ...]:
+        """Of a group the number itself, or where `tolerance_of` is "mount" that of each mount."""
+        if self.tolerance_of != "mount" or self.count == 1:
+            return (path,)
+        end = path.removeprefix(f"mounts.{name}.")
+        return tuple(f"mounts.{single}.{end}" for single in self.singles(name))
 
     @property
     def static_ratio(self) -> Value | None:
@@ -320,7 +348,8 @@ class MountTable(Device):
         if given is None:
             return None
         if isinstance(given, (StiffnessAxes, DampingAxes)):
-            return [symbols.read(f"{path}.{axis}", getattr(given, axis)) for axis in AXES]
+            three = [symbols.read(f"{path}.{axis}", getattr(given, axis)) for axis in AXES]
+            return [symbols.off(path, one) for one in three]
         assert self.shear_ratio is not None
         along = symbols.read(path, given)
         side = along * symbols.read(f"mounts.{name}.shear_ratio", self.shear_ratio)
@@ -339,21 +368,36 @@ class MountTable(Device):
         for single, at, frame in zip(self.singles(name), self.sites, self.frames, strict=True):
             for k, axis in enumerate(AXES):
                 link = f"{single}.{axis}"
+                own = self._off(name, single, "stiffness", axis, symbols, stiffness[k])
                 builder.add_spring_at(link, self.between, at, frame[k])
                 if isinstance(ratio, Choice):
-                    builder.add_stiffness(link, stiffness[k], 0.0)
-                    builder.add_static_stiffness(link, stiffness[k] * softer)
+                    builder.add_stiffness(link, own, 0.0)
+                    builder.add_static_stiffness(link, own * softer)
                 else:
-                    builder.add_stiffness(link, stiffness[k], softer.scale)
+                    builder.add_stiffness(link, own, softer.scale)
                 if damping is not None:
-                    builder.add_damping(link, damping[k])
+                    builder.add_damping(link, self._off(name, single, "damping", axis, symbols, damping[k]))
                 if lossy is not None:
-                    builder.add_hysteretic(link, stiffness[k] * lossy)
+                    loss = self._off(name, single, "loss_factor", "", symbols, lossy)
+                    builder.add_hysteretic(link, own * loss)
+                if self.part is not None:
+                    builder.properties[link, "static_stiffness"] = own * softer
         builder.counts[name] = Monomial(float(self.count))
         if self.part is not None:
-            self._rate(builder, name, symbols, self.part, stiffness[2] * softer)
+            self._rate(builder, name, symbols, self.part)
 
-    def _rate(self, builder: ModelBuilder, name: str, symbols: Symbols, part: Part, static: Monomial) -> None:
+    def _off(self, name: str, single: str, key: str, axis: str, symbols: Symbols, value: Monomial) -> Monomial:
+        """A number of one mount, off by itself; where the group is off alike it was read so."""
+        if single == name or self.tolerance_of != "mount":
+            return value
+        value = symbols.off(f"mounts.{single}.{key}", value)
+        if axis:
+            value = symbols.off(f"mounts.{single}.{key}.{axis}", value)
+            if axis != "z" and not isinstance(getattr(self, key), Table):
+                value = symbols.off(f"mounts.{single}.shear_ratio", value)
+        return value
+
+    def _rate(self, builder: ModelBuilder, name: str, symbols: Symbols, part: Part) -> None:
         """What a part is rated for, mount by mount, and what the group costs."""
         for key in ("rated_min", "rated_max", "price"):
             value = getattr(part, key)
@@ -364,7 +408,6 @@ class MountTable(Device):
                 builder.properties[name, key] = one.times(float(self.count))
                 continue
             for single in self.singles(name):
-                builder.properties[f"{single}.z", "static_stiffness"] = static
                 builder.properties[f"{single}.z", key] = one
 
 

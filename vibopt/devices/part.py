@@ -19,7 +19,7 @@ from vibopt.values.fields import complaint
 
 DYNAMIC = ("stiffness", "damping", "loss_factor", "damping_ratio")
 """Columns that are keys of a link as well: they stand there as if they had been written there."""
-OWN = ("dynamic_to_static", "rated_min", "rated_max", "price")
+OWN = ("dynamic_to_static", "rated_min", "rated_max", "price", "tolerance")
 """Columns that stand in the part."""
 
 
@@ -95,6 +95,7 @@ class Part(Table):
     rated_min: Value | None = number("force", choice=False, sign="not negative")
     rated_max: Value | None = number("force", choice=False)
     price: Value | None = number("price", choice=False, sign="not negative")
+    tolerance: Value | None = number("ratio", choice=False, sign="not negative")
 
     @model_validator(mode="before")
     @classmethod

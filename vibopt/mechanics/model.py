@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
@@ -181,15 +182,27 @@ class Model:
                 )
             )
 
-        def all_held(table: dict[K, Monomial]) -> dict[K, Monomial]:
-            return {key: one.held(kept, values) for key, one in table.items()}
+        return self._counted_anew(terms, lambda one: one.held(kept, values))
+
+    def placed(self, where: IntArray, count: int) -> Model:
+        """The model in `count` variables, of which variable i is number `where[i]` (n_vars,)."""
+        terms = []
+        for term in self.terms:
+            powers = np.zeros(count)
+            powers[where] = term.exponents
+            terms.append(replace(term, exponents=powers))
+        return self._counted_anew(terms, lambda one: one.placed(where))
+
+    def _counted_anew(self, terms: list[Term], change: Callable[[Monomial], Monomial]) -> Model:
+        def changed(table: dict[K, Monomial]) -> dict[K, Monomial]:
+            return {key: change(one) for key, one in table.items()}
 
         return replace(
             self,
             terms=tuple(terms),
-            counts=all_held(self.counts),
-            ratios=all_held(self.ratios),
-            properties=all_held(self.properties),
+            counts=changed(self.counts),
+            ratios=changed(self.ratios),
+            properties=changed(self.properties),
         )
 
     def on_basis(self, basis: FloatArray, *, drop: bool = False) -> Model:

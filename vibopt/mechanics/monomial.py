@@ -40,6 +40,10 @@ class Monomial:
             scale *= 1.0 if i in places or power == 0.0 else float(values[i]) ** power
         return Monomial(scale, {places[i]: e for i, e in self.exponents.items() if i in places})
 
+    def placed(self, where: IntArray) -> Monomial:
+        """With variable i counted as number `where[i]` of more variables."""
+        return Monomial(self.scale, {int(where[i]): e for i, e in self.exponents.items()})
+
     def row(self, n_vars: int) -> FloatArray:
         """Exponents as an array, shape (n_vars,)."""
         row = np.zeros(n_vars)

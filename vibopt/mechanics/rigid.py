@@ -28,12 +28,15 @@ class Rigid:
         [kg], (3,) [m], (3, 3) [kg m^2] about the centre.
     freedoms
         Words of its coordinates, of x, y, z, rx, ry, rz.
+    mark
+        Place that the name of the body means (3,) [m]: its centre as said, which may be off.
     """
 
     mass: float
     centre: FloatArray
     tensor: FloatArray
     freedoms: tuple[str, ...]
+    mark: FloatArray
 
     @cached_property
     def moves(self) -> list[tuple[FloatArray, FloatArray, float]]:
@@ -230,10 +233,10 @@ class SpaceMachine(Machine):
     def _body(self, place: str) -> tuple[str, FloatArray]:
         if place in self.fixed:
             return self.fixed[place]
-        return place, self.rigid[place].centre
+        return place, self.rigid[place].mark
 
     def _row(self, place: str) -> FloatArray:
-        """Displacement of a body's centre, or of a fixed place, under each unit motion, (n, 3)."""
+        """Displacement of a body's mark, or of a fixed place, under each unit motion, (n, 3)."""
         return self._moved(*self._body(place))
 
     def _turn(self, place: str) -> FloatArray:
@@ -264,7 +267,7 @@ class SpaceMachine(Machine):
         if place in self.rigid:
             slide = np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
             turn = np.stack([motion.points[f"{place}.r{axis}"] for axis in _LETTERS], axis=-1)
-            moved: ComplexArray = slide + np.cross(turn, at - self.rigid[place].centre)
+            moved: ComplexArray = slide + np.cross(turn, at - self.rigid[place].mark)
             return moved
         if place in self.spatial:
             return np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
@@ -310,9 +313,7 @@ class SpaceMachine(Machine):
         if self._only(place, along):
             total = np.zeros(motion.omega.shape, dtype=complex)
             for name, body in self.rigid.items():
-                for k in range(3):
-                    moved = motion.points[f"{name}.{_LETTERS[k]}"]
-                    total = total + along[k] * body.mass * motion.omega**2 * moved
+                total = total + body.mass * motion.omega**2 * (self._end(name, body.centre, motion) @ along)
             for name in self.line:
                 total = total + along[2] * self.masses[name] * motion.omega**2 * motion.points[name]
             for key, force in motion.forces.items():
@@ -398,9 +399,11 @@ class SpaceMachine(Machine):
         squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
         shapes = vectors / root[:, None]
         along, own = np.array(way), self.rigid[body]
-        speed = shapes.T @ (self._turn(body) if turn else self._row(body))
-        velocity = speed @ along
-        momentum = speed @ (own.tensor @ along) if turn else own.mass * (speed @ along)
+        spin, slide = shapes.T @ self._turn(body), shapes.T @ self._moved(body, own.centre)
+        velocity = (spin if turn else shapes.T @ self._row(body)) @ along
+        momentum = own.mass * slide @ along
+        if turn:
+            momentum = (spin @ own.tensor + np.cross(own.centre - own.mark, own.mass * slide)) @ along
         omega = np.sqrt(np.maximum(squares, 0.0))
         best, start = 0.0, 0
         for stop in range(1, len(omega) + 1):

@@ -17,7 +17,7 @@ from vibopt.program.worst import worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
-from vibopt.scene.uncertain import uncertain
+from vibopt.scene.uncertain import Uncertain, uncertain_at
 
 MOST_CORNERS = 12
 """Uncertain numbers up to which a proof looks at every corner of their box."""
@@ -49,8 +49,13 @@ def around(scene: Scene, x: FloatArray) -> Program:
     """The limits and the goal of a machine at a design x (n_vars,), in the factors of its uncertain numbers."""
     nominal = replace(scene, off={})
     asked = asked_of(nominal, model_of(nominal, np.asarray(x, dtype=float)))
-    axes = tuple(Axis(one.path, 1.0 - one.tolerance, 1.0 + one.tolerance) for one in uncertain(scene))
+    axes = tuple(Axis(one.path, 1.0 - one.tolerance, 1.0 + one.tolerance) for one in doubts_at(scene, x))
     return replace(asked, axes=axes)
+
+
+def doubts_at(scene: Scene, x: FloatArray) -> tuple[Uncertain, ...]:
+    """Numbers that may be off at a design x (n_vars,)."""
+    return uncertain_at(scene, {one.path: float(v) for one, v in zip(scene.variables, x, strict=True)})
 
 
 def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:
@@ -78,6 +83,10 @@ def hit(part: Limit | Aim, axes: tuple[Axis, ...], *, near: tuple[FloatArray, ..
     quick
         Begin at `near` only, where there are any.
     """
+    if isinstance(part, Aim) and part.others:
+        found = [hit(piece, axes, near=near, quick=quick) for piece in part.pieces]
+        first = max(found, key=lambda one: part.sense * one.value)
+        return replace(first, proven=all(one.proven for one in found), tried=sum(one.tried for one in found))
     hunt = _Hunt(part, axes)
     if not hunt.free.any():
         return Hit(np.ones(len(axes)), hunt.value(np.ones(len(axes))), True, 1)
@@ -235,7 +244,7 @@ class _Hunt:
 def frequency_senses(model: Model) -> FloatArray:
     """Sense in which each term moves the natural frequencies with each variable, shape (n_terms, n_vars)."""
     sense = np.where(model.kinds == STIFFNESS, 1.0, np.where(model.kinds == INERTIA, -1.0, 0.0))
-    senses: FloatArray = sense[:, None] * model.exponents
+    senses: FloatArray = (sense * np.sign(model.scales))[:, None] * model.exponents
     return senses
 
 
@@ -249,4 +258,4 @@ def missed(part: Limit, value: float) -> float:
     return (part.bound - value) / size if np.isfinite(value) else -np.inf
 
 
-__all__ = ["Hit", "around", "hit", "measured_around", "missed"]
+__all__ = ["Hit", "around", "doubts_at", "hit", "measured_around", "missed"]

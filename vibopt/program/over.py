@@ -52,7 +52,7 @@ class Cover:
         if not np.isfinite(self.level) or not self._small(model, form, drive):
             return False
         until = time.perf_counter() + seconds
-        return all(self._on(model, form, drive, piece, until) for piece in _pieces(drive))
+        return all(self._on(model, form, drive, piece, until) for piece in pieces_of(drive))
 
     def _small(self, model: Model, form: Modulus, drive: Drive) -> bool:
         """Whether the polynomials are of a size that can be worked with."""
@@ -124,7 +124,7 @@ def _bare(line: Line) -> Line:
     return replace(line, order=1.0, amplitude=_ONE)
 
 
-def _pieces(drive: Drive) -> list[Band]:
+def pieces_of(drive: Drive) -> list[Band]:
     """Bands cut where an amplitude has a bend; points stay points."""
     breaks = sorted({speed for line in drive.lines for speed in line.amplitude.breaks()})
     found = []
@@ -168,4 +168,4 @@ def _halved(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.concatenate([low, second]), np.concatenate([first, high])
 
 
-__all__ = ["MARGIN", "Cover"]
+__all__ = ["MARGIN", "Cover", "pieces_of"]

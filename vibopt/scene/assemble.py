@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -28,10 +28,11 @@ class NoReferenceError(Exception):
     """There is no one frequency that a tuning could refer to; the text says why."""
 
 
-def model_of(scene: Scene, chosen: FloatArray | None = None) -> Model:
+def model_of(scene: Scene, chosen: FloatArray | None = None, *, free: Container[str] = ()) -> Model:
     """The full mechanical model of a scene in its design variables, off by `scene.off`.
 
     With a design `chosen` (n_vars,), the model of that machine in the factors of its uncertain numbers instead.
+    The factors of numbers at the paths `free` stay variables, behind the design variables.
 
     Raises
     ------
@@ -68,7 +69,8 @@ def model_of(scene: Scene, chosen: FloatArray | None = None) -> Model:
         return model
     factors = np.array([scene.off.get(doubt.path, 1.0) for doubt in doubts])
     if chosen is None:
-        return model.held(np.arange(count), np.concatenate([np.ones(count), factors]))
+        left = [count + i for i, doubt in enumerate(doubts) if doubt.path in free]
+        return model.held(np.array([*range(count), *left], dtype=int), np.concatenate([np.ones(count), factors]))
     return model.held(count + np.arange(len(doubts)), np.concatenate([chosen, factors]))
 
 

@@ -7,7 +7,7 @@ from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 
-_KNOWN = ("bodies", "links", "absorbers")
+_KNOWN = ("bodies", "links", "absorbers", "mounts")
 
 
 def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
@@ -19,12 +19,19 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
                 f"{family}.{name} has a tolerance, but gives no mass, stiffness or damping of its own that could be "
                 "off. Remove the tolerance.",
             )
-    for doubt in uncertain(scene):
+    doubts = uncertain(scene)
+    for name, mount in scene.mounts.items():
+        if mount.tolerance_of is not None and not any(one.path.startswith(f"mounts.{name}.") for one in doubts):
+            mistakes.add(
+                ("mounts", name, "tolerance_of"),
+                f'mounts.{name} has tolerance_of, but nothing of it has a tolerance. Add tolerance = "20 %", or remove '
+                "tolerance_of.",
+            )
+    for doubt in doubts:
         family, name, *steps = doubt.path.split(".")
-        spatial = family == "bodies" and bool(scene.bodies[name].freedoms)
-        if family not in _KNOWN or spatial:
+        if family not in _KNOWN:
             mistakes.add(
                 (family, name, *steps),
-                f"{doubt.path} has a tolerance, which only bodies along a line or about an axis, links and absorbers "
-                "can have so far. Remove it.",
+                f"{doubt.path} has a tolerance, which only bodies, links, absorbers and mounts can have so far. "
+                "Remove it.",
             )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
@@ -13,25 +13,49 @@ from vibopt.values.fields import Choice, Fact
 
 @dataclass(frozen=True, slots=True)
 class Uncertain:
-    """A number or a part of a device: built as its value times (1 + d), |d| <= `tolerance`."""
+    """A number or a part of a device: built as its value times (1 + d), |d| <= `tolerance`.
+
+    printed
+        Path of the variable that says the tolerance, where it differs from part to part of a catalogue; `tolerance`
+        is then the greatest of them.
+    """
 
     path: str
     tolerance: float
+    printed: str = ""
 
 
 def uncertain(scene: Scene) -> tuple[Uncertain, ...]:
     """Every number with a tolerance of its own, and those of tables with one; in the order of the file's families."""
-    found: dict[str, float] = {}
+    found: dict[str, Uncertain] = {}
     for family, name, table in devices(scene):
         base = f"{family}.{name}"
         own = dict(_own(base, table))
-        found |= own
         wide = float(getattr(table, "tolerance", None) or 0.0)
+        said = dict(own)
         for part, key in table.parts().items() if wide else ():
             here = f"{base}.{key}"
             if not any(path == here or path.startswith(f"{here}.") for path in own):
-                found[f"{base}.{part}"] = wide
-    return tuple(Uncertain(path, tolerance) for path, tolerance in found.items())
+                said[f"{base}.{part}"] = wide
+        doubts = [Uncertain(path, tolerance) for path, tolerance in said.items()]
+        doubts += _printed(base, table.printed)
+        doubts += [Uncertain(f"{base}.{end}", span) for end, span in table.offsets().items()]
+        for one in doubts:
+            found |= {path: replace(one, path=path) for path in table.built(name, one.path)}
+    return tuple(found.values())
+
+
+def _printed(base: str, tolerance: Fact | Choice | None) -> list[Uncertain]:
+    """The stiffness of a bought part, where its catalogue has tolerances."""
+    path = f"{base}.stiffness"
+    if isinstance(tolerance, Choice):
+        return [Uncertain(path, tolerance.high, f"{base}.part.tolerance")]
+    return [Uncertain(path, tolerance.value)] if tolerance is not None and tolerance.value > 0.0 else []
+
+
+def uncertain_at(scene: Scene, chosen: Mapping[str, float]) -> tuple[Uncertain, ...]:
+    """The same numbers with the tolerances of the parts that are chosen; `chosen` is the value of variables by path."""
+    return tuple(replace(one, tolerance=chosen[one.printed]) if one.printed else one for one in uncertain(scene))
 
 
 def _own(path: str, table: Table) -> Iterator[tuple[str, float]]:
@@ -43,4 +67,4 @@ def _own(path: str, table: Table) -> Iterator[tuple[str, float]]:
             yield f"{path}.{key}", value.tolerance
 
 
-__all__ = ["Uncertain", "uncertain"]
+__all__ = ["Uncertain", "uncertain", "uncertain_at"]

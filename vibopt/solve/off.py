@@ -10,8 +10,9 @@ import numpy as np
 
 from vibopt.design.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
 from vibopt.design.design import Checked, Design, Tolerances
+from vibopt.design.rated import parts_of
 from vibopt.forms import FloatArray
-from vibopt.program.nature import Hit, around, hit, measured_around, missed
+from vibopt.program.nature import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.program.program import Program
 from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.scene import Scene
@@ -32,27 +33,29 @@ def side_by_side(scene: Scene, nominal: Found | None, robust: Robust, goal_off: 
     chosen = {one.path: float(v) for one, v in zip(scene.variables, nominal.x, strict=True)}
     goal = goal_of(plain, chosen)
     variables = {one.path: chosen_of(one, chosen[one.path]).value for one in scene.variables}
-    return Tolerances(nominal.status, goal[1] if goal else None, variables, widths, goal_off, robust.open)
+    parts = {path: one.value for path, one in parts_of(plain, chosen).items()}
+    return Tolerances(nominal.status, goal[1] if goal else None, variables, widths, goal_off, robust.open, parts)
 
 
 def limit_offs(scene: Scene, x: FloatArray, hits: Mapping[int, Hit]) -> Offs:
     """Machines on which each row of the limits is measured: the worst found, and the corners of few numbers."""
-    doubts, program = uncertain(scene), around(scene, x)
+    doubts, program = doubts_at(scene, x), around(scene, x)
     corners = _corners(doubts)
     found: dict[str, list[Mapping[str, float]]] = {}
     for key, (name, side) in limit_rows(scene).items():
         index = _worst_index(scene, program, hits, name, side)
         found[key] = [_named(doubts, hits[index].factors), *([] if hits[index].proven else corners)]
-    for index, limit in sorted(enumerate(program.limits), key=lambda pair: pair[1].side == "at_least"):
-        if limit.name not in scene.limits:  # a part brought it
-            key = limit.name if limit.name not in found else f"{limit.name} ({limit.side})"
-            found[key] = [_named(doubts, hits[index].factors)]
+    rated = [(i, one) for i, one in enumerate(program.limits) if one.name not in scene.limits]  # brought by parts
+    for index, limit in rated:
+        both = any((one.name, one.side) == (limit.name, "at_most") for _, one in rated)
+        key = f"{limit.name} (at_least)" if both and limit.side == "at_least" else limit.name
+        found.setdefault(key, []).append(_named(doubts, hits[index].factors))
     return found
 
 
 def measure_offs(scene: Scene, x: FloatArray) -> Offs:
     """The machine on which each measure is worst."""
-    doubts, found = uncertain(scene), {}
+    doubts, found = doubts_at(scene, x), {}
     for name, response in scene.measures.items():
         if isinstance(response, NaturalFrequency) and response.outside is not None:
             continue
@@ -64,11 +67,6 @@ def measure_offs(scene: Scene, x: FloatArray) -> Offs:
 def goal_machine(scene: Scene, hits: Mapping[int, Hit]) -> dict[str, float]:
     """Factors of the machine on which the goal is worst."""
     return _named(uncertain(scene), hits[-1].factors) if -1 in hits else {}
-
-
-def differing(off: Mapping[str, float]) -> dict[str, float]:
-    """By how much numbers are off, as a part; those that are not are left out."""
-    return {path: factor - 1.0 for path, factor in off.items() if factor != 1.0}
 
 
 def rows_over(scene: Scene, x: FloatArray, robust: Robust) -> tuple[dict[str, Checked], dict[str, Checked]]:
@@ -112,4 +110,4 @@ def _named(doubts: tuple[Uncertain, ...], factors: FloatArray) -> dict[str, floa
     return dict(zip((one.path for one in doubts), factors.tolist(), strict=True))
 
 
-__all__ = ["analysed", "differing", "goal_machine", "limit_offs", "measure_offs", "rows_over", "side_by_side"]
+__all__ = ["analysed", "goal_machine", "limit_offs", "measure_offs", "rows_over", "side_by_side"]

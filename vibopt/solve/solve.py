@@ -163,7 +163,8 @@ def _over_tolerances(
     explain: bool,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
-    from vibopt.solve.off import differing, goal_machine, rows_over, side_by_side
+    from vibopt.design.off import differing
+    from vibopt.solve.off import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
 
     best = robust(scene, nominal, method, progress)
@@ -171,14 +172,14 @@ def _over_tolerances(
     clock.stage("tolerances")
     if found.x is None:
         clash = explain and nominal.status == "infeasible"
-        design = _nothing(scene, program, found, reason_text, clock, clash)
+        design = _nothing(scene, program, found, best.reason or reason_text, clock, clash)
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
     x = np.asarray(found.x)
     rows = rows_over(scene, x, best)
     machine = goal_machine(scene, best.hits)
     made = _answered(replace(scene, off=machine), program, found, clock, rows)
     notes = (*made.notes, "Tolerances: figures show the machine without them.")
-    both = side_by_side(scene, nominal, best, differing(machine))
+    both = side_by_side(scene, nominal, best, differing(scene, machine))
     return replace(made, scene=scene, notes=notes, tolerances=both)
 
 

@@ -42,6 +42,19 @@ def _lengths(given: list[object]) -> Vector:
     return found[0], found[1], found[2]
 
 
+def read_reach(given: object) -> Vector:
+    """How far a place may be off along x, y, z [m]: one length for all three, or three."""
+    if isinstance(given, tuple):
+        return given
+    three = given if isinstance(given, list) else [given] * 3
+    if len(three) != 3:
+        raise complaint('is neither a length nor three. Write "20 mm", or ["20 mm", "10 mm", "0 m"].')
+    found = _lengths(three)
+    if min(found) < 0.0:
+        raise complaint("is negative, but a tolerance goes both ways. Write it without the sign.")
+    return found
+
+
 def read_direction(given: object) -> Vector:
     """A direction of length one."""
     if isinstance(given, tuple):
@@ -65,6 +78,11 @@ _DIRECTION = {
     "anyOf": [{"enum": list(AXES)}, {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}]
 }
 Place = Annotated[Vector, BeforeValidator(read_place), WithJsonSchema(_PLACE)]
+Reach = Annotated[
+    Vector,
+    BeforeValidator(read_reach),
+    WithJsonSchema({"anyOf": [{"type": "string"}, _PLACE], "description": "how far it may be off, 20 mm"}),
+]
 Direction = Annotated[Vector, BeforeValidator(read_direction), WithJsonSchema(_DIRECTION)]
 
-__all__ = ["AXES", "UNIT", "Direction", "Place", "Vector", "read_direction", "read_place"]
+__all__ = ["AXES", "UNIT", "Direction", "Place", "Reach", "Vector", "read_direction", "read_place", "read_reach"]

@@ -23,6 +23,8 @@ class BodyWords(TypedDict, total=False):
     motion, centre, shape, made_of
         In space: "space", "plane" or "line"; centre of mass; {"box": [a, b, c]} or {"cylinder": {...}}; pieces with
         mass, centre and inertia or shape.  Inertia is then a list of three, or a table of a tensor.
+    centre_tolerance
+        How far the centre of mass may be off [m]: one length, or three along x, y, z.
     """
 
     mass: Given
@@ -33,6 +35,7 @@ class BodyWords(TypedDict, total=False):
     tolerance: Bound
     motion: str
     centre: Sequence[Bound]
+    centre_tolerance: Bound | Sequence[Bound]
     shape: Mapping[str, object]
     made_of: Sequence[Mapping[str, object]]
 
@@ -72,6 +75,8 @@ class MountWords(TypedDict, total=False):
         Own z and own x: a letter or three numbers, or a list of them, one a mount.
     rating, gap
         Least and greatest static load, "500..3500 N"; how far it may move.
+    tolerance, tolerance_of
+        Of stiffness and damping; of the "group" (all alike) or of each "mount" by itself.
     """
 
     stiffness: Given | Sequence[Given]
@@ -83,6 +88,8 @@ class MountWords(TypedDict, total=False):
     dynamic_to_static: Bound
     rating: str
     gap: Bound
+    tolerance: Bound
+    tolerance_of: str
     part: Mapping[str, object]
 
 

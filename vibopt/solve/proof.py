@@ -1,0 +1,118 @@
+"""What is proven of the worst machines within the tolerances: that none is worse, or at least that limits hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Modulus
+from vibopt.program.nature import Hit, hit, missed
+from vibopt.program.over import MARGIN, Cover
+from vibopt.program.program import Aim, Axis, Limit, Program
+from vibopt.program.vicinity import Vicinity
+
+TOLERANCE = 1e-9
+_SECONDS = 4.0
+_QUICK_SECONDS = 1.0
+_TIMES = 6
+
+
+def worst_machines(
+    program: Program, known: Mapping[int, tuple[FloatArray, ...]], *, quick: bool = False
+) -> dict[int, Hit]:
+    """The worst machine for every limit, and as -1 for the goal; `known` are factors that were worst nearby."""
+    return {
+        index: hit(part, program.axes, near=known.get(index, ()), quick=quick)
+        for index, part in _parts(program).items()
+    }
+
+
+def settled(program: Program, hits: Mapping[int, Hit]) -> tuple[dict[int, Hit], tuple[str, ...]]:
+    """The worst machines, after a search that misses none, and the names of what is neither broken nor proven."""
+    final, left = {}, []
+    for index, part in _parts(program).items():
+        one, sure = _raised(part, program.axes, hits[index])
+        final[index] = one
+        broken = isinstance(part, Limit) and missed(part, one.value) > TOLERANCE
+        if not (sure or broken or _held(part, program.axes, one)):
+            left.append(part.name if isinstance(part, Limit) else "the goal")
+    return final, tuple(dict.fromkeys(left))
+
+
+def tight(program: Program, index: int, one: Hit) -> bool:
+    """Whether a proof could only be given with a margin."""
+    if one.proven:
+        return False
+    return index < 0 or missed(program.limits[index], one.value) > -1.01 * MARGIN
+
+
+def _parts(program: Program) -> dict[int, Limit | Aim]:
+    parts: dict[int, Limit | Aim] = dict(enumerate(program.limits))
+    if program.aim is not None:
+        parts[-1] = program.aim
+    return parts
+
+
+def _least(part: Limit | Aim) -> bool:
+    return part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+
+
+def _pieces(part: Limit | Aim) -> tuple[Limit | Aim, ...]:
+    return part.pieces if isinstance(part, Aim) else (part,)
+
+
+def _raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bool]:
+    """The hit, or a worse one where the proof that there is none fails on a machine; whether it is proven to MARGIN."""
+    if one.proven:
+        return one, True
+    least = _least(part)
+    for _ in range(_TIMES):
+        level = one.value + (-MARGIN if least else MARGIN) * abs(one.value)
+        proofs = [Vicinity(piece, axes, level, least) for piece in _pieces(part) if _single(piece)]
+        if len(proofs) < len(_pieces(part)):
+            return one, False
+        lost = next((proof for proof in proofs if not proof.proven(_QUICK_SECONDS)), None)
+        if lost is None:
+            return one, True
+        if lost.witness is None:
+            return one, False
+        again = hit(part, axes, near=(lost.witness,), quick=True)
+        if (again.value >= one.value) if least else (again.value <= one.value):
+            return one, False
+        one = replace(again, tried=one.tried + again.tried)
+    return one, False
+
+
+def _single(part: Limit | Aim) -> bool:
+    return not isinstance(part.form, Modulus) or len(part.form.drives) == 1
+
+
+def _held(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> bool:
+    """Whether the bound is proven to be kept (the goal's value to be reached), to MARGIN where it is tight."""
+    least, level = _least(part), one.value if isinstance(part, Aim) else part.bound
+    loose = isinstance(part, Limit) and missed(part, one.value) < -1.01 * MARGIN
+    level *= 1.0 if loose else 1.0 - MARGIN if least else 1.0 + MARGIN
+    return all(_covered(piece, axes, level, least) for piece in _pieces(part))
+
+
+def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: bool) -> bool:
+    """Whether a level is kept on the whole box; several excitations each by themselves, the level shared out."""
+    form = part.form
+    if not isinstance(form, Modulus) or len(form.drives) == 1:
+        if Vicinity(part, axes, level, least).proven(_SECONDS):
+            return True
+        return Cover(part, axes, level, least).proven(_SECONDS)
+    if least:
+        return False
+    alone = [replace(part, form=replace(form, drives=(drive,))) for drive in form.drives]
+    tops = np.array([hit(one, axes).value for one in alone])
+    total = float(np.sqrt((tops**2).sum())) if form.combine == "rss" else float(tops.sum())
+    if not 0.0 < total < level:
+        return False
+    shares = [(one, float(top) * level / total) for one, top in zip(alone, tops, strict=True)]
+    return all(top > 0.0 and _covered(one, axes, top, least) for one, top in shares)
+
+
+__all__ = ["settled", "tight", "worst_machines"]
