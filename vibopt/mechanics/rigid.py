@@ -10,12 +10,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _solve_real
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 _LETTERS = "xyz"
 
@@ -112,22 +116,25 @@ class SpaceMachine(Machine):
             found += [(name, velocity, spin) for velocity, spin, _ in body.moves]
         return found
 
+    @cached_property
+    def _motions(self) -> tuple[NDArray[np.str_], FloatArray, FloatArray]:
+        """`columns` as arrays: names (n,), velocities and spins (n, 3)."""
+        names, velocities, spins = zip(*self.columns, strict=True)
+        return np.array(names), np.array(velocities), np.array(spins)
+
     def _moved(self, place: str, at: FloatArray) -> FloatArray:
         """Displacement at a place [m] on a body under each unit motion, shape (n, 3)."""
-        field_ = np.zeros((len(self.columns), 3))
-        for j, (name, velocity, spin) in enumerate(self.columns):
-            if name == place:
-                arm = at - self.rigid[name].centre if name in self.rigid else np.zeros(3)
-                field_[j] = velocity + np.cross(spin, arm)
+        names, velocities, spins = self._motions
+        moves = names == place
+        arm = at - self.rigid[place].centre if place in self.rigid else np.zeros(3)
+        field_: FloatArray = moves[:, None] * (velocities + np.cross(spins, arm))
         return field_
 
     def _against(self, place: str, at: FloatArray, force: FloatArray) -> FloatArray:
         """Work of a force (3,) at a place on a body against each unit motion: by its sum and its moment; (n,)."""
-        done = np.zeros(len(self.columns))
-        for i, (name, velocity, spin) in enumerate(self.columns):
-            if name == place:
-                arm = at - self.rigid[name].centre if name in self.rigid else np.zeros(3)
-                done[i] = force @ velocity + np.cross(arm, force) @ spin
+        names, velocities, spins = self._motions
+        arm = at - self.rigid[place].centre if place in self.rigid else np.zeros(3)
+        done: FloatArray = (names == place) * (velocities @ force + spins @ np.cross(arm, force))
         return done
 
     def _assembled(self, which: str) -> FloatArray:

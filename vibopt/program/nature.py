@@ -37,12 +37,15 @@ class Hit:
         Whether no other machine within the tolerances is worse.
     tried
         Machines looked at.
+    sure
+        Whether a search that misses none found no machine that is worse by more than a margin.
     """
 
     factors: FloatArray
     value: float
     proven: bool
     tried: int
+    sure: bool = False
 
 
 def around(scene: Scene, x: FloatArray) -> Program:

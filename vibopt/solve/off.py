@@ -44,7 +44,7 @@ def limit_offs(scene: Scene, x: FloatArray, hits: Mapping[int, Hit]) -> Offs:
     found: dict[str, list[Mapping[str, float]]] = {}
     for key, (name, side) in limit_rows(scene).items():
         index = _worst_index(scene, program, hits, name, side)
-        found[key] = [_named(doubts, hits[index].factors), *([] if hits[index].proven else corners)]
+        found[key] = [_named(doubts, hits[index].factors), *([] if hits[index].proven or hits[index].sure else corners)]
     rated = [(i, one) for i, one in enumerate(program.limits) if one.name not in scene.limits]  # brought by parts
     for index, limit in rated:
         both = any((one.name, one.side) == (limit.name, "at_most") for _, one in rated)

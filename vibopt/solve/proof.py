@@ -25,20 +25,30 @@ def worst_machines(
     """The worst machine for every limit, and as -1 for the goal; `known` are factors that were worst nearby."""
     return {
         index: hit(part, program.axes, near=known.get(index, ()), quick=quick)
-        for index, part in _parts(program).items()
+        for index, part in parts_of(program).items()
     }
 
 
 def settled(program: Program, hits: Mapping[int, Hit]) -> tuple[dict[int, Hit], tuple[str, ...]]:
     """The worst machines, after a search that misses none, and the names of what is neither broken nor proven."""
     final, left = {}, []
-    for index, part in _parts(program).items():
+    for index, part in parts_of(program).items():
         one, sure = _raised(part, program.axes, hits[index])
-        final[index] = one
+        final[index] = replace(one, sure=sure)
         broken = isinstance(part, Limit) and missed(part, one.value) > TOLERANCE
         if not (sure or broken or _held(part, program.axes, one)):
             left.append(part.name if isinstance(part, Limit) else "the goal")
     return final, tuple(dict.fromkeys(left))
+
+
+def breaks(part: Limit | Aim, axes: tuple[Axis, ...], near: tuple[FloatArray, ...]) -> Hit | None:
+    """The worst machine for a limit, looked for only where it is not proven at once that none breaks it."""
+    if isinstance(part, Limit) and part.side != "outside" and _single(part):
+        proof = Vicinity(part, axes, part.bound, part.side == "at_least")
+        if proof.proven(_QUICK_SECONDS):
+            return None
+        near = near if proof.witness is None else (*near, proof.witness)
+    return hit(part, axes, near=near)
 
 
 def tight(program: Program, index: int, one: Hit) -> bool:
@@ -48,7 +58,8 @@ def tight(program: Program, index: int, one: Hit) -> bool:
     return index < 0 or missed(program.limits[index], one.value) > -1.01 * MARGIN
 
 
-def _parts(program: Program) -> dict[int, Limit | Aim]:
+def parts_of(program: Program) -> dict[int, Limit | Aim]:
+    """Limits by number, and as -1 the goal."""
     parts: dict[int, Limit | Aim] = dict(enumerate(program.limits))
     if program.aim is not None:
         parts[-1] = program.aim
@@ -115,4 +126,4 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
     return all(top > 0.0 and _covered(one, axes, top, least) for one, top in shares)
 
 
-__all__ = ["settled", "tight", "worst_machines"]
+__all__ = ["breaks", "parts_of", "settled", "tight", "worst_machines"]

@@ -23,7 +23,7 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
 from vibopt.solve.local import sharpened
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.proof import settled, tight, worst_machines
+from vibopt.solve.proof import breaks, parts_of, settled, tight, worst_machines
 from vibopt.solve.several import Several
 from vibopt.solve.shelf.words import reason_of
 
@@ -123,7 +123,7 @@ class _Run:
             for one in found.details["picks"][1:]:
                 if broken or time.perf_counter() > self.deadline:
                     break
-                broken = self._look(np.array(one["x"]))[1]
+                broken = self._fails(np.array(one["x"]))
             self.undecided = undecided
             if not broken:
                 return self._done(found, hits)
@@ -135,7 +135,7 @@ class _Run:
                 return self._hopeless(searched, reason_of(program, searched))
             if searched.x is None:
                 return self._stopped(searched, None)
-            found = self._whole(replace(searched, details=kept | searched.details))
+            found = self._whole(replace(searched, details={**kept, **searched.details}))
 
     def _whole(self, found: Found) -> Found:
         """The answer in the variables of the scene, without the columns of tolerances."""
@@ -193,6 +193,20 @@ class _Run:
         hits = worst_machines(program, known, quick=quick)
         if not quick:
             hits, self.undecided = settled(program, hits)
+        return hits, self._learn(program, x, hits)
+
+    def _fails(self, x: FloatArray) -> bool:
+        """Whether some machine breaks a limit of a design, or the goal that it is known to reach; it is kept."""
+        program = around(self.scene, x)
+        hits = {}
+        for index, part in parts_of(program).items():
+            found = breaks(part, program.axes, self.machines.near(x, index))
+            if found is not None:
+                hits[index] = found
+        return self._learn(program, x, hits)
+
+    def _learn(self, program: Program, x: FloatArray, hits: Mapping[int, Hit]) -> bool:
+        """Keep the machines that break a limit or the goal, and the first of every limit; whether any does."""
         broken, level = False, self._level(program, x)
         for index, one in hits.items():
             if index >= 0:
@@ -204,7 +218,7 @@ class _Run:
             if bad or index not in self.machines.worst:
                 self.machines.add(index, self.machines.parts_off(x, one.factors))
             broken |= bad
-        return hits, broken
+        return broken
 
     def _level(self, program: Program, x: FloatArray) -> float:
         """The goal (to be minimised) on the machines known."""

@@ -9,6 +9,7 @@ from vibopt.mechanics.harmonic import modal_of
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme, peaks
 from vibopt.program.few import few_peaks
+from vibopt.program.highest import highest
 from vibopt.program.worst import DriveResponse, closed_form, drive_extreme, plain_value, singularities
 
 
@@ -34,6 +35,8 @@ def _drive_extremes(model: Model, form: Modulus, drive: Drive, x: FloatArray, le
         return [drive_extreme(model, form, drive, x, True)]
     elif (few := few_peaks(model, form, drive, x, 0.9)) is not None:
         found = [one.at for one in few]
+    elif (through := highest(model, form, drive, x, 0.9)) is not None:
+        found = through
     else:
         modal = modal_of(model, model.values(x))
         singular, breaks = singularities(model, form, drive, x, modal)
