@@ -31,12 +31,13 @@ class Dot:
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """One case; `seconds` is the time of the default, `silent` lists methods that gave no design."""
+    """One case; `seconds` is the time of the default, `silent` lists methods without design, `measure` is the error."""
 
     title: str
     seconds: float
     dots: tuple[Dot, ...]
     silent: tuple[str, ...] = ()
+    measure: str = "true error (part)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +65,7 @@ def accuracy_figure(cases: Sequence[Scatter], default: str) -> Figure:
         panel = axes.flat[index]
         last = index + columns >= len(cases)
         below = f"time over that of {default}" if last else ""
-        dress(panel, case.title, below, "true error (part)" if index % columns == 0 else "")
+        dress(panel, case.title, below, case.measure if index % columns == 0 else "")
         drawn.append((panel, _scatter(panel, case, default, span, top)))
     for panel in axes.flat[len(cases) :]:
         panel.set_axis_off()
@@ -80,7 +81,7 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_xlim(*span)
-    panel.set_ylim(FLOOR / 3e3, top)  # room for the note
+    panel.set_ylim(FLOOR / 1e5, top)  # room for the note
     panel.set_yticks([10.0**e for e in range(-15, int(math.log10(top)) + 1, 3)])
     panel.minorticks_off()
     panel.axvline(1.0, color=FAINT, lw=0.8, zorder=1)
@@ -131,7 +132,7 @@ def _marks(default: str) -> list[Any]:
         return Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, mew=1.6, ms=6.5, label=words)
 
     return [
-        mark("D", INK, INK, f"{default}; for isolation with its check (numbers: sampled speeds)"),
+        mark("D", INK, INK, f"{default}; with its check for isolation and mounts (numbers: sampled speeds)"),
         mark("o", BLUE, BLUE, "claim holds"),
         mark("o", "none", RED, "claims success and is wrong"),
         Line2D([], [], color=FAINT, ls=(0, (4, 3)), lw=0.8, label="a limit counts as broken above"),
@@ -261,8 +262,10 @@ def fidelity_figure(rows: Sequence[Bars]) -> Figure:
         mec=INK,
         label="reduced against full",
     )
-    axes[2].set_xlim(3e-18, max([1e-6, *(10.0 * row.error for row in rows if math.isfinite(row.error))]))
-    axes[2].set_xticks([1e-17, 1e-14, 1e-11, 1e-8], ["0", "1e-14", "1e-11", "1e-8"])
+    top = max([1e-6, *(10.0 * row.error for row in rows if math.isfinite(row.error))])
+    axes[2].set_xlim(3e-18, top)
+    ticks = [10.0**e for e in ((-14, -11, -8) if top < 1e-4 else (-12, -7, -2))]
+    axes[2].set_xticks([1e-17, *ticks], ["0", *(f"{tick:.0e}" for tick in ticks)])
     axes[2].minorticks_off()
     for panel in axes:
         panel.grid(False, axis="y")
