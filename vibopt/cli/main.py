@@ -20,6 +20,7 @@ VERBS = {
     "solve": ("solve", "Find the best design, and prove it."),
     "explain": ("explain", "Say why this model, why this method, and what each limit costs."),
     "whatif": ("whatif", "Change facts or limits, and see the old answer beside the new."),
+    "compare": ("compare", "Set several variants beside each other, problem files or saved designs."),
     "sweep": ("sweep", "Vary one fact over a range."),
     "plot": ("picture", "Draw the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),

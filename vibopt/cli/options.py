@@ -29,6 +29,14 @@ changes = click.option(
 )
 
 
+rounding = click.option(
+    "--round",
+    "rounding",
+    metavar="DIGITS",
+    multiple=True,
+    help="Round the chosen values as on the drawing, and measure anew: --round 3, or --round links.mount.stiffness="
+    '"50 kN/m" for steps; may be repeated.',
+)
 keep_design = click.option("--keep-design", is_flag=True, help="The design is bought: measure it, choose nothing anew.")
 
 

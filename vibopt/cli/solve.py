@@ -2,46 +2,133 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, method, read_job
-from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.cli.options import as_json, changes, file, method, read_job, rounding
+from vibopt.cli.output import checked_target, colour, complain, say, say_json, width, write_file
+from vibopt.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from vibopt.jobs import Answer, Job
+    from vibopt.study.rounded import Rounded
 
 UNPROVEN = 5
+PROBLEMS = (".toml",)
+NOTHING = ("infeasible", "unbounded", "unproven", "check_failed")
+"""Answers without a design to round or to save."""
 
 
 @click.command()
 @file
 @method
 @changes
+@rounding
+@click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")
 @click.option("--no-prices", is_flag=True, help="Do not find out what loosening each active limit buys.")
 @click.option("--require-proof", is_flag=True, help="Exit code 5 unless the answer is proven.")
 @as_json
 def solve(
-    file: str, method: str | None, changes: tuple[str, ...], no_prices: bool, require_proof: bool, as_json: bool
+    file: str,
+    method: str | None,
+    changes: tuple[str, ...],
+    rounding: tuple[str, ...],
+    save: str | None,
+    no_prices: bool,
+    require_proof: bool,
+    as_json: bool,
 ) -> int:
     """Find the best design of a problem file, check every limit by another road, and say what is proven.
 
+    With --round the values are those on the drawing: measured anew, and what rounding costs.  With --save
+    the design is a problem file of its own.
+
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
+    target = checked_target(save, PROBLEMS) if save else None
+    if target is not None and Path(file).resolve() == target.resolve():
+        raise InputError(f"--save {save}: this is the problem file itself. Name another file.")
     job = read_job(file, changes)
-    found = answer(job, method)
-    if not no_prices:
+    _only_scenes(job, {"--round": bool(rounding), "--save": target is not None})
+    found: Answer = answer(job, method)
+    drawn = _rounded(found, rounding) if rounding else None
+    if drawn is not None:
+        found = drawn.design
+    elif not no_prices:
         found = with_prices(found)
-    if as_json:
-        say_json(plain_answer(found))
-    else:
-        say(text_of(found, job))
+    refused = "" if target is None else _save(found, drawn, target, changes)
+    _say(found, job, drawn, None if refused else target, refused, as_json=as_json)
     if require_proof and not found.proven and found.exit_code == 0:
         if not as_json:
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
         return UNPROVEN
     return found.exit_code
+
+
+def _only_scenes(job: Job, asked: dict[str, bool]) -> None:
+    from vibopt.jobs import scene_only
+
+    for word, given in asked.items():
+        if given:
+            scene_only(job, word, "Leave it out.")
+
+
+def _rounded(found: Answer, rounding: tuple[str, ...]) -> Rounded | None:
+    """The rounded design; None where there is no answer to be rounded, which the answer says itself."""
+    from vibopt.cli.progress import Bar
+    from vibopt.jobs import is_design
+    from vibopt.study.rounded import rounded
+
+    if not is_design(found) or found.status in NOTHING:
+        return None
+    with Bar() as bar:
+        bar("rounding", 0.0)
+        return rounded(found, rounding)
+
+
+def _save(found: Answer, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
+    """Write the design; why not, where there is none."""
+    from vibopt.jobs import is_design
+    from vibopt.study.saved import design_file
+
+    assert is_design(found)
+    try:
+        text = design_file(found, target, kept=drawn.kept if drawn is not None else None, changes=changes)
+    except InputError as error:
+        return str(error)
+    write_file(target, text.encode())
+    return ""
+
+
+def _say(found: Answer, job: Job, drawn: Rounded | None, written: Path | None, refused: str, *, as_json: bool) -> None:
+    if as_json:
+        more = {"written": [str(written)]} if written is not None else {"written": [], "messages": [refused]}
+        say_json({**plain_answer(found), **(more if written is not None or refused else {})})
+        return
+    say(text_of(found, job))
+    if drawn is not None:
+        from vibopt.design.table import rendered
+
+        say(rendered(lambda console: _rounding(drawn, console), width=width(), colour=colour()))
+    if written is not None:
+        say(f"Written: {written}")
+    if refused:
+        complain(refused)
+
+
+def _rounding(drawn: Rounded, console: Console) -> None:
+    """Exact values beside those on the drawing, and the goal of both."""
+    from vibopt.design.table import grid, section
+
+    rows = [(path.removesuffix(".value"), one.exact.shown, one.rounded.shown) for path, one in drawn.values.items()]
+    exact, now = drawn.exact.goal, drawn.design.goal
+    if exact is not None and now is not None:
+        rows.append((f"goal: {exact[0]}", exact[1].shown, now[1].shown))
+    section(console, "Rounding", grid(rows, ("", "Exact", "Rounded")))
 
 
 def answer(job: Job, method: str | None = None) -> Answer:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, file, keep_design, read_scene, split_change, value_of
+from vibopt.cli.options import as_json, file, keep_design, read_scene, rounding, split_change, value_of
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from vibopt.design.design import Checked, Design, Shown
+    from vibopt.study.thresholds import Threshold
     from vibopt.study.whatif import WhatIf
 
 
@@ -20,12 +21,13 @@ if TYPE_CHECKING:
 @file
 @click.option("--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated.")
 @keep_design
+@rounding
 @as_json
-def whatif(file: str, changes: tuple[str, ...], keep_design: bool, as_json: bool) -> int:
+def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tuple[str, ...], as_json: bool) -> int:
     """Change facts or limits, and see the old answer beside the new.
 
     With --keep-design the old design stays: which limits break under the changes, and how far each fact
-    may go.  Exit code: that of the new answer.
+    may go; with --round it stays with rounded values.  Exit code: that of the new answer.
     """
     from vibopt.cli.progress import Bar
     from vibopt.study.whatif import whatif as compare
@@ -33,7 +35,7 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, as_json: bool
     scene = read_scene(file, "whatif", instead="Solve the file twice, the second time with --set PATH=VALUE.")
     new = {path: value_of(text) for path, text in map(split_change, changes)}
     with Bar() as bar:
-        result = compare(scene, new, keep_design=keep_design, progress=bar)
+        result = compare(scene, new, keep_design=keep_design, rounding=rounding, progress=bar)
     if as_json:
         say_json({"status": result.after.status, **_parts(result)})
     else:
@@ -68,8 +70,7 @@ def _tell(result: WhatIf, console: Console) -> None:
         names = listed([f'"{name}"' for name in result.breaks])
         console.print(f"\nThe design kept breaks {names}." if names else "\nThe design kept breaks no limit that held.")
         if result.thresholds:
-            heads = ("Fact", "Now", "Fails below", "Fails above")
-            section(console, "How far each fact may go", grid(_thresholds(result), heads, whole=(0,)))
+            _say_thresholds(result, console)
 
 
 def _old(design: Design, path: str) -> str:
@@ -100,7 +101,8 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
         ]
     for family in ("limits", "measures"):
         names = list(dict.fromkeys((*getattr(before, family), *getattr(after, family))))
-        rows += [(name, *(_cell(one, getattr(one, family).get(name)) for one in (before, after))) for name in names]
+        both = [(name, [(one, getattr(one, family).get(name)) for one in (before, after)]) for name in names]
+        rows += [(name, *(_cell(*one, name) for one in cells)) for name, cells in both]
     return rows
 
 
@@ -113,22 +115,42 @@ def _intervals(design: Design) -> str:
     return "\n".join(interval(*one) for one in design.found) or "none"
 
 
-def _cell(design: Design, checked: Checked | None) -> str:
+def _cell(design: Design, checked: Checked | None, name: str) -> str:
     """The worst and where; among speeds yet to be told apart no limit is broken."""
     from vibopt.design.words import state_words, value_at
+    from vibopt.study.freeze import MEASURED
 
-    if checked is None:
-        return "-"
+    if checked is None:  # what a kept design measures was the goal before
+        return design.goal[1].shown if design.goal is not None and name in MEASURED.values() else "-"
     state = state_words(checked) if checked.limit is not None and design.found is None else ""
     return f"{value_at(checked)}{f', {state}' if state else ''}"
 
 
+def _say_thresholds(result: WhatIf, console: Console) -> None:
+    """Facts that can break a limit, then those that cannot, then how that was found."""
+    from vibopt.design.table import grid, paragraph, section
+    from vibopt.study.thresholds import METHOD
+
+    heads = ("Fact", "Now", "Fails below", "Fails above")
+    rows = _thresholds(result)
+    section(console, "How far each fact may go", grid(rows, heads, whole=(0,)) if rows else "as far as was looked")
+    free = [one.path for one in result.thresholds if one.free]
+    if free:
+        paragraph(console, f"No limit breaks over {', '.join(free)}.")
+    paragraph(console, METHOD)
+    if result.after.tolerances is not None:
+        paragraph(console, "Over the tolerances each value counts for the worst machine that was found.")
+
+
 def _thresholds(result: WhatIf) -> list[tuple[str, ...]]:
     return [
-        (one.path, one.now.shown, _edge(one.below, one.limits[0]), _edge(one.above, one.limits[1]))
+        (one.path, one.now.shown, _edge(one, one.below, one.limits[0]), _edge(one, one.above, one.limits[1]))
         for one in result.thresholds
+        if not one.free
     ]
 
 
-def _edge(value: Shown | None, limit: str) -> str:
-    return f"{value.shown}\n  {limit}" if value is not None else "-"
+def _edge(one: Threshold, value: Shown | None, limit: str) -> str:
+    if value is None:
+        return "-"
+    return f"{'at once' if one.at_once(value) else value.shown}\n  {limit}"

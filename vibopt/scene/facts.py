@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from vibopt.devices import FAMILIES
+from vibopt.devices.mount import Rating, Sites
 from vibopt.devices.part import Part
 from vibopt.errors import InputError, way_out
 from vibopt.excitations import Excitation
@@ -14,44 +16,111 @@ from vibopt.responses import Response
 from vibopt.scene.scene import Scene
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
+from vibopt.values.vectors import AXES
+
+_PLACES = ("centre", "at")
+_SIDES = ("box",)
 
 
 @dataclass(frozen=True, slots=True)
 class FactAt:
-    """A fact: its path, value [SI], the user's unit, its dimension, whether it is an amplitude."""
+    """A fact: its path, value [SI], the user's unit, its dimension, whether it is an amplitude.
+
+    signed
+        Whether it may be zero or negative: a coordinate of a place.
+    place, around
+        For an end of a range: where the range stands in the file, and its text with {} for this end.
+    """
 
     path: str
     value: float
     unit: str
     dimension: str
     amplitude: bool = False
+    signed: bool = False
+    place: str = ""
+    around: str = "{}"
 
     def text(self, value: float) -> str | float:
         """A value [SI] as it would stand in the file, exact to the last digit."""
         shown = to_unit(value, self.unit, self.dimension) if self.unit else value
         return f"{shown:.17g} {self.unit}".strip() if self.unit else shown
 
+    def changes(self, value: float) -> dict[str, str | float]:
+        """What to put into the document, by path, for a value [SI]."""
+        return {self.place: self.around.format(self.text(value))} if self.place else {self.path: self.text(value)}
+
 
 def facts(scene: Scene) -> Iterator[FactAt]:
-    """Every number of the scene that is a fact: properties, excitations, single speeds, bounds."""
+    """Every number of the scene that is a fact: properties, places, excitations, speeds, ratings, bounds."""
     for family in (*FAMILIES, "excitations", "limits"):
         tables: dict[str, Table] = getattr(scene, family)
         for name, table in tables.items():
-            yield from _facts(f"{family}.{name}", table)
+            yield from _facts(f"{family}.{name}", table, scene.document.get(family, {}).get(name))
 
 
-def _facts(path: str, table: Table) -> Iterator[FactAt]:
-    """Facts of a table, and of the tables in it."""
+def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
+    """Facts of a table, of the tables in it and of lists of tables; `given` is how the file says it."""
     brought = getattr(table, "brought", ())
     for key in type(table).model_fields:
-        inner = getattr(table, key)
+        inner, said = getattr(table, key), given.get(key) if isinstance(given, Mapping) else None
         if key in brought or isinstance(inner, Part):  # a part is taken as the catalogue has it
             continue
+        here = f"{path}.{key}"
         if isinstance(inner, Table):
-            yield from _facts(f"{path}.{key}", inner)
-        found = _fact(f"{path}.{key}", table, key)
+            yield from _facts(here, inner, said)
+        if isinstance(inner, tuple) and inner and all(isinstance(one, Table) for one in inner):
+            for index, one in enumerate(inner):
+                yield from _facts(f"{here}.{index + 1}", one, _entry(said, index))
+        if key in (*_PLACES, *_SIDES) and inner is not None and not isinstance(inner, Sites):
+            yield from _lengths(here, said, signed=key in _PLACES)
+        found = _fact(here, table, key)
         if found is not None:
             yield found
+        yield from _ends(here, table, key)
+
+
+def _entry(given: Any, index: int) -> Any:
+    return given[index] if isinstance(given, list) and index < len(given) else None
+
+
+def _lengths(path: str, given: Any, *, signed: bool) -> Iterator[FactAt]:
+    """Coordinates of a place or of each of a list of places, sides of a box."""
+    if not isinstance(given, list):
+        return
+    if given and all(isinstance(one, list) for one in given):
+        for index, one in enumerate(given):
+            yield from _lengths(f"{path}.{index + 1}", one, signed=signed)
+        return
+    for axis, one in zip(AXES, given, strict=False):
+        said = read_quantity(one if isinstance(one, str) else f"{one} m", "length")
+        yield FactAt(f"{path}.{axis}", said.value, said.unit, "length", signed=signed)
+
+
+def _ends(path: str, table: Table, key: str) -> Iterator[FactAt]:
+    """The two ends of a rating, and of a range of own speeds."""
+    value = getattr(table, key)
+    if isinstance(value, Rating):
+        ends, words, unit, dimension = (
+            (value.least.value, value.most.value),
+            ("least", "most"),
+            value.most.unit,
+            "force",
+        )
+    elif isinstance(value, SpeedRange) and isinstance(table, Excitation) and key == "speed" and _is_band(value):
+        band = value.bands[0]
+        ends, words, unit, dimension = (band.low, band.high), ("lowest", "highest"), value.unit, value.dimension
+    else:
+        return
+    texts = [f"{to_unit(one, unit, dimension):.15g} {unit}" for one in ends]
+    arounds = ("{}.." + texts[1], texts[0] + "..{}")
+    for word, end, around in zip(words, ends, arounds, strict=True):
+        yield FactAt(f"{path}.{word}", end, unit, dimension, place=path, around=around)
+
+
+def _is_band(value: SpeedRange) -> bool:
+    band = value.bands[0]
+    return len(value.bands) == 1 and not band.is_point and not value.asked and band.high < float("inf")
 
 
 def fact_at(scene: Scene, path: str) -> FactAt:

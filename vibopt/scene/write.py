@@ -32,7 +32,11 @@ def write(scene: Scene, path: str | FilePath) -> None:
 
 def to_toml(scene: Scene) -> str:
     """The text of a problem file for a scene: every value as it was written, none converted."""
-    document = scene.document
+    return document_toml(scene.document)
+
+
+def document_toml(document: Mapping[str, object]) -> str:
+    """The text of a problem file for a document."""
     above = {key: value for key, value in document.items() if not _is_below(value)}
     blocks = ["\n".join(_pairs(above))] if above else []
     for key, value in document.items():

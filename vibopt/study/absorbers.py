@@ -137,7 +137,7 @@ def _measured(design: Design) -> Document | None:
         goal = {GOAL: {"response": scene.goal.response.response, **table}}
         document["measures"] = {**document.get("measures", {}), **goal}
     try:
-        return plain_document(frozen(replace(scene, off={}, document=document), design.x).document)
+        return plain_document(frozen(replace(scene, off={}, document=document), design.x, with_goal=False).document)
     except InputError:
         return None
 

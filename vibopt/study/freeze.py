@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from vibopt.design.build import machine_of
+from vibopt.design.checked import usual_unit
 from vibopt.scene.document import changed
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
 
+MEASURED = {MINIMISE: "minimised", MAXIMISE: "maximised"}
+"""Name of the measure that a goal becomes, by its sense."""
 _MASSES = ("mass", "inertia", "mass_ratio", "disc")
 _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "frequency", "tuning", "length")
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
@@ -22,7 +26,7 @@ _ALONG = (("mass", "kg"), ("stiffness", "N/m"), ("damping", "N s/m"))
 _AROUND = (("inertia", "kg m2"), ("torsional_stiffness", "N m/rad"), ("torsional_damping", "N m s/rad"))
 
 
-def frozen(scene: Scene, x: Sequence[float]) -> Scene:
+def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene:
     """The scene with every choice replaced by its value [SI], as an analysis.
 
     Parameters
@@ -31,6 +35,8 @@ def frozen(scene: Scene, x: Sequence[float]) -> Scene:
         A scene with design variables.
     x
         Their values, in the order of `scene.variables`.
+    with_goal
+        Whether the goal stays, as a measure called `minimised` or `maximised`.
     """
     values: dict[str, Any] = {}
     chosen = {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)}
@@ -42,7 +48,7 @@ def frozen(scene: Scene, x: Sequence[float]) -> Scene:
         if variable.path in tied:
             continue
         unit = variable.unit
-        said = f"{to_unit(value, unit, variable.dimension):.17g} {unit}" if unit else float(value)
+        said = _said(value, unit, variable.dimension)
         off = variable.choice.tolerance
         values[variable.path] = {"value": said, "tolerance": off} if off else said
     document = changed(scene.document, values)
@@ -51,8 +57,37 @@ def frozen(scene: Scene, x: Sequence[float]) -> Scene:
         document[family][name]["part"].pop("only", None)
     if scene.absorbers:
         document["absorbers"] = _bought(scene, x)
+    if with_goal:
+        _as_measure(scene, document)
     document.pop("goal", None)
+    document.pop("expected", None)
     return from_dict(document, name=scene.name)
+
+
+def _said(value: float, unit: str, dimension: str) -> str | float | int:
+    """A value [SI] as it stands in a file, exact to the last digit."""
+    if unit:
+        return f"{float(to_unit(value, unit, dimension))!r} {unit}"
+    return round(value) if dimension == "count" else float(value)
+
+
+def _as_measure(scene: Scene, document: dict[str, Any]) -> None:
+    """What was made best is measured from now on, in the unit in which it was shown."""
+    goal = goal_as_shown(scene)
+    if goal is None:
+        return
+    given = {key: one for key, one in document["goal"].items() if key != goal.sense}
+    unit = {"unit": goal.response.unit} if goal.response.unit else {}
+    document.setdefault("measures", {}).setdefault(MEASURED[goal.sense], {"response": goal.name, **given, **unit})
+
+
+def goal_as_shown(scene: Scene) -> Goal | None:
+    """The goal with the unit in which an answer shows it."""
+    goal = scene.goal
+    if goal is None:
+        return None
+    unit = goal.response.unit or usual_unit(scene, goal.response)
+    return replace(goal, response=goal.response.model_copy(update={"unit": unit or None}))
 
 
 def _bought(scene: Scene, x: Sequence[float]) -> dict[str, dict[str, Any]]:
@@ -66,7 +101,7 @@ def _bought(scene: Scene, x: Sequence[float]) -> dict[str, dict[str, Any]]:
         kept = {key: scene.document["absorbers"][name].get(key) for key in ("on", "relative_to", "tuning_to", "mode")}
         parts = (machine.masses[name], joint.stiffness, joint.damping)
         given: dict[str, Any] = {
-            key: f"{value:.17g} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0
+            key: f"{float(value)!r} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0
         }
         if table.loss_factor is not None:
             given["loss_factor"] = f"{joint.loss_factor:.17g}"

@@ -136,7 +136,7 @@ def _answered(scene: Scene, fact: FactAt, values: FloatArray, progress: Progress
 
 
 def _one(scene: Scene, fact: FactAt, value: float) -> Point:
-    return point_of(fact, float(value), solve(with_changes(scene, {fact.path: fact.text(float(value))}), explain=False))
+    return point_of(fact, float(value), solve(with_changes(scene, fact.changes(float(value))), explain=False))
 
 
 def _agree(scene: Scene, together: Columns, index: int, point: Point) -> bool:

@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import brentq, minimize_scalar
 
 from vibopt.design.design import Shown
-from vibopt.errors import InputError
+from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.facts import FactAt, facts
-from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
-from vibopt.solve.branch import Judge
-from vibopt.units import si_unit
+from vibopt.study.margins import LARGE, Margins
+from vibopt.units import show, si_unit
 
 REACH = 10.0
-_POINTS = 48
+ROOM = 1e-6
+"""Part of a fact (or metres, of a coordinate that is zero) that counts as no room."""
+_POINTS = 16
+_NOT_PHYSICAL = (".order",)
+_WORTH = -0.9
+"""A top of a violation below this is not followed: its limit keeps nine tenths of its bound."""
+_LOOK = 6
+"""Over tolerances the worst machines are sought anew at every so many values, and where a limit breaks."""
+METHOD = (
+    "Each fact was followed to ten times and to a tenth of its value, a coordinate as far as the machine is long: over "
+    "16 values each way, every value at which a natural frequency meets a speed or a bound of a limit, and every top "
+    "of a limit between them. The first crossing is exact to the last digits; a failing stretch narrower than all of "
+    "these is not seen."
+)
+"""What was looked at, for the reader of the table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,71 +51,222 @@ class Threshold:
     above: Shown | None
     limits: tuple[str, str]
 
+    @property
+    def free(self) -> bool:
+        """Whether no failing value was found."""
+        return self.below is None and self.above is None
 
-def thresholds(scene: Scene, progress: Callable[[str, float], None] | None = None) -> list[Threshold]:
-    """Threshold of every physical fact of an analysis whose limits all hold.
+    def at_once(self, end: Shown) -> bool:
+        """Whether an end leaves no room that anybody could measure."""
+        return abs(end.value - self.now.value) <= ROOM * (abs(self.now.value) or 1.0)
 
-    The first crossing on a grid of 48 values per direction, refined until the margin changes sign
-    between neighbouring numbers.
+
+def thresholds(
+    scene: Scene, progress: Callable[[str, float], None] | None = None, only: Collection[str] | None = None
+) -> list[Threshold]:
+    """Threshold of every physical fact of an analysis whose limits all hold, or of those by path; `METHOD` says how.
+
+    With tolerances each limit is the worst over them, as far as it was found.
     """
-    physical = [one for one in facts(scene) if not one.path.startswith("limits.") and one.value > 0.0]
+    physical = [one for one in facts(scene) if _is_physical(one)]
+    extent = extent_of(physical)
+    asked = [one for one in physical if only is None or one.path in only]
+    if not pose(scene).limits:
+        return []
     found = []
-    for index, fact in enumerate(physical):
+    first: Margins | None = None
+    for index, fact in enumerate(asked):
         if progress is not None:
-            progress("thresholds", index / len(physical))
-        found.append(_of(scene, fact))
+            progress("thresholds", index / len(asked))
+        margins = Margins(scene, fact)
+        if first is None:
+            first = margins
+            margins.full(fact.value)
+        margins.worst_machines = {key: [*many] for key, many in first.worst_machines.items()}
+        found.append(_of(margins, extent))
     return found
 
 
-def _of(scene: Scene, fact: FactAt) -> Threshold:
-    down, first = _crossing(scene, fact, 1.0 / REACH)
-    up, second = _crossing(scene, fact, REACH)
-    return Threshold(fact.path, _shown(fact, fact.value), down, up, (first, second))
+def _is_physical(fact: FactAt) -> bool:
+    if fact.path.startswith("limits.") or fact.path.endswith(_NOT_PHYSICAL):
+        return False
+    return fact.signed or fact.value > 0.0
+
+
+def extent_of(asked: list[FactAt]) -> float:
+    """Greatest distance between two places along an axis [m]."""
+    sides = [0.0]
+    for axis in "xyz":
+        values = [one.value for one in asked if one.signed and one.path.endswith(f".{axis}")]
+        sides.append(max(values) - min(values) if values else 0.0)
+    return max(sides) or 1.0
+
+
+def _of(margins: Margins, extent: float) -> Threshold:
+    fact = margins.fact
+    if fact.dimension == "count":
+        down, up = _counted(margins, 1.0 / REACH), _counted(margins, REACH)
+    else:
+        down, up = _crossing(margins, _values(fact, extent, -1)), _crossing(margins, _values(fact, extent, 1))
+    ends = [None if value is None else _apart(fact, float(value)) for value in (down, up)]
+    names = ["" if value is None else margins.name(value) for value in (down, up)]
+    return Threshold(fact.path, _shown(fact, fact.value), ends[0], ends[1], (names[0], names[1]))
 
 
 def _shown(fact: FactAt, value: float) -> Shown:
     return Shown.of(value, fact.dimension, si_unit(fact.dimension), fact.unit, amplitude=fact.amplitude)
 
 
-def _crossing(scene: Scene, fact: FactAt, reach: float) -> tuple[Shown | None, str]:
-    """The first failing value between the fact and `reach` times it, and the limit that breaks."""
-    good = fact.value
-    for value in _steps(fact, reach):
-        missed, name = broken(scene, fact, value)
-        if missed > 0.0:
-            bad, name = (value, name) if fact.dimension == "count" else _between(scene, fact, good, value, name)
-            return _shown(fact, bad), name
-        good = value
-    return None, ""
+def _apart(fact: FactAt, value: float) -> Shown:
+    """A value with as many digits as it takes to tell it from the fact."""
+    now = _shown(fact, fact.value).shown
+    texts = (show(value, fact.unit, fact.dimension, digits=n, amplitude=fact.amplitude) for n in (4, 6, 8, 10, 13))
+    text = next((one for one in texts if one != now), now)
+    return Shown(value, si_unit(fact.dimension), text)
 
 
-def _steps(fact: FactAt, reach: float) -> list[float]:
-    """Values to try, from the fact outward; whole ones for a count."""
-    if fact.dimension == "count":
-        now, last = round(fact.value), round(fact.value * reach)
-        steps = range(now + 1, last + 1) if reach > 1.0 else range(now - 1, 0, -1)
-        return [float(n) for n in steps]
-    return [float(fact.value * factor) for factor in np.geomspace(1.0, reach, _POINTS)[1:]]
+def _counted(margins: Margins, reach: float) -> float | None:
+    """The first failing whole number."""
+    now, last = round(margins.fact.value), round(margins.fact.value * reach)
+    steps = range(now + 1, last + 1) if reach > 1.0 else range(now - 1, 0, -1)
+    return next((float(n) for n in steps if margins.most(float(n)) > 0.0), None)
 
 
-def _between(scene: Scene, fact: FactAt, good: float, bad: float, worst: str) -> tuple[float, str]:
-    """The first failing value between a good and a bad one, to the last digit, and whose limit it is."""
-    for _ in range(60):
+def _values(fact: FactAt, extent: float, way: int) -> list[float]:
+    """Values to try, from the fact outward, that value first."""
+    if fact.signed:
+        return [float(v) for v in fact.value + way * extent * np.linspace(0.0, 1.0, _POINTS + 1)]
+    return [float(v) for v in fact.value * np.geomspace(1.0, REACH**way, _POINTS + 1)]
+
+
+def _crossing(margins: Margins, values: list[float]) -> float | None:
+    """The first failing value; None where none was found before the last, or before the scene cannot be."""
+    start = values[0]
+    if margins.most(start) > 0.0:
+        return start
+    before = values[-1]
+    for sparing in (True, True, True, False, False):
+        bad = _first(margins, values, sparing)
+        if bad is None:
+            return None
+        margins.refining = sparing
+        if not margins.most(bad[0]) <= 0.0 < margins.most(bad[1]):  # on a machine that was not known before
+            continue
+        edge = _edge(margins, *bad)
+        margins.refining = False
+        before = float(np.nextafter(edge, start))
+        if before == start or not (_breaks(margins.full(edge)) and _breaks(margins.full(before))):
+            return edge
+        values = [start, *[v for v in values[1:] if abs(v - start) < abs(before - start)], before]
+    return before
+
+
+def _breaks(found: FloatArray | None) -> bool:
+    return found is not None and bool(found.max(initial=-LARGE) > 0.0)
+
+
+def _first(margins: Margins, values: list[float], sparing: bool) -> tuple[float, float] | None:
+    """A good value and the first failing one behind it; `sparing` looks for new worst machines at few values only."""
+    seen = [values[0]]
+    for index, (last, value) in enumerate(pairwise(values)):
+        margins.refining = sparing and (index + 1) % _LOOK != 0 and value != values[-1]
+        if margins(value) is None:
+            return None
+        for step in (*_meetings(margins, last, value), value):
+            found = _top(margins, [*seen[-2:], step])
+            if found is not None:
+                return seen[max(len(seen) - 2, 0)], found
+            if margins.most(step) > 0.0:
+                return seen[-1], step
+            seen.append(step)
+    return None
+
+
+def _meetings(margins: Margins, low: float, high: float) -> list[float]:
+    """Values between two at which a natural frequency meets one that a limit looks at, in order from `low`."""
+    first, last = margins.above(low), margins.above(high)
+    if first is None or last is None or first.shape != last.shape:
+        return []
+    found = []
+    for index in np.flatnonzero(first * last < 0.0):
+
+        def gap(value: float, index: int = int(index)) -> float:
+            here = margins.above(value)
+            return float(here[index]) if here is not None and len(here) > index else 0.0
+
+        found.append(float(brentq(gap, low, high, xtol=1e-9 * abs(high - low), rtol=1e-12)))
+    found = sorted(set(found), key=lambda one: abs(one - low))
+    middles = [0.5 * (a + b) for a, b in pairwise(found)]
+    both = sorted({*found, *middles}, key=lambda one: abs(one - low))
+    return [one for one in both if min(low, high) < one < max(low, high) and margins(one) is not None]
+
+
+def _top(margins: Margins, three: list[float]) -> float | None:
+    """A failing value between the outer two of three, where the violation of a limit has its top; None without one."""
+    if len(three) < 3:
+        return None
+    rows = [margins(one) for one in three]
+    if any(one is None or one.shape != rows[0].shape for one in rows):  # type: ignore[union-attr]
+        return None
+    left, middle, right = (np.asarray(one) for one in rows)
+    for index in np.flatnonzero((middle >= left) & (middle >= right) & (middle > _WORTH) & (middle <= 0.0)):
+        found = _climbed(margins, three, int(index))
+        if found is not None:
+            return found
+    return None
+
+
+def _climbed(margins: Margins, three: list[float], index: int) -> float | None:
+    """Up to the top of one limit between the outer two of three; the first failing value met on the way."""
+    bad: list[float] = []
+
+    def fall(value: float) -> float:
+        here = margins(value)
+        size = -LARGE if here is None or len(here) <= index else float(here[index])
+        if size > 0.0:
+            bad.append(value)
+            raise StopIteration
+        return -size
+
+    low, high = sorted((three[0], three[2]))
+    flat = float(np.ptp([margins(one)[index] for one in three])) <= 1e-12  # type: ignore[index]
+    if not flat and high > low:
+        try:
+            minimize_scalar(fall, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * (high - low)})
+        except StopIteration:
+            return bad[0]
+    return None
+
+
+def _edge(margins: Margins, good: float, bad: float) -> float:
+    """The first failing value between a good and a bad one, to the last digits."""
+    root = float(brentq(margins.most, good, bad, xtol=1e-300, rtol=4.0 * np.finfo(float).eps, maxiter=200))
+    step = 4.0 * np.finfo(float).eps * max(abs(root), 1e-6 * abs(bad - good))
+    way = 1.0 if bad > good else -1.0
+    for _ in range(40):  # from the root to both sides until it is enclosed, then to neighbours
+        near = max(root - way * step, good) if way > 0 else min(root - way * step, good)
+        far = min(root + way * step, bad) if way > 0 else max(root + way * step, bad)
+        if margins.most(far) > 0.0 >= margins.most(near):
+            return _bisected(margins, near, far)
+        step *= 4.0
+    return _bisected(margins, good, bad)
+
+
+def _bisected(margins: Margins, good: float, bad: float) -> float:
+    """Until the two are neighbours."""
+    for _ in range(80):
         middle = 0.5 * (good + bad)
         if middle in (good, bad):
             break
-        missed, name = broken(scene, fact, middle)
-        good, bad, worst = (good, middle, name) if missed > 0.0 else (middle, bad, worst)
-    return bad, worst
+        good, bad = (good, middle) if margins.most(middle) > 0.0 else (middle, bad)
+    return bad
 
 
 def broken(scene: Scene, fact: FactAt, value: float) -> tuple[float, str]:
     """Greatest violation as a part of its bound with a fact changed, and whose it is."""
-    try:
-        changed = with_changes(scene, {fact.path: fact.text(value)})
-    except InputError:
-        return 0.0, ""
-    program = pose(changed)
-    judge = Judge(program)
-    rows = [(judge.limit(limit, np.zeros(0))[0] - judge.tolerance, limit.name) for limit in program.limits]
-    return max(rows, default=(0.0, ""))
+    margins = Margins(scene, fact)
+    most = margins.most(value)
+    return (most, margins.name(value)) if most > -LARGE else (0.0, "")
+
+
+__all__ = ["METHOD", "REACH", "Threshold", "broken", "thresholds"]

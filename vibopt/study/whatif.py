@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,10 +11,10 @@ from vibopt.errors import InputError
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
-from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
+from vibopt.study.rounded import rounded
 from vibopt.study.thresholds import Threshold, thresholds
 
 
@@ -30,7 +30,7 @@ class WhatIf:
         Limits that held before and break after (`keep_design` only).
     thresholds
         Where the frozen design fails, fact by fact (`keep_design` only): from the changed facts on when
-        they leave every limit met, else from the facts as they were.  Not looked for in a scene with tolerances.
+        they leave every limit met, else from the facts as they were; none where neither meets every limit.
     """
 
     changes: Mapping[str, Any]
@@ -42,7 +42,12 @@ class WhatIf:
 
 
 def whatif(
-    scene: Scene, changes: Mapping[str, Any], *, keep_design: bool = False, progress: Progress | None = None
+    scene: Scene,
+    changes: Mapping[str, Any],
+    *,
+    keep_design: bool = False,
+    rounding: Sequence[str] = (),
+    progress: Progress | None = None,
 ) -> WhatIf:
     """Answer a scene before and after some changes.
 
@@ -54,6 +59,8 @@ def whatif(
         Values by path, as in the file: {"limits.start_up.at_most": "8 mm"}.
     keep_design
         The design is bought: measure it under the changed facts instead of choosing anew.
+    rounding
+        What is bought are rounded values, as in `rounded`; `before` is then the design with them.
     progress
         Called with a stage and the part that is done.
 
@@ -68,15 +75,20 @@ def whatif(
             f"{scene.name}: find_all answers with speeds, so there is no design to keep: "
             "use whatif without --keep-design instead."
         )
+    if rounding and not keep_design:
+        raise InputError("--round goes with --keep-design: what is chosen anew has no rounded values to keep. Add it.")
     before = solve(scene, progress=progress)
     if not keep_design:
         return WhatIf(changes, before, solve(changed, progress=progress), keep_design)
     if (scene.variables and not before.x) or (open_places(scene) and not before.places):
         raise InputError(f"{scene.name}: there is no design to keep: {before.status}. Solve the scene first.")
     kept = frozen(before.scene, before.x) if scene.variables or before.places else scene
+    if rounding:
+        drawn = rounded(before, rounding)
+        before, kept = drawn.design, drawn.kept
     after = solve(with_changes(kept, changes))
     held = {name for name, one in before.limits.items() if one.met}
     breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)
     base = with_changes(kept, changes) if after.status == "met" else kept
-    ends = () if uncertain(base) else tuple(thresholds(base, progress))
-    return WhatIf(changes, before, after, keep_design, breaks, ends)
+    sound = after.status == "met" or len(held) == len(before.limits)
+    return WhatIf(changes, before, after, keep_design, breaks, tuple(thresholds(base, progress)) if sound else ())

@@ -1,0 +1,147 @@
+"""`vibopt compare`: variants A, B, C in one table."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+from pathlib import Path
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from vibopt.cli.options import as_json, changes, read_scene
+from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
+from vibopt.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from vibopt.scene.scene import Scene
+    from vibopt.study.variants import Cell, Row, Variants
+
+BEST = "*"
+NAME = 26
+"""Columns of the names of rows."""
+
+
+@click.command()
+@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@changes
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the table (SI units, limits as margins).")
+@as_json
+def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | None, as_json: bool) -> int:
+    """Set several variants beside each other: problem files, or designs saved by solve --save.
+
+    A file with choices is solved, one without is measured.  A change by --set goes for all of them.
+
+    Exit code: 0 if any variant keeps its limits, else that of the first.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.variants import compare as beside
+
+    table = checked_target(csv_file) if csv_file else None
+    scenes = _read(files, changes)
+    with Bar() as bar:
+        result = beside(scenes, progress=bar)
+    if table is not None:
+        write_file(table, csv_text(result).encode())
+    written = [str(table)] if table is not None else []
+    if as_json:
+        say_json({"status": "ok" if result.exit_code == 0 else result.designs[0].status, **_plain(result, written)})
+    else:
+        from vibopt.design.table import rendered
+
+        say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
+        for one in written:
+            say(f"Written: {one}")
+    return result.exit_code
+
+
+def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Scene]:
+    """The scenes by name; the mistakes of all files together."""
+    names = _names(files)
+    scenes, mistakes = {}, []
+    for name, file in zip(names, files, strict=True):
+        try:
+            scenes[name] = read_scene(file, "compare", changes, "Leave it out.")
+        except InputError as error:
+            mistakes += [one if Path(file).name in one else f"{file}: {one}" for one in error.messages]
+    if mistakes:
+        raise InputError(mistakes)
+    return scenes
+
+
+def _names(files: tuple[str, ...]) -> tuple[str, ...]:
+    """Short names where they differ, else the files as they were given."""
+    if len(set(files)) < len(files):
+        twice = next(one for one in files if files.count(one) > 1)
+        raise InputError(f"{twice} is named twice. Name each variant once.")
+    short = tuple(Path(one).stem for one in files)
+    return short if len(set(short)) == len(short) else files
+
+
+def _plain(result: Variants, written: list[str]) -> dict[str, Any]:
+    from vibopt.design.jsonable import as_json as design_json
+    from vibopt.design.jsonable import plain
+
+    return {
+        "variants": {name: design_json(one) for name, one in zip(result.names, result.designs, strict=True)},
+        "rows": plain(result.rows),
+        "written": written,
+    }
+
+
+def csv_text(result: Variants) -> str:
+    """The table as comma-separated values: numbers in SI, limits as margins (parts of the bound)."""
+    from vibopt.design.jsonable import number
+
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["kind", "row", "unit", *result.names])
+    for row in result.rows:
+        cells = [_csv_cell(one, number) for one in row.cells]
+        writer.writerow([row.kind, f"margin of {row.name}" if row.kind == "limit" else row.name, row.unit, *cells])
+    return stream.getvalue()
+
+
+def _csv_cell(cell: Cell | None, number: Any) -> Any:
+    if cell is None:
+        return ""
+    return cell.text if cell.value is None else number(cell.value)
+
+
+def _tell(result: Variants, console: Console) -> None:
+    """One table; reasons of failures under it in full."""
+    from vibopt.design.table import grid, paragraph
+
+    rows = [row for row in result.rows if row.kind != "reason"]
+    marked = any(cell is not None and cell.best for row in rows for cell in row.cells)
+    console.print(grid([_line(row) for row in rows], ("", *result.names), whole=(0,)))
+    for row in result.rows:
+        for name, cell in zip(result.names, row.cells, strict=True) if row.kind == "reason" else ():
+            if cell is not None:
+                paragraph(console, f"{name}: {cell.text}", 0)
+    if marked:
+        paragraph(console, f"{BEST} best of its row; of a limit, the most room.", 0)
+
+
+def _line(row: Row) -> tuple[str, ...]:
+    return _folded(row.name), *("-" if one is None else _said(one) for one in row.cells)
+
+
+def _folded(name: str) -> str:
+    """A name over several lines: a path behind its points, anything else between its words."""
+    if len(name) <= NAME:
+        return name
+    if " " in name:
+        return fill(name, NAME, subsequent_indent="  ", break_long_words=False)
+    front, point, last = name.rpartition(".")
+    return f"{front}{point}\n  {last}"
+
+
+def _said(cell: Cell) -> str:
+    if not cell.best:
+        return cell.text
+    first, new, rest = cell.text.partition("\n")
+    return f"{first} {BEST}{new}{rest}"

@@ -1,0 +1,227 @@
+"""Numbers that may stand on a drawing: significant digits, or whole steps of a size."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+
+import numpy as np
+
+from vibopt.design.build import machine_of
+from vibopt.design.design import Design, Shown
+from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.scene.facts import FactAt, facts, read_fact
+from vibopt.scene.scene import Scene, Variable
+from vibopt.units import read_quantity, si_unit, to_unit
+
+DIGITS = 12
+"""Most significant digits that are tried."""
+_BUILT = ("mass", "inertia", "stiffness", "torsional_stiffness", "damping", "torsional_damping")
+_SAID = (*_BUILT, "mass_ratio", "tuning", "frequency", "damping_ratio", "loss_factor", "length")
+"""Numbers of an absorber that follow from its mass, spring and damper."""
+_EDGE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A chosen number as a fact of the frozen scene."""
+
+    fact: FactAt
+
+    @property
+    def path(self) -> str:
+        return self.fact.path
+
+    @property
+    def name(self) -> str:
+        """Path as the file has it."""
+        return self.path.removesuffix(".value")
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Where a number may stand: whole multiples of a step.
+
+    exact_count
+        The exact value over the step.
+    doubt
+        How far that is from a whole number (0 to 0.5).
+    digits, words
+        Significant digits of the step, and what was asked.
+    """
+
+    number: Number
+    step: Decimal
+    unit: str
+    exact_count: Decimal
+    digits: int
+    words: str
+
+    @property
+    def path(self) -> str:
+        return self.number.path
+
+    @property
+    def doubt(self) -> float:
+        return float(abs(self.exact_count - self.exact_count.to_integral_value()))
+
+    @property
+    def nearest(self) -> str:
+        """The nearest value that is not zero, as a text."""
+        return self._text(max(self.exact_count.to_integral_value(), Decimal(1)))
+
+    def around(self, reach: int) -> tuple[str, ...]:
+        """Values below and above, so many each way, as texts; an exact value that stands on the grid counts once."""
+        middle = self.exact_count.to_integral_value()
+        if reach == 1 and self.doubt <= _EDGE:
+            return (self._text(middle),)
+        below, above = (self.exact_count.to_integral_value(way) for way in (ROUND_FLOOR, ROUND_CEILING))
+        first, last = below - (reach - 1), above + (reach - 1)
+        counts = [first + k for k in range(int(last - first) + 1)]
+        return tuple(self._text(one) for one in counts if one > 0)
+
+    def _text(self, count: Decimal) -> str:
+        return f"{(count * self.step).normalize():f} {self.unit}".strip()
+
+    @property
+    def exact(self) -> Shown:
+        fact = self.number.fact
+        return Shown.of(fact.value, fact.dimension, si_unit(fact.dimension), fact.unit)
+
+    def shown(self, text: str) -> Shown:
+        """A rounded value, as it is written."""
+        fact = self.number.fact
+        return Shown(read_fact(fact, text), si_unit(fact.dimension), text)
+
+
+def numbers(scene: Scene, kept: Scene) -> list[Number]:
+    """What may be rounded of a design: ranges of the file; of absorbers the mass, the spring and the damper."""
+    free = [one for one in scene.variables if one.values is None]
+    paths = {one.path for one in free}
+    for name in scene.absorbers:
+        own = {one for one in paths if one.startswith(f"absorbers.{name}.")}
+        if own and all(one.split(".")[2] in _SAID and one.count(".") == 2 for one in own):
+            paths = (paths - own) | {f"absorbers.{name}.{word}" for word in _BUILT}
+            paths |= {one for one in own if one.endswith(".loss_factor")}
+    return [one for one in map(Number, facts(kept)) if one.name in paths]
+
+
+def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
+    """The grid of each number that is to be rounded.
+
+    Raises
+    ------
+    InputError
+        A text that is neither a number of digits nor PATH=STEP, or a path or step that does not fit.
+    """
+    digits: int | None = None
+    steps: dict[str, str] = {}
+    for text in asked:
+        path, sign, step = (part.strip() for part in text.partition("="))
+        if sign:
+            steps[_known(own, path)] = step
+            continue
+        if not path.isdigit() or not 1 <= int(path) <= DIGITS:
+            raise InputError(
+                f"--round {text}: is neither a number of digits from 1 to {DIGITS} nor a step. Write --round 3, or "
+                f'--round {own[0].name}="{_example(own[0])}".'
+            )
+        digits = int(path)
+    made = [_stepped(one, steps[one.name]) for one in own if one.name in steps]
+    return made + [_to_digits(one, digits) for one in own if digits is not None and one.name not in steps]
+
+
+def _known(own: Sequence[Number], path: str) -> str:
+    names = [one.name for one in own]
+    if path not in names:
+        raise InputError(f"--round {path}: this is no value that can be rounded.{way_out(path, names)}")
+    return path
+
+
+def _example(one: Number) -> str:
+    size = Decimal(1).scaleb(_decimal(one).adjusted() - 2)
+    return f"{size:f} {one.fact.unit}".strip()
+
+
+def _decimal(one: Number) -> Decimal:
+    fact = one.fact
+    return Decimal(repr(float(to_unit(fact.value, fact.unit, fact.dimension) if fact.unit else fact.value)))
+
+
+def _to_digits(one: Number, digits: int) -> Grid:
+    exact = _decimal(one)
+    step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
+    return _grid(one, exact, step, one.fact.unit, digits, f"{digits} digit{'s' * (digits != 1)}")
+
+
+def _stepped(one: Number, text: str) -> Grid:
+    """Whole steps; the unit is that of the step."""
+    fact = one.fact
+    try:
+        said = read_quantity(text, fact.dimension)
+    except QuantityError as error:
+        raise InputError(f'--round {one.name}="{text}": {error}') from None
+    step = Decimal(repr(float(to_unit(said.value, said.unit, fact.dimension) if said.unit else said.value)))
+    if step <= 0:
+        raise InputError(f'--round {one.name}="{text}": a step is greater than zero. Write "{_example(one)}".')
+    exact = Decimal(repr(float(to_unit(fact.value, said.unit, fact.dimension) if said.unit else fact.value)))
+    if exact < step:
+        raise InputError(
+            f'--round {one.name}="{text}": the step is greater than the value, {exact:.4g} {said.unit}. Write a '
+            f'smaller one, "{_example(one)}".'
+        )
+    digits = max(1, exact.adjusted() - step.adjusted() + 1)
+    return _grid(one, exact, step, said.unit, digits, f"steps of {text}")
+
+
+def _grid(one: Number, exact: Decimal, step: Decimal, unit: str, digits: int, words: str) -> Grid:
+    count = exact / step
+    near = count.to_integral_value()
+    return Grid(one, step, unit, near if abs(count - near) <= Decimal("1e-9") else count, digits, words)
+
+
+def x_of(design: Design, kept: Scene) -> tuple[float, ...] | None:
+    """The values of the file's variables [SI] in a frozen scene; None where one leaves its range."""
+    known = {one.path.removesuffix(".value"): one.value for one in facts(kept)}
+    found = []
+    for variable, exact in zip(design.scene.variables, design.x, strict=True):
+        value = next(_values(variable, kept, known), exact)
+        if variable.values is None and not _within(variable, value):
+            return None
+        found.append(value)
+    return tuple(found)
+
+
+def _values(variable: Variable, kept: Scene, known: dict[str, float]) -> Iterator[float]:
+    if variable.values is not None:
+        return
+    if variable.path in known:
+        yield known[variable.path]
+    family, name, word = [*variable.path.split("."), ""][:3]
+    if family == "absorbers" and variable.path.count(".") == 2:
+        yield from _of_absorber(kept, name, word)
+
+
+def _of_absorber(kept: Scene, name: str, word: str) -> Iterator[float]:
+    """A ratio or a frequency of an absorber from its parts as built."""
+    machine = machine_of(kept, {})
+    joint, mass, tuned = machine.joint(name), machine.masses[name], machine.tuned[name]
+    own = float(np.sqrt(joint.stiffness / mass))
+    found = {
+        "mass_ratio": mass / tuned.mass if tuned.mass else 0.0,
+        "tuning": own / tuned.frequency if tuned.frequency else 0.0,
+        "frequency": own,
+        "damping_ratio": joint.damping_ratio,
+        "length": GRAVITY / own**2 if own else 0.0,
+    }
+    if word in found:
+        yield float(found[word])
+
+
+def _within(variable: Variable, value: float) -> bool:
+    return variable.low * (1.0 - _EDGE) <= value <= variable.high * (1.0 + _EDGE)
+
+
+__all__ = ["DIGITS", "Grid", "Number", "grids", "numbers", "x_of"]

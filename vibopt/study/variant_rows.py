@@ -1,0 +1,295 @@
+"""Rows of a table of variants: goals, choices, facts that differ, price, limits, measures, natural frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibopt.design.build import machine_of
+from vibopt.design.certify import measure
+from vibopt.design.checked import shown_value, usual_unit
+from vibopt.design.design import Checked, Design, Shown
+from vibopt.design.shelf import tied
+from vibopt.design.words import at_words, margin_words, place_of, spoken, state_words
+from vibopt.errors import InputError
+from vibopt.forms import FloatArray
+from vibopt.responses.price import TotalPrice
+from vibopt.scene.facts import FactAt, facts
+from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
+from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
+from vibopt.study.nearby import goal_on
+from vibopt.units import si_unit
+
+MOST_MODES = 6
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One entry: its number [SI] where it has one, and its text; `best` among those of its row."""
+
+    text: str
+    value: float | None = None
+    best: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table, an entry per variant; None where a variant has nothing there.
+
+    kind
+        "verdict", "goal", "chosen", "fact", "price", "limit", "measure", "frequency" or "reason".
+    unit
+        SI unit of the numbers.
+    """
+
+    kind: str
+    name: str
+    unit: str
+    cells: tuple[Cell | None, ...]
+
+
+def rows_of(designs: Sequence[Design]) -> list[Row]:
+    """All rows of the table, in the order in which they are read."""
+    rows = [Row("verdict", "verdict", "", tuple(Cell(one.status) for one in designs))]
+    reasons = [_reason(one) for one in designs]
+    if any(reasons):
+        rows.append(Row("reason", "why", "", tuple(Cell(one) if one else None for one in reasons)))
+    rows += _goal_rows(designs)
+    rows += _chosen_rows(designs)
+    rows += _fact_rows(designs, {one.name for one in rows})
+    rows += _price_rows(designs)
+    rows += _limit_rows(designs)
+    rows += _measure_rows(designs)
+    return rows + _mode_rows(designs)
+
+
+def has_machine(design: Design) -> bool:
+    """Whether there is a machine to measure."""
+    return bool(design.limits or design.measures or design.x or design.places) and design.status != "unbounded"
+
+
+def _reason(design: Design) -> str:
+    """Why a variant has no answer that can be used; "" where it has one."""
+    if design.exit_code == 0:
+        return ""
+    if design.reason:
+        return design.reason
+    if design.conflict is not None:
+        return f"cannot hold together: {', '.join(design.conflict.limits)}"
+    broken = [name for name, one in design.limits.items() if not one.met]
+    return f"breaks {', '.join(broken)}" if broken else design.claim
+
+
+def goal_in(scene: Scene) -> Goal | None:
+    """The goal of a scene, or of the file that a saved design came from."""
+    if scene.goal is not None:
+        return goal_as_shown(scene)
+    for sense in (MINIMISE, MAXIMISE):
+        if MEASURED[sense] in scene.measures:
+            response = scene.measures[MEASURED[sense]]
+            return Goal(sense, response.response, response)
+    return None
+
+
+def _goal_rows(designs: Sequence[Design]) -> list[Row]:
+    """Every goal that a variant has, on each variant on which it can be measured."""
+    goals: dict[str, Goal] = {}
+    for one in designs:
+        goal = goal_in(one.scene)
+        if goal is not None:
+            goals.setdefault(_goal_name(goal), goal)
+    return [_goal_row(name, goal, designs) for name, goal in goals.items()]
+
+
+def _goal_name(goal: Goal) -> str:
+    what = "least" if goal.sense == MINIMISE else "greatest"
+    return f"{what} {spoken(goal.response.response, place_of(goal.response))}"
+
+
+def _goal_row(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
+    shown = [_goal_of(one, name, goal) for one in designs]
+    unit = next((one.unit for one in shown if one is not None), "")
+    cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
+    return Row("goal", name, unit, _marked(cells, 1.0 if goal.sense == MAXIMISE else -1.0, designs))
+
+
+def _goal_of(design: Design, name: str, goal: Goal) -> Shown | None:
+    if not has_machine(design):
+        return None
+    own = goal_in(design.scene)
+    if design.goal is not None and own is not None and _goal_name(own) == name:
+        return design.goal[1]
+    if design.scene.variables and design.x:
+        return _measured_goal(frozen(design.scene, design.x), goal)
+    return _measured_goal(design.scene, goal)
+
+
+def _measured_goal(scene: Scene, goal: Goal) -> Shown | None:
+    """A goal on another machine; None where its places are not there."""
+    try:
+        return goal_on(scene, goal)
+    except (KeyError, StopIteration, InputError, AssertionError):
+        return None
+
+
+def _chosen_rows(designs: Sequence[Design]) -> list[Row]:
+    """Parts, places and values that any variant chooses, with what the others have there."""
+    placed = dict.fromkeys(path for one in designs for path in one.places)
+    inner = {path for one in designs for path in one.variables if _of_part(path, one)}
+    free = dict.fromkeys(path for one in designs for path in one.variables if path not in inner)
+    rows = [Row("chosen", path, "", tuple(_place_cell(one, path) for one in designs)) for path in placed]
+    for path in free:
+        cells = tuple(_value_cell(one, path) for one in designs)
+        unit = next(one.variables[path].value.unit for one in designs if path in one.variables)
+        rows.append(Row("chosen", path, unit, cells))
+    return rows
+
+
+def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
+    """Numbers and parts of the files that differ from variant to variant; bounds stand with their limits."""
+    said = [{one.path.removesuffix(".value"): one for one in facts(design.scene)} for design in designs]
+    rows = []
+    for path in dict.fromkeys(path for one in designs for path in _bought(one.scene)):
+        names = [_bought(one.scene).get(path) for one in designs]
+        if path not in known and len(set(names)) > 1:
+            rows.append(Row("fact", path, "", tuple(None if name is None else Cell(name) for name in names)))
+    for path in dict.fromkeys(path for one in said for path in one):
+        found = [one.get(path) for one in said]
+        values = {one.value for one in found if one is not None}
+        if path in known or path.startswith("limits.") or len(values) < 2:
+            continue
+        unit = next(si_unit(one.dimension) for one in found if one is not None)
+        rows.append(Row("fact", path, unit, tuple(None if one is None else _fact_cell(one) for one in found)))
+    return rows
+
+
+def _fact_cell(one: FactAt) -> Cell:
+    return Cell(Shown.of(one.value, one.dimension, "", one.unit, amplitude=one.amplitude).shown, one.value)
+
+
+def _bought(scene: Scene) -> dict[str, str]:
+    """Names of the parts that are fixed, by path."""
+    parts = {f"links.{name}.part": one.part for name, one in scene.links.items()}
+    parts |= {f"mounts.{name}.part": mount.part for name, mount in scene.mounts.items()}
+    return {path: part.name for path, part in parts.items() if part is not None and part.name is not None}
+
+
+def _of_part(path: str, design: Design) -> bool:
+    """Whether a number is a column of a part."""
+    return ".part." in path or path in tied(design.scene)
+
+
+def _place_cell(design: Design, path: str) -> Cell | None:
+    if path in design.places:
+        return Cell(design.places[path].value)
+    here: object = design.scene.document
+    for step in path.split("."):
+        here = here.get(step) if isinstance(here, Mapping) else None
+    if isinstance(here, Mapping):
+        here = here.get("name")
+    return Cell(here) if isinstance(here, str) else None
+
+
+def _value_cell(design: Design, path: str) -> Cell | None:
+    if path in design.variables:
+        value = design.variables[path].value
+        return Cell(value.shown, value.value)
+    found = (one for one in facts(design.scene) if one.path.removesuffix(".value") == path)
+    return next((_fact_cell(one) for one in found), None)
+
+
+def _price_rows(designs: Sequence[Design]) -> list[Row]:
+    """What the bought parts cost together, where it is not the goal of any."""
+    if not any(_is_bought(one.scene) for one in designs):
+        return []
+    if any((goal := goal_in(one.scene)) is not None and goal.response.response == "price" for one in designs):
+        return []
+    response = TotalPrice(response="price")
+    shown = [
+        shown_value(response, measure(one.scene, _chosen(one), response).value, usual_unit(one.scene, response))
+        if has_machine(one) and _is_bought(one.scene)
+        else None
+        for one in designs
+    ]
+    cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
+    return [Row("price", "price of all parts", "", _marked(cells, -1.0, designs))]
+
+
+def _is_bought(scene: Scene) -> bool:
+    return any(one.part is not None for one in scene.links.values()) or any(
+        one.part is not None for one in scene.mounts.values()
+    )
+
+
+def _chosen(design: Design) -> dict[str, float]:
+    return {one.path: float(v) for one, v in zip(design.scene.variables, design.x, strict=True)} if design.x else {}
+
+
+def _limit_rows(designs: Sequence[Design]) -> list[Row]:
+    names = dict.fromkeys(name for one in designs for name in one.limits)
+    rows = []
+    for name in names:
+        checked = [one.limits.get(name) for one in designs]
+        cells = [None if one is None else Cell(limit_words(one), one.margin) for one in checked]
+        rows.append(Row("limit", name, "", _marked(cells, 1.0)))
+    return rows
+
+
+def limit_words(checked: Checked) -> str:
+    """The worst value, the bound and the room: "268 N pk at 1500 rpm\\nat most 330 N pk, 18.8 %"."""
+    at, state = at_words(checked.worst_at), state_words(checked)
+    side = checked.side.replace("_", " ")
+    bound = f"{side} {checked.limit.shown}" if checked.limit is not None else ""
+    room = ", ".join(filter(None, (bound, margin_words(checked), state)))
+    return f"{checked.value.shown}{f' at {at}' if at else ''}\n{room}"
+
+
+def _measure_rows(designs: Sequence[Design]) -> list[Row]:
+    goals = set(MEASURED.values())
+    names = dict.fromkeys(name for one in designs for name in one.measures if name not in goals)
+    rows = []
+    for name in names:
+        shown = [one.measures[name].value if name in one.measures else None for one in designs]
+        unit = next(one.unit for one in shown if one is not None)
+        cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
+        rows.append(Row("measure", name, unit, cells))
+    return rows
+
+
+def _mode_rows(designs: Sequence[Design]) -> list[Row]:
+    """The lowest natural frequencies of each machine without tolerances."""
+    modes = [_modes(one) if has_machine(one) else np.zeros(0) for one in designs]
+    count = min(max(map(len, modes)), MOST_MODES)
+    rows = []
+    for k in range(count):
+        shown = [Shown.of(float(one[k]), "angular_rate", "rad/s", "Hz") if k < len(one) else None for one in modes]
+        cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
+        rows.append(Row("frequency", f"natural frequency {k + 1}", "rad/s", cells))
+    return rows
+
+
+def _modes(design: Design) -> FloatArray:
+    return np.sort(np.asarray(machine_of(design.scene, _chosen(design)).natural_frequencies(), dtype=float))
+
+
+def _marked(
+    cells: Sequence[Cell | None], sense: float, designs: Sequence[Design] | None = None
+) -> tuple[Cell | None, ...]:
+    """The best of a row marked, where two or more differ; with `designs` only those that keep their limits count."""
+    good = [designs is None or designs[i].exit_code == 0 for i in range(len(cells))]
+    values = {i: sense * one.value for i, one in enumerate(cells) if one is not None and one.value is not None}
+    rivals = [value for i, value in values.items() if good[i]]
+    size = max(map(abs, values.values()), default=0.0) or 1.0
+    if len(values) < 2 or not rivals or max(values.values()) - min(values.values()) <= _SAME * size:
+        return tuple(cells)
+    best = max(rivals)
+    return tuple(
+        replace(one, best=good[i] and best - values[i] <= _SAME * size) if one is not None and i in values else one
+        for i, one in enumerate(cells)
+    )
+
+
+__all__ = ["Cell", "Row", "goal_in", "has_machine", "limit_words", "rows_of"]
