@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, method, read_job
+from vibopt.cli.options import as_json, changes, file, method, read_job, rounding
 from vibopt.cli.output import checked_target, say, say_json, write_file
 from vibopt.errors import InputError
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 FORMATS = (".svg", ".png", ".pdf")
 PAGES = (".html", ".htm")
+BALANCING_SHEET = "vibopt report without --sheet writes the plan of a balancing job as one page to sign."
 _ABSORBERS, _ALL = "absorbers.", "all"
 
 
@@ -133,22 +134,68 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
 
 @click.command()
 @file
-@click.option("-o", "--output", metavar="FILE", required=True, help="Page to write (.html).")
+@click.option("-o", "--output", metavar="FILE", required=True, help="Page to write: .html, with --sheet also .pdf.")
+@click.option(
+    "--sheet",
+    is_flag=True,
+    help="One printed page of A4 to sign: machine, mounts and loads, natural frequencies, every limit.",
+)
 @method
 @changes
+@rounding
 @as_json
-def report(file: str, output: str, method: str | None, changes: tuple[str, ...], as_json: bool) -> int:
+def report(
+    file: str,
+    output: str,
+    sheet: bool,
+    method: str | None,
+    changes: tuple[str, ...],
+    rounding: tuple[str, ...],
+    as_json: bool,
+) -> int:
     """Write the answer as one page that can be printed and signed (one HTML file, nothing outside it).
 
-    Exit code: that of the answer.
+    With --sheet the page is made for a machine on mounts, and is one of A4; with --round its values are those
+    on the drawing.  Exit code: that of the answer.
     """
     from vibopt.cli.solve import answer, with_prices
 
-    target = checked_target(output, PAGES)
+    target = checked_target(output, (*PAGES, ".pdf") if sheet else PAGES)
+    if rounding and not sheet:
+        raise InputError("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.")
     job = read_job(file, changes)
-    found = with_prices(answer(job, method))
-    write_file(target, _page(found, job, changes).encode())
+    found: Answer
+    if sheet:
+        found, page = _sheet(file, target, job, method, changes, rounding)
+    else:
+        found = with_prices(answer(job, method))
+        page = _page(found, job, changes).encode()
+    write_file(target, page)
     return _done(found, target, as_json)
+
+
+def _sheet(
+    file: str, target: Path, job: Job, method: str | None, changes: tuple[str, ...], rounding: tuple[str, ...]
+) -> tuple[Design, bytes]:
+    """The page to sign; what cannot be printed is refused before anything is solved."""
+    from vibopt.cli.solve import NOTHING, answer
+    from vibopt.jobs import is_design, scene_only
+
+    scene = scene_only(job, "report --sheet", BALANCING_SHEET)
+    from vibopt.design.sheet import asks_for_one_design, browser, digests_of, html, printed
+
+    asks_for_one_design(scene)
+    program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
+    found = answer(scene, method)
+    assert is_design(found)
+    if rounding and found.status not in NOTHING:
+        from vibopt.study.rounded import rounded
+
+        found = rounded(found, rounding).design
+    digests = digests_of(file, scene)
+    if program:
+        return found, printed(found, program, str(target), digests=digests, changes=changes)
+    return found, html(found, digests=digests, changes=changes).encode()
 
 
 def _page(found: Answer, job: Job, changes: tuple[str, ...]) -> str:

@@ -116,7 +116,7 @@ def _words(design: Design) -> dict[str, Any]:
         "notes": list(dict.fromkeys((*notes_of(scene), *design.notes))),
         "figures": [Markup(one) for one in figures(design)],
         "facts": facts(scene.document),
-        "version": _version(),
+        "version": version(),
     }
 
 
@@ -172,7 +172,8 @@ def _said(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _version() -> str:
+def version() -> str:
+    """Version of vibopt as installed; "" where it is not."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
