@@ -6,10 +6,16 @@ from collections.abc import Mapping
 
 from vibopt.design.build import machine_of
 from vibopt.design.noise import why_infinite
+from vibopt.mechanics.constants import GRAVITY
 from vibopt.responses import RandomResponse
+from vibopt.responses.spatial import StaticLoadOfMount
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
+from vibopt.units import show
+
+_NOTHING = 1e-9
+"""Part of the weight that rounding may lift."""
 
 
 def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
@@ -20,6 +26,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
     notes += alike(scene)
     notes += unasked(scene)
+    notes += lifted(scene, chosen)
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
@@ -40,6 +47,27 @@ def alike(scene: Scene) -> list[str]:
 
 def _off(scene: Scene, name: str) -> bool:
     return any(one.path.startswith(f"mounts.{name}.") for one in uncertain(scene))
+
+
+def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """Mounts that the weights pull at, where no limit forbids it."""
+    if not scene.mounts:
+        return []
+    machine, found = machine_of(scene, chosen), []
+    for name, mount in scene.mounts.items():
+        asked = any(
+            one.response == "static_load" and one.at_least is not None and str(getattr(one, "of", "")).startswith(name)
+            for one in scene.limits.values()
+        )
+        rated = mount.part is not None and mount.part.rated_min is not None
+        for single in mount.singles(name) if not asked and not rated else ():
+            load = StaticLoadOfMount(response="static_load", of=single).measure_static(machine)
+            if load < -_NOTHING * GRAVITY * sum(machine.weights.values()):
+                found.append(
+                    f"mounts.{single} is lifted with {show(-load, '', 'force')} by the weights: it must be able to "
+                    f'pull. To forbid it, add a limit with response = "static_load", of = "{name}", at_least = "0 N".'
+                )
+    return found
 
 
 def unasked(scene: Scene) -> list[str]:

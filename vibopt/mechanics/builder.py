@@ -104,7 +104,7 @@ class ModelBuilder:
         self.fixed[name] = (body, np.array(at))
         for k, axis in enumerate(_AXES):
             self.add_point(f"{name}.{axis}", self.motion_at(body, at)[k])
-            self.add_point(f"{name}.r{axis}", self.points[f"{body}.r{axis}"])
+            self.add_point(f"{name}.r{axis}", self.points.get(f"{body}.r{axis}", {}))
 
     def motion_at(self, place: str, at: Sequence[float]) -> list[dict[str, float]]:
         """Displacement along x, y, z of what is at a place [m] on a body, base or the ground, over the coordinates.

@@ -2,20 +2,62 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pydantic import model_validator
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Combine, Drive, Form, ModeFrequency
+from vibopt.forms import Band, Combine, Drive, Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.kind import BoundError, Response
+from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, read_speeds, word
+from vibopt.values.speeds import ROTATION, merged
+
+_EXAMPLE = 'Write outside = { orders = [0.5, 1, 2], of = "engine", margin = "20 %" }.'
+
+
+@dataclass(frozen=True, slots=True)
+class Orders:
+    """Orders of the speeds of the excitation `of`, each widened by `margin` either way."""
+
+    orders: tuple[float, ...]
+    of: str
+    margin: float
+
+    def bands(self, speeds: tuple[Band, ...]) -> SpeedRange:
+        """The bands that they are at the speeds of the excitation [rad/s]."""
+        wide = 1.0 - self.margin, 1.0 + self.margin
+        found = [Band(n * one.low * wide[0], n * one.high * wide[1]) for n in self.orders for one in speeds]
+        return SpeedRange(merged(tuple(sorted(found, key=lambda band: band.low))), ROTATION, "Hz")
+
+
+def _orders(given: Mapping[str, Any]) -> Orders:
+    unknown = sorted(set(given) - {"orders", "of", "margin"})
+    if unknown:
+        raise QuantityError(f'has an unknown key "{unknown[0]}". {_EXAMPLE}')
+    missing = [key for key in ("orders", "of", "margin") if key not in given]
+    if missing:
+        raise QuantityError(f"has no {missing[0]}. {_EXAMPLE}")
+    listed = given["orders"] if isinstance(given["orders"], list) else [given["orders"]]
+    if not listed or not all(isinstance(n, (int, float)) and not isinstance(n, bool) and 0 < n < 1e6 for n in listed):
+        raise QuantityError(f"has orders that are no numbers above zero. {_EXAMPLE}")
+    if not isinstance(given["of"], str):
+        raise QuantityError(f"names no excitation in of. {_EXAMPLE}")
+    try:
+        margin = read_quantity(given["margin"], "ratio").value
+    except QuantityError:
+        raise QuantityError(f"has a margin that is no ratio. {_EXAMPLE}") from None
+    if not 0.0 < margin < 1.0:
+        raise QuantityError(f"has a margin that is not between 0 and 100 %. {_EXAMPLE}")
+    return Orders(tuple(float(n) for n in listed), given["of"], margin)
 
 
 class NaturalFrequency(Response):
-    """`response = "natural_frequency"`: mode number `mode` [rad/s], or all modes `outside` a band."""
+    """`response = "natural_frequency"`: mode number `mode` [rad/s], or all modes `outside` bands or orders."""
 
     mode: int = 1
     outside: Any = None
@@ -24,9 +66,11 @@ class NaturalFrequency(Response):
     @model_validator(mode="before")
     @classmethod
     def _band(cls, given: Any) -> Any:
-        if not isinstance(given, dict) or given.get("outside") is None or isinstance(given["outside"], SpeedRange):
+        if not isinstance(given, dict) or isinstance(given.get("outside"), (type(None), SpeedRange, Orders)):
             return given
         try:
+            if isinstance(given["outside"], Mapping):
+                return {**given, "outside": _orders(given["outside"])}
             speeds = read_speeds(given["outside"])
         except QuantityError as error:
             raise BoundError("outside", given["outside"], str(error)) from None

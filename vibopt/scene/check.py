@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.responses.natural_frequency import NaturalFrequency
+from vibopt.responses.natural_frequency import NaturalFrequency, Orders
 from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
@@ -33,7 +34,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     for path, response in _responses(scene):
         check_places(scene, path, response, mistakes, broken)
         check_price(scene, path, response, mistakes)
-        _bounds(path, response, mistakes)
+        _bounds(scene, path, response, mistakes)
         _moved(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
 
@@ -46,7 +47,7 @@ def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
         yield ("goal",), scene.goal.response
 
 
-def _bounds(path: Path, response: Response, mistakes: Mistakes) -> None:
+def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
     given = [key for key in ("at_most", "at_least", "outside") if getattr(response, key, None) is not None]
     name = ".".join(str(one) for one in path)
     if path[0] == "limits" and not given:
@@ -57,6 +58,11 @@ def _bounds(path: Path, response: Response, mistakes: Mistakes) -> None:
             (*path, given[0]),
             f"{name} has a bound ({given[0]}), but a measure has none. Move it to [limits.{path[1]}].",
         )
+    outside = getattr(response, "outside", None)
+    if isinstance(outside, Orders) and path[0] == "limits":
+        known = [one for one, shaker in scene.excitations.items() if not shaker.random]
+        said = f'"{outside.of}", which is no excitation with a speed.{way_out(outside.of, known)}'
+        mistakes.add((*path, "outside"), f"{name}.outside speaks of orders of {said}")
     low, high = response.at_least, response.at_most
     if low is not None and high is not None and low.value > high.value:
         mistakes.add(path, f"{name} has an at_least above its at_most. Exchange the two.")

@@ -1,17 +1,31 @@
-"""Bounds that a mount brings itself: its rating for a static load, its gap for its travel."""
+"""Bounds that come from elsewhere in the file: a mount's rating and gap, the orders of an excitation's speeds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from vibopt.devices import MountTable
+from vibopt.excitations import Excitation
 from vibopt.responses import Response
+from vibopt.responses.natural_frequency import NaturalFrequency, Orders
 from vibopt.units import Quantity
 
 
-def with_own_bounds(limits: Mapping[str, Response], mounts: Mapping[str, MountTable]) -> dict[str, Response]:
-    """The limits, those without a bound on the load or the travel of a mount with its rating or its gap."""
-    return {name: _bounded(one, mounts) for name, one in limits.items()}
+def with_own_bounds(
+    limits: Mapping[str, Response], mounts: Mapping[str, MountTable], excitations: Mapping[str, Excitation]
+) -> dict[str, Response]:
+    """The limits: without a bound on the load or the travel of a mount its rating or its gap; orders as bands."""
+    return {name: _bounded(_banded(one, excitations), mounts) for name, one in limits.items()}
+
+
+def _banded(limit: Response, excitations: Mapping[str, Excitation]) -> Response:
+    """Orders stay where the excitation that they name is none, or has no speed."""
+    if not isinstance(limit, NaturalFrequency) or not isinstance(limit.outside, Orders):
+        return limit
+    shaker = excitations.get(limit.outside.of)
+    if shaker is None or shaker.random:
+        return limit
+    return limit.model_copy(update={"outside": limit.outside.bands(shaker.own_bands())})
 
 
 def _bounded(limit: Response, mounts: Mapping[str, MountTable]) -> Response:

@@ -123,7 +123,7 @@ class _Parts:
             statement=self._text("statement", ""),
             **devices,
             excitations=excitations,
-            limits=with_own_bounds(limits, devices["mounts"]),
+            limits=with_own_bounds(limits, devices["mounts"], excitations),
             measures=measures,
             goal=goal,
             find_all=find_all,

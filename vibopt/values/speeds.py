@@ -48,11 +48,11 @@ def read_speeds(given: object) -> SpeedRange:
     if len(dimensions) > 1:
         raise QuantityError("mixes speeds of rotation with vehicle speeds. Write all of one kind.")
     bands = tuple(sorted((band for part in parts for band in part.bands), key=lambda band: band.low))
-    return SpeedRange(_merged(bands), parts[0].dimension, parts[0].unit)
+    return SpeedRange(merged(bands), parts[0].dimension, parts[0].unit)
 
 
-def _merged(bands: tuple[Band, ...]) -> tuple[Band, ...]:
-    """Overlapping bands joined."""
+def merged(bands: tuple[Band, ...]) -> tuple[Band, ...]:
+    """Overlapping bands joined; bands in ascending order."""
     joined: list[Band] = []
     for band in bands:
         if joined and band.low <= joined[-1].high:
