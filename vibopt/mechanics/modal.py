@@ -68,7 +68,10 @@ def _trusted(modal: Modal, mass: FloatArray, damping: FloatArray, stiffness: Com
     omega = np.concatenate([0.97 * picks, 1.003 * picks, [0.5 * turning[-1]]])
     dynamic = stiffness - omega[:, None, None] ** 2 * mass + 1j * omega[:, None, None] * damping
     load = np.linspace(1.0, 2.0, len(mass)).astype(complex) * np.diag(mass)
-    direct = np.linalg.solve(dynamic, np.broadcast_to(load[:, None], (len(omega), len(mass), 1)))[..., 0]
+    try:
+        direct = np.linalg.solve(dynamic, np.broadcast_to(load[:, None], (len(omega), len(mass), 1)))[..., 0]
+    except np.linalg.LinAlgError:  # rigid motion, or an undamped mode just there
+        return False
     through = modal.motion(np.broadcast_to(load, direct.shape), omega)
     error = np.abs(through - direct).max(axis=1) / np.abs(direct).max(axis=1)
     return bool(np.all(error <= _TRUST))

@@ -181,6 +181,12 @@ class _Hunt:
             depth = min(omega - limit.bound, limit.upper - omega)
             if depth > best:
                 best, at = depth, factors
+        for corner in () if proven else self._some_corners():
+            self.tried += 1
+            modes = natural_frequencies(limit.model, limit.model.values(corner))
+            depth = float(np.minimum(modes - limit.bound, limit.upper - modes).max())
+            if depth > best:
+                best, at = depth, corner
         return Hit(at, best, proven, self.tried)
 
     def _mode(self, limit: Limit, factors: FloatArray, mode: int) -> float:

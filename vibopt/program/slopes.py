@@ -34,6 +34,7 @@ from vibopt.mechanics.modes import mode_shapes
 from vibopt.mechanics.peaks import Extreme, least, peaks
 from vibopt.mechanics.statics import sag
 from vibopt.program.few import few_peaks
+from vibopt.program.highest import highest
 from vibopt.program.noise import root_mean_square_slope
 from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
@@ -186,6 +187,9 @@ def extremes_of(
         if least_wanted:
             return sorted((o for o in found if o.value * within <= min(values)), key=lambda o: o.value)
         return sorted((o for o in found if o.value >= within * max(values)), key=lambda o: -o.value)
+    through = None if least_wanted else highest(model, form, drive, x, within)
+    if through is not None:
+        return through
     modal = modal_of(model, model.values(x))
     singular, breaks = singularities(model, form, drive, x, modal)
     response = DriveResponse(model, form, drive, x, modal)

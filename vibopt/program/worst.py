@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import hypot
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequenc
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
+from vibopt.program.highest import highest, mount_count
 from vibopt.program.spatial import spatial_value
 
 
@@ -89,8 +91,8 @@ def monomials(form: Monomials, x: FloatArray) -> FloatArray:
 
 def _modulus(model: Model, form: Modulus, x: FloatArray, least_wanted: bool) -> Worst:
     found = {drive.name: drive_extreme(model, form, drive, x, least_wanted) for drive in form.drives}
-    values = np.array([one.value for one in found.values()])
-    total = float(np.sqrt((values**2).sum())) if form.combine == "rss" else float(values.sum())
+    values = [one.value for one in found.values()]
+    total = hypot(*values) if form.combine == "rss" else sum(values)
     return Worst(total, {name: one.speed for name, one in found.items()})
 
 
@@ -106,6 +108,9 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         few = few_peaks(model, form, drive, x, 1.0)
         if few is not None:
             return few[0].at
+        through = highest(model, form, drive, x, 1.0)
+        if through is not None:
+            return through[0]
     search = least if least_wanted else greatest
     modal = modal_of(model, model.values(x))
     singular, breaks = singularities(model, form, drive, x, modal)
@@ -120,7 +125,7 @@ def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Cur
     if model.n_free != 1 or len(drive.lines) != 1 or form.rigid_link:
         return None
     found = curve(model, model.values(x), form.output, drive.lines[0])
-    share = monomial_count(model, form, x)
+    share = mount_count(model, form, x)
     return found if found is None or share == 1.0 else replace(found, size=found.size / share**2)
 
 
@@ -163,23 +168,17 @@ class DriveResponse:
 
     def _lines(self, model: Model, output: Output, speed: FloatArray) -> list[ComplexArray]:
         p = model.values(self.x)
-        share = float(monomial_count(model, self.form, self.x))
+        share = float(mount_count(model, self.form, self.x))
         found = []
         for line in self.drive.lines:
             vector = line.vector if model is self.model else line.vector @ model.basis
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 modal = self.modal if model is self.model else None
                 h = transfer(model, p, output, vector, line.order * speed, modal)
-                found.append(h * line.amplitude.at(speed) / share)
+                size = line.amplitude.at(speed) / share
+                # complex infinity times a real number is not a number
+                found.append(np.where(np.isfinite(h) | (size == 0.0), h * size, np.inf))
         return found
-
-
-def monomial_count(model: Model, form: Modulus, x: FloatArray) -> float:
-    """Number of mounts by which the value is divided."""
-    if not form.output.shared_by:
-        return 1.0
-    count = model.counts[form.output.shared_by]
-    return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))
 
 
 def rigid_model(model: Model, link: str) -> Model:

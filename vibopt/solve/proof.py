@@ -78,6 +78,8 @@ def _raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, b
     """The hit, or a worse one where the proof that there is none fails on a machine; whether it is proven to MARGIN."""
     if one.proven:
         return one, True
+    if isinstance(part, Limit) and part.side == "outside":
+        return one, False
     least = _least(part)
     for _ in range(_TIMES):
         level = one.value + (-MARGIN if least else MARGIN) * abs(one.value)
@@ -104,6 +106,8 @@ def _held(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> bool:
     """Whether the bound is proven to be kept (the goal's value to be reached), to MARGIN where it is tight."""
     least, level = _least(part), one.value if isinstance(part, Aim) else part.bound
     loose = isinstance(part, Limit) and missed(part, one.value) < -1.01 * MARGIN
+    if isinstance(part, Limit) and part.side == "outside":
+        return Vicinity(part, axes, level, margin=0.0 if loose else MARGIN).proven(_SECONDS)
     level *= 1.0 if loose else 1.0 - MARGIN if least else 1.0 + MARGIN
     return all(_covered(piece, axes, level, least) for piece in _pieces(part))
 
