@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -134,6 +135,43 @@ def test_the_best_are_those_of_full_enumeration(tmp_path: Path, goal: str, two: 
     else:
         assert goals == pytest.approx(wanted[: len(goals)], rel=1e-9)
         assert len(goals) == min(len(wanted), 10)
+
+
+@pytest.mark.parametrize("printed", [False, True], ids=["one tolerance", "a column of them"])
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seed=st.integers(0, 10_000), goal=st.sampled_from(["price", "force"]))
+def test_over_tolerances_the_best_is_the_best_of_all_that_hold_one_by_one(
+    tmp_path: Path, printed: bool, seed: int, goal: str
+) -> None:
+    """Every combination as an analysis of its own, with the tolerances of its parts."""
+    scene = scene_of(tmp_path, seed, two=False, goal=goal, parts=8)
+    document = copy.deepcopy(dict(scene.document))
+    document["links"]["a"].pop("relative_to", None)
+    rows = (tmp_path / "random.csv").read_text(encoding="utf-8").splitlines()
+    rows = [one.replace("damping ratio", "loss factor") for one in rows]
+    if printed:
+        rng = np.random.default_rng(seed)
+        rows = [rows[0] + ";tolerance [%]", *(f"{one};{rng.choice([0, 5, 10, 25])}" for one in rows[1:])]
+    else:
+        document["links"]["a"]["tolerance"] = "15 %"
+    (tmp_path / "random.csv").write_text("\n".join(rows), encoding="utf-8")
+    scene = from_dict(document, name="random.toml")
+    design = solve(scene, explain=False)
+    goals = []
+    shelf = Shelf(factors_of(pose(scene)), len(scene.variables))
+    for entries in product(*(range(len(one.table)) for one in shelf.factors)):
+        one = frozen(scene, shelf.designs(np.array([entries]))[0])
+        asked = copy.deepcopy(dict(one.document)) | {"measures": {"goal": {"response": "price"}}}
+        if goal == "force":
+            asked["measures"] = {"goal": {"response": "transmitted_force", "into": "ground"}}
+        answer = solve(from_dict(asked))
+        if answer.status == "met":
+            goals.append(answer.measures["goal"].value.value)
+    assert (design.x != ()) == bool(goals)
+    if goals:
+        assert design.goal is not None
+        assert design.goal[1].value == pytest.approx(min(goals), rel=1e-7)
+        assert [one["goal"] for one in design.details["picks"]] == pytest.approx(sorted(goals)[:10], rel=1e-6)
 
 
 def test_two_groups_that_may_be_exchanged_are_looked_at_once(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Monomials, StaticLoad
+from vibopt.forms import FloatArray, Form, Monomials, StaticLoad, StaticRow
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.program.reduce import reduced
@@ -46,7 +46,7 @@ def asked_of(scene: Scene, full: Model, *, reduce: bool = True) -> Program:
         for each in members(scene, one)
         for limit in _limits(scene, full, name, each, reduce)
     )
-    limits += tuple(_ratings(full))
+    limits += tuple(_ratings(full, reduce))
     aim = None
     if scene.goal is not None:
         aim = _aim(scene, scene.goal, full, reduce)
@@ -71,7 +71,7 @@ def _ties(scene: Scene) -> Iterator[Tie]:
         yield Tie(one.path, tuple(places[path] for path in one.paths), one.table, one.names)
 
 
-def _ratings(full: Model) -> Iterator[Limit]:
+def _ratings(full: Model, reduce: bool) -> Iterator[Limit]:
     """The static load of one mount of every part, between what it is rated for."""
     for (name, word), rating in full.properties.items():
         side = _RATINGS.get(word)
@@ -79,10 +79,11 @@ def _ratings(full: Model) -> Iterator[Limit]:
             continue
         part = full.properties[name, "static_stiffness"] * rating**-1.0
         factor = Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
-        form = StaticLoad(full.links[name], factor)
+        needed = reduced(full, StaticRow(full.links[name])) if reduce and full.n_free > 1 else full
+        form = StaticLoad(needed.links[name], factor)
         if name in full.axes:  # one own axis of a mount in space, which may be lifted
-            form = StaticLoad(_pressing(full, name), factor, signed=True)
-        yield Limit(rated_name(name), full, form, side, 1.0)
+            form = StaticLoad(_pressing(needed, name), factor, signed=True)
+        yield Limit(rated_name(name), needed, form, side, 1.0)
 
 
 def _pressing(full: Model, name: str) -> FloatArray:
