@@ -23,6 +23,7 @@ MOST_CORNERS = 12
 """Uncertain numbers up to which a proof looks at every corner of their box."""
 _TRIED_CORNERS = 64
 _STARTS = 4
+_PASSES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,11 +220,36 @@ class _Hunt:
             value = self.value(there)
             if self.sign * value > self.sign * best[1]:
                 best = there, value
+        if not quick:
+            best = self._flipped(*best)
         return Hit(best[0], best[1], False, self.tried)
 
+    def _flipped(self, factors: FloatArray, value: float) -> tuple[FloatArray, float]:
+        """Each factor by itself at its other end, and from there up again, as long as that is worse."""
+        for _ in range(_PASSES):
+            before = value
+            for axis in np.flatnonzero(self.free):
+                for end in (self.low[axis], self.high[axis]):
+                    if factors[axis] == end or not np.isfinite(value):
+                        continue
+                    other = np.where(np.arange(len(factors)) == axis, end, factors)
+                    there = self.value(other)
+                    if self.sign * there > self.sign * value:
+                        factors, value = other, there
+            if value == before:
+                return factors, value
+            there = self._climb(factors)
+            value_there = self.value(there)
+            if self.sign * value_there > self.sign * value:
+                factors, value = there, value_there
+        return factors, value
+
     def _some_corners(self) -> FloatArray:
+        """Some of the corners, drawn evenly where there are many."""
         corners = self.corners()
-        return corners if len(corners) <= _TRIED_CORNERS else corners[:: -(-len(corners) // _TRIED_CORNERS)]
+        if len(corners) <= _TRIED_CORNERS:
+            return corners
+        return corners[np.random.default_rng(len(corners)).permutation(len(corners))[:_TRIED_CORNERS]]
 
     def _climb(self, start: FloatArray) -> FloatArray:
         from scipy.optimize import minimize

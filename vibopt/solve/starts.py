@@ -85,7 +85,7 @@ def natural_size(program: Program, axis: Axis) -> float:
 def _typical_mass(program: Program) -> float:
     model = program.model
     fixed = (model.kinds == INERTIA) & ~model.exponents.any(axis=1)
-    masses = model.scales[fixed]
+    masses = model.scales[fixed & (model.scales > 0.0)]
     return float(np.exp(np.log(masses).mean())) if len(masses) else 1.0
 
 
