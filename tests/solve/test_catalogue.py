@@ -328,3 +328,16 @@ def test_the_tolerances_that_a_catalogue_prints_count_unless_the_file_says_anoth
     own = vo.solve(with_changes(scene, {"links.feet.tolerance": "5 %"}))
     assert own.tolerances is not None
     assert set(own.tolerances.uncertain.values()) == {0.05}
+
+
+def test_where_no_parts_will_do_the_loosening_that_is_named_is_enough() -> None:
+    scene = with_changes(read(MOUNTS / "compressor_on_bought_mounts.toml"), {"limits.floor_force.at_most": "200 N"})
+    answer = solve(scene)
+    assert answer.status == "infeasible"
+    assert answer.conflict is not None
+    ((name, now, enough),) = answer.conflict.loosenings
+    assert (name, now.value) == ("floor_force", 200.0)
+    loose = with_changes(scene, {"limits.floor_force.at_most": f"{enough.value!r} N"})
+    assert solve(loose, explain=False).status == "optimal"
+    tight = with_changes(scene, {"limits.floor_force.at_most": f"{0.99 * enough.value!r} N"})
+    assert solve(tight, explain=False).status == "infeasible"

@@ -139,3 +139,17 @@ of = "t"
     assert design.tolerances is not None
     assert design.tolerances.open == ("rate",)
     assert "machines found, not proven for rate" in design.claim
+
+
+@pytest.mark.parametrize("bound", ["14 mm", "10 mm"], ids=["infeasible over the tolerances", "infeasible without"])
+def test_a_loosening_that_is_named_is_enough_over_the_tolerances_and_hardly_less_is_not(bound: str) -> None:
+    scene = with_changes(read(PRESS), {"limits.start_up.at_most": bound})
+    answer = solve(scene)
+    assert answer.status == "infeasible"
+    assert answer.conflict is not None
+    assert answer.conflict.limits == ("floor_force", "start_up")
+    for name, _, enough in answer.conflict.loosenings:
+        for part, status in ((1.0, {"optimal", "feasible"}), (0.98, {"infeasible"})):
+            value = f"{part * enough.value!r} {enough.unit}"
+            assert solve(with_changes(scene, {f"limits.{name}.at_most": value}), explain=False).status in status
+    assert len(answer.conflict.loosenings) == 2

@@ -233,15 +233,15 @@ class _Hunt:
                     if factors[axis] == end or not np.isfinite(value):
                         continue
                     other = np.where(np.arange(len(factors)) == axis, end, factors)
-                    there = self.value(other)
-                    if self.sign * there > self.sign * value:
-                        factors, value = other, there
+                    tried = self.value(other)
+                    if self.sign * tried > self.sign * value:
+                        factors, value = other, tried
             if value == before:
                 return factors, value
-            there = self._climb(factors)
-            value_there = self.value(there)
-            if self.sign * value_there > self.sign * value:
-                factors, value = there, value_there
+            up = self._climb(factors)
+            reached = self.value(up)
+            if self.sign * reached > self.sign * value:
+                factors, value = up, reached
         return factors, value
 
     def _some_corners(self) -> FloatArray:

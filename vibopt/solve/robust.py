@@ -45,12 +45,15 @@ class Robust:
         Names of limits (and the goal) of which the worst machine is found but not proven to be the worst.
     reason
         Why there is no design, where parts are chosen.
+    program
+        The question on the machines that prove that there is no design.
     """
 
     found: Found
     hits: Mapping[int, Hit] = field(default_factory=dict)
     open: tuple[str, ...] = ()
     reason: str = ""
+    program: Program | None = None
 
     @property
     def tried(self) -> int:
@@ -101,7 +104,7 @@ class _Run:
             found = choose(program, self.method).solve(program, self.progress)
             found = _at_open_ends(program, found)
             if found.status == "infeasible":
-                return self._hopeless(found)
+                return self._hopeless(found, program=program)
             if found.x is None or found.status == "unbounded":
                 break
             hits, broken = self._look(found.x)
@@ -144,9 +147,9 @@ class _Run:
         picks = [{**one, "x": one["x"][:count]} for one in found.details["picks"]]
         return replace(found, x=found.x[:count], details={**found.details, "picks": picks})
 
-    def _hopeless(self, found: Found, reason: str = "") -> Robust:
+    def _hopeless(self, found: Found, reason: str = "", program: Program | None = None) -> Robust:
         claim = f"{found.claim}, on {self.machines.count} machines within the tolerances"
-        return Robust(replace(found, claim=claim), reason=reason)
+        return Robust(replace(found, claim=claim), reason=reason, program=program)
 
     def _stopped(self, found: Found, safe: FloatArray | None) -> Robust:
         """What is left when the worst machines did not settle: the last design that holds for all of them."""

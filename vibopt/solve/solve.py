@@ -88,7 +88,10 @@ def solve(
     if uncertain(scene):
         return _over_tolerances(scene, program, found, reason_text, clock, method, progress, explain=explain)
     if found.x is None or found.status == "unbounded":
-        return _nothing(scene, program, found, reason_text, clock, explain)
+        design = _nothing(scene, program, found, reason_text, clock, explain)
+        if program.ties and explain and found.status == "infeasible":
+            design = _loosened(scene, program, design, found, None)
+        return design
     return _something(scene, program, found, clock)
 
 
@@ -173,6 +176,9 @@ def _over_tolerances(
     if found.x is None:
         clash = explain and nominal.status == "infeasible"
         design = _nothing(scene, program, found, best.reason or reason_text, clock, clash)
+        if explain and found.status == "infeasible":
+            design = _loosened(scene, program, design, found, best.program)
+            clock.stage("conflict")
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
     x = np.asarray(found.x)
     rows = rows_over(scene, x, best)
@@ -181,6 +187,20 @@ def _over_tolerances(
     notes = (*made.notes, "Tolerances: figures show the machine without them.")
     both = side_by_side(scene, nominal, best, differing(scene, machine))
     return replace(made, scene=scene, notes=notes, tolerances=both)
+
+
+def _loosened(scene: Scene, program: Program, design: Design, found: Found, clash: Program | None) -> Design:
+    """The design with the limits that clash (on the machines of `clash`), and what loosening one of them would do."""
+    from vibopt.solve.loosen import clash_of, conflict_of_parts, conflict_over_tolerances
+
+    def again(one: Scene) -> Design:
+        return solve(one, explain=False)
+
+    if program.ties:
+        return replace(design, conflict=conflict_of_parts(scene, found, again))
+    names = design.conflict.limits if design.conflict is not None else ()
+    names = clash_of(clash) if clash is not None else names
+    return replace(design, conflict=conflict_over_tolerances(scene, names, found, again))
 
 
 class _Clock:
