@@ -341,3 +341,48 @@ def test_where_no_parts_will_do_the_loosening_that_is_named_is_enough() -> None:
     assert solve(loose, explain=False).status == "optimal"
     tight = with_changes(scene, {"limits.floor_force.at_most": f"{0.99 * enough.value!r} N"})
     assert solve(tight, explain=False).status == "infeasible"
+
+
+def test_parts_without_a_least_rating_beside_parts_with_one_are_asked_the_right_limits(tmp_path: Path) -> None:
+    """A row without a least load has one limit fewer; what is learnt from it belongs to the others all the same."""
+    rows = [
+        "part,rated load min [N],rated load max [N],stiffness [N/mm],shear stiffness [N/mm],loss factor,price [EUR]"
+    ]
+    rows += [
+        "A,,2600,300,150,0.1,9",
+        "B,400,3100,400,200,0.1,11",
+        "C,,4000,800,400,0.1,14",
+        "D,900,6000,900,500,0.1,20",
+    ]
+    (tmp_path / "few.csv").write_text("\n".join(rows), encoding="utf-8")
+    part = {"between": ["m", "ground"], "part": {"catalogue": "few.csv"}, "tolerance": "10 %"}
+    document: dict[str, Any] = {
+        "bodies": {
+            "m": {
+                "mass": "900 kg",
+                "centre": ["0.05 m", "0 m", "0.4 m"],
+                "centre_tolerance": ["40 mm", "20 mm", "0 m"],
+                "inertia": ["76 kg m2", "128 kg m2", "127 kg m2"],
+            }
+        },
+        "mounts": {
+            name: {**part, "at": [[f"{x} m", "0.35 m", "0 m"], [f"{x} m", "-0.35 m", "0 m"]]}
+            for name, x in (("a", 0.6), ("b", -0.6))
+        },
+        "limits": {"tilt": {"response": "tilt", "of": "m", "axis": "y", "at_most": "0.006 rad"}},
+        "goal": {"minimise": "price"},
+    }
+    scene = from_dict(placed(document, tmp_path), name="few.toml")
+    design = solve(scene, explain=False)
+    goals = {}
+    for a, b in product("ABCD", repeat=2):
+        fixed = copy.deepcopy(dict(scene.document)) | {"measures": {"price": {"response": "price"}}}
+        del fixed["goal"]
+        for name, one in (("a", a), ("b", b)):
+            fixed["mounts"][name]["part"]["name"] = one
+        answer = solve(from_dict(fixed))
+        if answer.status == "met":
+            goals[a, b] = answer.measures["price"].value.value
+    assert design.status == "optimal"
+    assert design.goal is not None
+    assert design.goal[1].value == pytest.approx(min(goals.values()), rel=1e-12)

@@ -24,7 +24,7 @@ from vibopt.solve.choose import choose
 from vibopt.solve.local import sharpened
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.proof import breaks, parts_of, settled, tight, worst_machines
-from vibopt.solve.several import Several
+from vibopt.solve.several import GOAL, Several, keys_of
 from vibopt.solve.shelf.words import reason_of
 
 _BROKEN = 9e-10
@@ -121,16 +121,17 @@ class _Run:
         kept = {key: nominal.details[key] for key in ("free",) if key in nominal.details}
         while True:
             assert found.x is not None
+            known = self.machines.count
             hits, broken = self._look(found.x)
             undecided = self.undecided
-            for one in found.details["picks"][1:]:
-                if broken or time.perf_counter() > self.deadline:
+            for one in found.details["picks"][1:]:  # each teaches something, broken or not
+                if time.perf_counter() > self.deadline:
                     break
-                broken = self._fails(np.array(one["x"]))
+                broken |= self._fails(np.array(one["x"]))
             self.undecided = undecided
             if not broken:
                 return self._done(found, hits)
-            if time.perf_counter() > self.deadline:
+            if time.perf_counter() > self.deadline or self.machines.count == known:
                 return self._stopped(found, None)
             program = self.machines.program()
             searched = choose(program, self.method).solve(program, self.progress)
@@ -192,7 +193,7 @@ class _Run:
     def _look(self, x: FloatArray, *, quick: bool = False) -> tuple[dict[int, Hit], bool]:
         """The worst machines for a design; those that break a limit or the goal are kept. Whether any does."""
         program = around(self.scene, x)
-        known = {index: self.machines.near(x, index) for index in self.machines.worst}
+        known = {index: self.machines.near(x, key) for index, key in keys_of(program).items()}
         hits = worst_machines(program, known, quick=quick)
         if not quick:
             hits, self.undecided = settled(program, hits)
@@ -201,16 +202,16 @@ class _Run:
     def _fails(self, x: FloatArray) -> bool:
         """Whether some machine breaks a limit of a design, or the goal that it is known to reach; it is kept."""
         program = around(self.scene, x)
-        hits = {}
+        hits, keys = {}, keys_of(program)
         for index, part in parts_of(program).items():
-            found = breaks(part, program.axes, self.machines.near(x, index))
+            found = breaks(part, program.axes, self.machines.near(x, keys[index]))
             if found is not None:
                 hits[index] = found
         return self._learn(program, x, hits)
 
     def _learn(self, program: Program, x: FloatArray, hits: Mapping[int, Hit]) -> bool:
         """Keep the machines that break a limit or the goal, and the first of every limit; whether any does."""
-        broken, level = False, self._level(program, x)
+        broken, level, keys = False, self._level(program, x), keys_of(program)
         for index, one in hits.items():
             if index >= 0:
                 bad = missed(program.limits[index], one.value) > _BROKEN
@@ -218,17 +219,17 @@ class _Run:
                 assert program.aim is not None
                 fresh = level == -np.inf and bool((one.factors != 1.0).any())
                 bad = fresh or program.aim.sense * one.value > level + _BROKEN * abs(level)
-            if bad or index not in self.machines.worst:
-                self.machines.add(index, self.machines.parts_off(x, one.factors))
+            if bad or keys[index] not in self.machines.worst:
+                self.machines.add(keys[index], self.machines.parts_off(x, one.factors))
             broken |= bad
         return broken
 
     def _level(self, program: Program, x: FloatArray) -> float:
         """The goal (to be minimised) on the machines known."""
-        if -1 not in self.machines.worst or program.aim is None:
+        if GOAL not in self.machines.worst or program.aim is None:
             return -np.inf
         aim = program.aim
-        machines = [self.machines.factors(x, one) for one in self.machines.worst[-1]]
+        machines = [self.machines.factors(x, one) for one in self.machines.worst[GOAL]]
         return max(
             piece.sense * worst(piece.model, piece.form, one, least_wanted=piece.sense < 0.0).value
             for piece in aim.pieces

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,20 @@ from vibopt.solve.box import closed
 _SAME = 1e-12
 
 
+Key = tuple[str, str, int]
+"""Name and side of a limit, and which of those it is: at a part that has no least rating that limit is not there."""
+GOAL: Key = ("", "", -1)
+
+
+def keys_of(program: Program) -> dict[int, Key]:
+    """Key of each limit by its number; of the goal by -1."""
+    found, seen = {-1: GOAL}, Counter[tuple[str, str]]()
+    for index, limit in enumerate(program.limits):
+        found[index] = (limit.name, limit.side, seen[limit.name, limit.side])
+        seen[limit.name, limit.side] += 1
+    return found
+
+
 @dataclass
 class Several:
     """Machines by what they are worst for.
@@ -27,11 +42,11 @@ class Several:
     tolerances of their own, what each would be is one more column of the catalogue.
 
     worst
-        Per limit of the program (-1 for the goal) the machines asked about.
+        Per limit (by its key; that of the goal is GOAL) the machines asked about.
     """
 
     scene: Scene
-    worst: dict[int, list[FloatArray]] = field(default_factory=dict)
+    worst: dict[Key, list[FloatArray]] = field(default_factory=dict)
     _columns: list[tuple[int, float]] = field(default_factory=list)
     _posed: dict[bytes, Program] = field(default_factory=dict)
 
@@ -58,13 +73,13 @@ class Several:
         factors: FloatArray = 1.0 + machine * widths
         return factors
 
-    def near(self, x: FloatArray, index: int) -> tuple[FloatArray, ...]:
+    def near(self, x: FloatArray, key: Key) -> tuple[FloatArray, ...]:
         """Factors at a design x (n_vars,) of the machines last asked about."""
-        return tuple(self.factors(x, one) for one in self.worst.get(index, ())[-2:])
+        return tuple(self.factors(x, one) for one in self.worst.get(key, ())[-2:])
 
-    def add(self, index: int, machine: FloatArray) -> None:
+    def add(self, key: Key, machine: FloatArray) -> None:
         """One more machine for a limit."""
-        self.worst.setdefault(index, []).append(machine)
+        self.worst.setdefault(key, []).append(machine)
         for i in self.wide:
             if (i, machine[i]) not in self._columns:
                 self._columns.append((i, float(machine[i])))
@@ -79,9 +94,9 @@ class Several:
         nominal = self._asked(self.off_nothing)
         limits: list[Limit] = []
         aims: list[Aim] = []
-        for index in range(len(nominal.limits)):
-            limits += [self._asked(one).limits[index] for one in self.worst.get(index, ())]
-        for one in self.worst.get(-1, ()):
+        for index, key in keys_of(nominal).items():
+            limits += [self._asked(one).limits[index] for one in self.worst.get(key, ()) if index >= 0]
+        for one in self.worst.get(GOAL, ()):
             aim = self._asked(one).aim
             assert aim is not None
             aims.append(aim)
@@ -125,4 +140,4 @@ def _wider(tie: Tie, axis: int, values: FloatArray) -> Tie:
     return replace(tie, axes=(*tie.axes, axis), table=np.column_stack([tie.table, values]))
 
 
-__all__ = ["Several"]
+__all__ = ["GOAL", "Several", "keys_of"]

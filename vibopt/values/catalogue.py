@@ -12,6 +12,7 @@ import numpy as np
 
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.forms import FloatArray
+from vibopt.units.reading import LARGEST
 from vibopt.units.scales import Scale, scale_of
 from vibopt.values.fields import LEAST
 from vibopt.values.sheet import Sheet, letter, sheet_of
@@ -274,7 +275,7 @@ def _number(sheet: Sheet, row: int, column: Column, cell: str, said: _Said) -> f
         said.add(row, column, f"{cell} is negative. Write its size.")
     elif value == 0.0 and not column.kind.zero:
         said.add(row, column, f"{cell} is not greater than zero.")
-    elif 0.0 < value < LEAST:
+    elif 0.0 < value < LEAST or value > LARGEST:
         said.add(row, column, f"{cell} is beyond what any part has.")
     elif column.key == "tolerance" and value >= 1.0:
         said.add(row, column, f"{cell} may leave nothing of the part. Write less than 100 %.")

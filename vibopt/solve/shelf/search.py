@@ -125,7 +125,7 @@ class Search:
         self.order = sorted(range(len(self.limits)), key=lambda i: _cost(self.limits[i]))
         self.boxed = [_boxed(one) for one in self.limits]
         self.aim_boxed = [_boxed(one) for one in self.aims]
-        self.mirrors = mirrors(program, self.shelf)
+        self.mirrors = [] if program.several else mirrors(program, self.shelf)
         rows = [np.zeros((len(one.table), len(self.limits))) for one in self.shelf.factors]
         self.tally = Tally(np.zeros(len(self.limits)), rows, self.mirrors)
         self._weight = np.ones(len(program.axes))
