@@ -76,8 +76,18 @@ def _tell(result: WhatIf, console: Console) -> None:
 def _old(design: Design, path: str) -> str:
     here: Any = design.scene.document
     for step in path.split("."):
-        here = here.get(step) if isinstance(here, dict) else None
+        here = _inside(here, step)
     return "not given" if here is None else str(here)
+
+
+def _inside(table: Any, step: str) -> Any:
+    """Entry of a table by its key, or of a list by its number from 1; of three coordinates also by x, y, z."""
+    if isinstance(table, dict):
+        return table.get(step)
+    if isinstance(table, list):
+        index = int(step) - 1 if step.isdigit() else "xyz".find(step) if step in ("x", "y", "z") else -1
+        return table[index] if 0 <= index < len(table) else None
+    return None
 
 
 def _beside(result: WhatIf) -> list[tuple[str, ...]]:

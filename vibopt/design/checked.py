@@ -112,7 +112,10 @@ def _checked(scene: Scene, machine: Machine, name: str, response: Response, side
         depth = min(found.value - band.low, band.high - found.value)
         edge = band.low if found.value - band.low <= band.high - found.value else band.high
         margin = -depth / edge if edge else -depth
-        limit = shown_value(response, edge, unit)
+        ends = [shown_value(response, one, unit).shown for one in (band.low, band.high)]
+        first, _, same = ends[0].rpartition(" ")
+        text = f"{first}..{ends[1]}" if ends[1].endswith(f" {same}") else "..".join(ends)
+        limit = replace(shown_value(response, edge, unit), shown=text)
     elif given is not None:
         size = abs(1.0 - given.value if response.complement else given.value) or 1.0
         margin = (given.value - found.value) / size if side == "at_most" else (found.value - given.value) / size

@@ -19,7 +19,7 @@ from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.impasse import outward_shown
 from vibopt.solve.method import Found
 
-_GAP, _SECONDS, _ALL_SECONDS = 1e-4, 3.0, 30.0
+_GAP, _SECONDS, _ALL_SECONDS = 1e-4, 3.0, 10.0
 _BOUNDS = ("at_most", "at_least", "outside")
 Row = tuple[str, Shown, Shown]
 
