@@ -143,7 +143,10 @@ def _say_thresholds(result: WhatIf, console: Console) -> None:
 
     heads = ("Fact", "Now", "Fails below", "Fails above")
     rows = _thresholds(result)
-    section(console, "How far each fact may go", grid(rows, heads, whole=(0,)) if rows else "as far as was looked")
+    when = "" if result.after.status == "met" else ", from the facts as they were before the change"
+    section(
+        console, f"How far each fact may go{when}", grid(rows, heads, whole=(0,)) if rows else "as far as was looked"
+    )
     free = [one.path for one in result.thresholds if one.free]
     if free:
         paragraph(console, f"No limit breaks over {', '.join(free)}.")

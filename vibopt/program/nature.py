@@ -7,7 +7,18 @@ from itertools import product
 
 import numpy as np
 
-from vibopt.forms import FloatArray, ModeFrequency, Monomials, StaticLoad, StaticRow
+from vibopt.forms import (
+    EnergyShare,
+    FloatArray,
+    Form,
+    ModeFrequency,
+    ModeGap,
+    Modulus,
+    Monomials,
+    StaticForce,
+    StaticLoad,
+    StaticRow,
+)
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.pose import asked_of, on_needed
@@ -112,8 +123,7 @@ class _Hunt:
         least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
         self.sign = -1.0 if least else 1.0
         form = part.form
-        table = form.exponents if isinstance(form, Monomials) else part.model.exponents
-        self.free = (table != 0.0).any(axis=0)
+        self.free = (acting(part.model, form) != 0.0).any(axis=0)
         self.tried = 0
 
     def value(self, factors: FloatArray) -> float:
@@ -162,10 +172,14 @@ class _Hunt:
         values = np.array([self.value(one) for one in corners])
         index = int(np.argmax(self.sign * values))
         factors, value = corners[index], float(values[index])
-        for axis in np.flatnonzero(self.free):  # what makes no difference is not off
+        return Hit(self._without_idle(factors, value, 1e-13), value, True, self.tried)
+
+    def _without_idle(self, factors: FloatArray, value: float, same: float) -> FloatArray:
+        """The factors with those at one that make no difference."""
+        for axis in np.flatnonzero(self.free):
             other = np.where(np.arange(len(factors)) == axis, 1.0, factors)
-            factors = other if abs(self.value(other) - value) <= 1e-13 * abs(value) else factors
-        return Hit(factors, value, True, self.tried)
+            factors = other if abs(self.value(other) - value) <= same * abs(value) else factors
+        return factors
 
     def inside_band(self, limit: Limit) -> Hit:
         """Natural frequencies outside a band: the machine with a mode deepest inside, between two corners."""
@@ -222,6 +236,8 @@ class _Hunt:
                 best = there, value
         if not quick:
             best = self._flipped(*best)
+            if not isinstance(self.part.form, Modulus):
+                best = self._without_idle(*best, 1e-12), best[1]
         return Hit(best[0], best[1], False, self.tried)
 
     def _flipped(self, factors: FloatArray, value: float) -> tuple[FloatArray, float]:
@@ -274,6 +290,18 @@ class _Hunt:
         for side in (self.low, self.high):  # exactly on an end where it is next to it
             there = np.where(np.abs(there - side) <= 1e-9, side, there)
         return there
+
+
+def acting(model: Model, form: Form) -> FloatArray:
+    """Exponents of all that a form depends on, (n, n_vars): dampers do not matter to what does not move or is free."""
+    if isinstance(form, Monomials):
+        return form.exponents
+    if isinstance(form, StaticRow | StaticLoad | StaticForce):
+        own = model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA)) & (model.static_scales != 0.0)]
+        return np.vstack([own, form.factor.exponents]) if isinstance(form, StaticLoad) else own
+    if isinstance(form, ModeFrequency | ModeGap | EnergyShare):
+        return model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA))]
+    return model.exponents
 
 
 def frequency_senses(model: Model) -> FloatArray:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.responses.natural_frequency import NaturalFrequency, Orders
+from vibopt.responses.natural_frequency import Orders
 from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
@@ -18,9 +18,17 @@ from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_tolerances import check_tolerances
 from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
+
+_OWN_BOUND = {
+    "natural_frequency": " (or outside)",
+    "travel": " (or give the mount its gap)",
+    "static_load": " (or give the mount its rating)",
+}
+"""What else may bound a response."""
 
 
 def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
@@ -51,7 +59,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     given = [key for key in ("at_most", "at_least", "outside") if getattr(response, key, None) is not None]
     name = ".".join(str(one) for one in path)
     if path[0] == "limits" and not given:
-        extra = " (or outside)" if isinstance(response, NaturalFrequency) else ""
+        extra = _OWN_BOUND.get(response.response, "")
         mistakes.add(path, f"{name} has no bound. Add at_most or at_least{extra}, or move it to [measures.{path[1]}].")
     if path[0] == "measures" and given:
         mistakes.add(
@@ -134,7 +142,7 @@ def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     if broken:
         return
     if scene.asked is not None and scene.goal is None:
-        path = next(iter(open_places(scene.asked)))
+        path = next(iter({**open_places(scene.asked), **asked_positions(scene)}))
         mistakes.add(
             tuple(path.split(".")),
             f"{path} is to be chosen, but there is no [goal] that says which place is best. Add [goal] with minimise = "

@@ -121,7 +121,7 @@ class _Run:
         kept = {key: nominal.details[key] for key in ("free",) if key in nominal.details}
         while True:
             assert found.x is not None
-            known = self.machines.count
+            known = self.machines.asked
             hits, broken = self._look(found.x)
             undecided = self.undecided
             for one in found.details["picks"][1:]:  # each teaches something, broken or not
@@ -131,7 +131,7 @@ class _Run:
             self.undecided = undecided
             if not broken:
                 return self._done(found, hits)
-            if time.perf_counter() > self.deadline or self.machines.count == known:
+            if time.perf_counter() > self.deadline or self.machines.asked == known:
                 return self._stopped(found, None)
             program = self.machines.program()
             searched = choose(program, self.method).solve(program, self.progress)

@@ -60,6 +60,11 @@ class Several:
         """Number of machines."""
         return len({one.tobytes() for many in self.worst.values() for one in many})
 
+    @property
+    def asked(self) -> int:
+        """Number of questions: limits, each with each of its machines."""
+        return sum(len(many) for many in self.worst.values())
+
     def parts_off(self, x: FloatArray, factors: FloatArray) -> FloatArray:
         """A machine from the factors (n_uncertain,) at a design x (n_vars,)."""
         widths = np.array([one.tolerance for one in doubts_at(self.scene, x)])
@@ -79,7 +84,10 @@ class Several:
 
     def add(self, key: Key, machine: FloatArray) -> None:
         """One more machine for a limit."""
-        self.worst.setdefault(key, []).append(machine)
+        known = self.worst.setdefault(key, [])
+        if any(np.array_equal(machine, one) for one in known):
+            return
+        known.append(machine)
         for i in self.wide:
             if (i, machine[i]) not in self._columns:
                 self._columns.append((i, float(machine[i])))

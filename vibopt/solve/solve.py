@@ -19,6 +19,7 @@ from vibopt.program.program import Program
 from vibopt.program.reduce import reason
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
+from vibopt.scene.positions import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.space import members
@@ -64,6 +65,13 @@ def solve(
     InputError
         The forced method does not exist, or does not take this scene.
     """
+    if open_positions(scene):
+        from vibopt.solve.positions import best_position
+
+        def at_position(one: Scene, begin: Sequence[float] | None) -> Design:
+            return solve(one, method=method, explain=False, near=near if begin is None else begin)
+
+        return best_position(scene, at_position, progress)
     if open_places(scene):
         from vibopt.solve.places import best_place
 
@@ -167,6 +175,7 @@ def _over_tolerances(
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
     from vibopt.design.off import differing
+    from vibopt.program.nature import around
     from vibopt.solve.off import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
 
@@ -186,7 +195,8 @@ def _over_tolerances(
     made = _answered(replace(scene, off=machine), program, found, clock, rows)
     notes = (*made.notes, "Tolerances: figures show the machine without them.")
     both = side_by_side(scene, nominal, best, differing(scene, machine))
-    return replace(made, scene=scene, notes=notes, tolerances=both)
+    used = _used_of(program.model, max(program.used_dof, around(scene, x).used_dof))
+    return replace(made, scene=scene, notes=notes, tolerances=both, model=used)
 
 
 def _loosened(scene: Scene, program: Program, design: Design, found: Found, clash: Program | None) -> Design:

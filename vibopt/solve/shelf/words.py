@@ -56,6 +56,8 @@ def _near(program: Program, near: dict[str, Any] | None) -> str:
     limit = _limit(program, near["limit"], near["side"])
     percent = f"{100.0 * near['missed']:.3g} %"
     if isinstance(limit.form, StaticLoad):
+        if limit.side == "at_least" and near["missed"] > 1.0:
+            return f"The nearest is {chosen}: a mount of {limit.name.split(':')[0]} is lifted."
         over = "above" if limit.side == "at_most" else "below"
         return f"The nearest is {chosen}: its load is {percent} {over} its rating."
     return f"The nearest is {chosen}: it misses {limit.name} by {percent}."
