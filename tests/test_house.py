@@ -50,7 +50,7 @@ UNDER_BALANCING = (
 """Balancing stands beside the scenes and shares only these with them."""
 UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
 """What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
-BALANCING_SHEETS = ("asked", "blocks", "table", "sheet", "figures")
+BALANCING_SHEETS = ("asked", "blocks", "said", "table", "sheet", "figures")
 OVER_BALANCING = ("vibopt.balancing", "vibopt.jobs", "vibopt.cli", "vibopt.study.chart.balancing")
 """Who asks balancing: jobs, commands, and its rows in the charts, which compare its optimisers with the rivals."""
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 from rotor_jobs import FAN
-from vibopt.balancing.blocks import blocks_of, verdict
 from vibopt.balancing.figures import figure_of
 from vibopt.balancing.figures.rotor import disc
+from vibopt.balancing.said import blocks_of, verdict
 from vibopt.balancing.sheet import html
 from vibopt.balancing.table import text_of
 from vibopt.jobs import answer, is_plan, is_scene, open_job

@@ -7,7 +7,8 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.balancing.blocks import FOOT, TABLE, TEXT, TODO, WARNING, Block, blocks_of, claim, verdict
+from vibopt.balancing.blocks import FOOT, TABLE, TEXT, TODO, WARNING, Block
+from vibopt.balancing.said import blocks_of, claim, verdict
 from vibopt.design.report import inline
 from vibopt.jobs import is_plan
 

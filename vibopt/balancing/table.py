@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibopt.balancing.blocks import FOOT, Block, blocks_of, claim, verdict
+from vibopt.balancing.blocks import FOOT, Block
+from vibopt.balancing.said import blocks_of, claim, verdict
 from vibopt.design.table import STYLES, WIDTH, grid, paragraph, rendered, section
 
 if TYPE_CHECKING:

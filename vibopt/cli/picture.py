@@ -230,6 +230,6 @@ def _verdict(found: Answer) -> str:
         from vibopt.design.words import verdict
 
         return verdict(found)
-    from vibopt.balancing.blocks import verdict as balancing_verdict
+    from vibopt.balancing.said import verdict as balancing_verdict
 
     return balancing_verdict(found)
