@@ -50,6 +50,14 @@ WRONG_FILES = {
         "pump.toml line 8: parts.csv is empty. Its first row names the columns: part, rated load max [N], stiffness "
         "[N/mm], ...",
     ),
+    "open quotation mark": (
+        GOOD.replace("M60", '"M60'),
+        f"{LINE} row 3 has a quotation mark that is never closed. Close it, or remove it.",
+    ),
+    "beyond all parts": (
+        GOOD.replace(";80;", ";1e40;"),
+        f'{LINE} row 2, column D ("stiffness [N/mm]"): 1e40 is beyond what any part has.',
+    ),
     "no part": (HEADS, f"{LINE} row 1: there is no part below the heading. Add one row a part."),
     "text in a number cell": (
         GOOD.replace(";80;", ";eighty;"),
