@@ -156,10 +156,9 @@ CASES: list[tuple[Edit, str]] = [
         'inertias: relative to what? Write damping = "2 kN s/m", or loss_factor = 0.1.',
     ),
     (
-        foot(at=[{"from": "0.1 m", "to": "1 m"}, "0 m", "0 m"]),
-        'box.toml: mounts.foot.at = [{ from = "0.1 m", to = "1 m" }, "0 m", "0 m"] leaves its x open,'
-        " but a place cannot be anywhere in a range. Name places to choose from: at = { one_of = "
-        '[["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", "0 m"]] }.',
+        foot(at=[{"from": "1 m", "to": "0.1 m"}, "0 m", "0 m"]),
+        'box.toml: mounts.foot.at = [{ from = "1 m", to = "0.1 m" }, "0 m", "0 m"] has a reversed range for its x: '
+        "from is greater than to. Exchange the two.",
     ),
     (
         foot(at=[["0.85 m", "0 m", "0 m"], ["0.85 m", "0 m", "0 m"]]),

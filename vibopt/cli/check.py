@@ -70,8 +70,7 @@ def _checked(file: str) -> dict[str, Any]:
 
 
 def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:
-    from vibopt.design.words import notes_of, range_words
-    from vibopt.scene.positions import open_positions
+    from vibopt.design.words import notes_of, ranges_of
 
     return {
         "file": file,
@@ -80,9 +79,7 @@ def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:
         "title": scene.title,
         **{family: len(getattr(scene, family)) for family in _COUNTED if hasattr(scene, family)},
         "asked": asked(scene),
-        "choices": {
-            variable.path: range_words(variable) for variable in (*scene.variables, *open_positions(scene).values())
-        },
+        "choices": ranges_of(scene),
         "notes": notes_of(scene),
     }
 

@@ -153,6 +153,7 @@ def _list(result: Sweep, console: Console) -> None:
 def _columns(result: Sweep) -> list[str]:
     """Paths of the variables to list: none for a kept design, and not the one that is the goal itself."""
     from vibopt.design.shelf import tied
+    from vibopt.scene.positions import open_positions
 
     scene = result.scene
     if result.keep_design:
@@ -160,7 +161,8 @@ def _columns(result: Sweep) -> list[str]:
     goal = scene.goal.response if scene.goal is not None else None
     same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
     inner = tied(scene)
-    return [one.path for one in scene.variables if one.path != same and one.path not in inner]
+    free = [one.path for one in scene.variables if one.path != same and one.path not in inner]
+    return [*open_positions(scene), *free]
 
 
 def _tight(margins: Mapping[str, float]) -> str:

@@ -24,7 +24,7 @@ from vibopt.design.words import (
     margin_words,
     model_words,
     notes_of,
-    range_words,
+    ranges_of,
     spoken,
     state_words,
     tolerance_rows,
@@ -78,7 +78,7 @@ def _words(design: Design) -> dict[str, Any]:
     if design.status == "unbounded":  # its values are as far as a search went, and mean nothing
         design = replace(design, variables={}, limits={}, measures={}, x=())
     scene = design.scene
-    ranges = {variable.path: range_words(variable) for variable in scene.variables}
+    ranges = ranges_of(scene)
     ranges |= {path: f"as {design.places[part].value} has it" for path, part in tied(scene).items() if design.places}
     return {
         "title": scene.title,

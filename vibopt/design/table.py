@@ -21,7 +21,7 @@ from vibopt.design.words import (
     margin_words,
     model_words,
     notes_of,
-    range_words,
+    ranges_of,
     spoken,
     state_words,
     tolerance_rows,
@@ -164,7 +164,7 @@ def _found(design: Design, console: Console) -> None:
 
 
 def _values(design: Design) -> list[tuple[str, ...]]:
-    ranges = {variable.path: range_words(variable) for variable in design.scene.variables}
+    ranges = ranges_of(design.scene)
     brought = {
         path: f"as {design.places[part].value} has it"
         for path, part in tied(design.scene).items()

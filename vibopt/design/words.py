@@ -10,6 +10,7 @@ from vibopt.excitations import Excitation
 from vibopt.forms import Amplitude
 from vibopt.responses import Response
 from vibopt.scene.places import bound_parts
+from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import MAXIMISE, Scene, Variable
 from vibopt.units import plain, show
 from vibopt.units.spelling import split_detector
@@ -166,6 +167,11 @@ def value_at(checked: Checked) -> str:
     return f"{checked.value.shown} at {at}" if at else checked.value.shown
 
 
+def ranges_of(scene: Scene) -> dict[str, str]:
+    """What may be chosen in each variable, positions of mounts included, by path."""
+    return {one.path: range_words(one) for one in (*asked_positions(scene).values(), *scene.variables)}
+
+
 def range_words(variable: Variable) -> str:
     """What may be chosen: "10 kN/m to 1 GN/m", "one of 1 MN/m, 2 MN/m"."""
     if variable.choice.options:
@@ -177,7 +183,7 @@ def range_words(variable: Variable) -> str:
     whole = ", whole" if variable.choice.whole else ""
     if not isfinite(variable.high):
         return f"{low} or more{whole}" if variable.low > 0 else f"any{whole}"
-    return f"{low} to {high}{whole}" if variable.low > 0 else f"0 to {high}{whole}"
+    return f"{low} to {high}{whole}" if variable.low else f"0 to {high}{whole}"
 
 
 def _short(value: float, variable: Variable) -> str:

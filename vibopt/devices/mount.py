@@ -20,7 +20,7 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.units import Quantity, read_range
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, Rule, RuleSchema, complaint, read_value
-from vibopt.values.vectors import AXES, Vector, read_direction, read_place
+from vibopt.values.vectors import AXES, OpenVector, Span, Vector, read_direction, read_open_place, read_shift
 
 
 class StiffnessAxes(Table):
@@ -67,6 +67,7 @@ def _three(kind: type[Table], dimension: str, sign: str, given: object) -> objec
 _SCATTERED = ("stiffness", "damping", "loss_factor")
 """What a tolerance of the whole table is about."""
 Single = tuple[Vector, ...]
+OpenSingle = tuple[OpenVector, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,14 +85,19 @@ class Sites:
         return tuple(f"set {index + 1}" for index in range(len(self.options)))
 
 
-def _set(given: object) -> Single:
+def _set(given: object) -> OpenSingle:
     """One place or a list of them."""
     if isinstance(given, list) and given and all(isinstance(one, list) for one in given):
-        found = tuple(read_place(one) for one in given)
-        if len(set(found)) < len(found):
+        found = tuple(read_open_place(one) for one in given)
+        known = [one for one in found if not _is_open(one)]
+        if len(set(known)) < len(known):
             raise complaint("names a place twice. Give each mount a place of its own.")
         return found
-    return (read_place(given),)
+    return (read_open_place(given),)
+
+
+def _is_open(place: OpenVector) -> bool:
+    return any(isinstance(one, Span) for one in place)
 
 
 def _at(given: object) -> object:
@@ -105,7 +111,9 @@ def _at(given: object) -> object:
             'is a choice without places. Write at = { one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", '
             '"0 m"]] }.'
         )
-    options = tuple(_set(one) for one in listed)
+    options: tuple[Any, ...] = tuple(_set(one) for one in listed)
+    if any(_is_open(place) for one in options for place in one):
+        raise complaint("has a range in a place of one_of. Keep one of them: a list of places, or places with ranges.")
     if len({len(one) for one in options}) > 1:
         raise complaint("names sets of different sizes. Every set needs a place for each mount of the group.")
     return options[0] if len(options) == 1 else Sites(options, tuple(listed))
@@ -117,8 +125,16 @@ At = Annotated[
     WithJsonSchema(
         {
             "anyOf": [{"type": "array"}, {"type": "object", "properties": {"one_of": {"type": "array"}}}],
-            "description": "a place, a list of places, or { one_of = [...] }",
+            "description": "a place, a list of places, or { one_of = [...] }; a coordinate may be { from, to }",
         }
+    ),
+]
+_SHIFTED = {"type": ["string", "number", "object"], "description": "a length, or { from, to }"}
+Shift = Annotated[
+    Any,
+    BeforeValidator(read_shift),
+    WithJsonSchema(
+        {"type": "object", "properties": dict.fromkeys(AXES, _SHIFTED), "additionalProperties": False},
     ),
 ]
 
@@ -169,6 +185,7 @@ class MountTable(Device):
 
     between: TwoEnds
     at: At
+    shift: Shift = None
     stiffness: Value | StiffnessAxes = Field(json_schema_extra=ThreeSchema(Rule("stiffness")))
     shear_ratio: Value | None = number("ratio")
     damping: Value | DampingAxes | None = Field(
@@ -251,6 +268,8 @@ class MountTable(Device):
             many = len(getattr(self, key) or ())
             if many > 1 and many != self.count:
                 raise word(f"has {self.count} places but {many} values of {key}. Give one for all, or one for each.")
+        if self.shift is not None and isinstance(self.at, Sites):
+            raise word("has shift beside places to choose from. Keep one of them, or name the moved places in one_of.")
         self._check_across()
         return self
 
@@ -307,8 +326,14 @@ class MountTable(Device):
 
     @property
     def sites(self) -> Single:
-        """Place of each mount [m]; of the first set where the places are open."""
-        return self.at.options[0] if isinstance(self.at, Sites) else tuple(self.at)
+        """Place of each mount [m]; of the first set, or half way, where the places are open."""
+        if isinstance(self.at, Sites):
+            return self.at.options[0]
+        moved = self.shift or (0.0, 0.0, 0.0)
+        return tuple(
+            (_middle(x) + _middle(moved[0]), _middle(y) + _middle(moved[1]), _middle(z) + _middle(moved[2]))
+            for x, y, z in self.at
+        )
 
     @property
     def count(self) -> int:
@@ -423,6 +448,10 @@ def _brought(part: Part) -> dict[str, Any]:
             three = {"x": part.column(f"{key}_x"), "y": part.column(f"{key}_y"), "z": part.column(key)}
             found[key] = kind.model_validate(three)
     return found
+
+
+def _middle(given: float | Span) -> float:
+    return given.middle if isinstance(given, Span) else given
 
 
 def _singles(name: str, count: int) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from vibopt.errors import InputError, way_out
 from vibopt.excitations import Excitation
 from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.responses import Response
+from vibopt.scene.positions import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
@@ -72,6 +73,10 @@ def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
         if isinstance(inner, tuple) and inner and all(isinstance(one, Table) for one in inner):
             for index, one in enumerate(inner):
                 yield from _facts(f"{here}.{index + 1}", one, _entry(said, index))
+        if key == "shift" and inner is not None:
+            given = said if isinstance(said, Mapping) else {}
+            moved = _lengths(here, [given.get(axis, "0 m") for axis in AXES], signed=True)
+            yield from (one for one in moved if one.path.rpartition(".")[2] in given)
         if key in (*_PLACES, *_SIDES) and inner is not None and not isinstance(inner, Sites):
             yield from _lengths(here, said, signed=key in _PLACES)
         found = _fact(here, table, key)
@@ -93,6 +98,8 @@ def _lengths(path: str, given: Any, *, signed: bool) -> Iterator[FactAt]:
             yield from _lengths(f"{path}.{index + 1}", one, signed=signed)
         return
     for axis, one in zip(AXES, given, strict=False):
+        if isinstance(one, Mapping):  # to be chosen
+            continue
         said = read_quantity(one if isinstance(one, str) else f"{one} m", "length")
         yield FactAt(f"{path}.{axis}", said.value, said.unit, "length", signed=signed)
 
@@ -133,7 +140,7 @@ def fact_at(scene: Scene, path: str) -> FactAt:
     """
     known = {one.path: one for one in facts(scene)}
     if path not in known:
-        chosen = [variable.path for variable in scene.variables]
+        chosen = [variable.path for variable in scene.variables] + list(open_positions(scene))
         if path in chosen:
             raise InputError(
                 f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or write a value there first."

@@ -21,6 +21,7 @@ from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.notes import tuning_notes
 from vibopt.scene.own_bounds import with_own_bounds
+from vibopt.scene.positions import open_positions, positioned
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
 from vibopt.scene.settle import MOST, combinations, open_places, settled
 from vibopt.values import Table, rule_of
@@ -37,6 +38,8 @@ _TOP = [
     "goal",
     "expected",
 ]
+_PROBES = ((0.5,), (0.0, 1.0), (1.0, 0.0), (0.0,), (1.0,), (0.38, 0.74, 0.17), (0.81, 0.27, 0.63), (0.12, 0.55, 0.92))
+"""Positions at which a scene is checked, as parts of each range in turn."""
 _LATER = ["planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
 
 
@@ -75,7 +78,9 @@ def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Loca
 
 def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     """Check the scene, or each that it may become where places are left open."""
-    if not open_places(scene):
+    if open_positions(scene):
+        _check_positions(scene, mistakes, broken)
+    elif not open_places(scene):
         check(scene, mistakes, broken)
     elif combinations(scene) > MOST:
         path = next(iter(open_places(scene)))
@@ -87,6 +92,21 @@ def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     else:
         for _, one in settled(scene):
             check(one, mistakes, broken)
+
+
+def _check_positions(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
+    """Mistakes that the scene has at each of some positions: those half way, if there is none without."""
+    spans = list(open_positions(scene).values())
+    first: Mistakes | None = None
+    for parts in _PROBES:
+        tried = Mistakes(mistakes.name, mistakes.locator)
+        values = [one.low + parts[i % len(parts)] * (one.high - one.low) for i, one in enumerate(spans)]
+        _check(positioned(scene, values), tried, broken)
+        if not tried.found:
+            return
+        first = first or tried
+    assert first is not None
+    mistakes.found.extend(one for one in first.found if one not in mistakes.found)
 
 
 def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:

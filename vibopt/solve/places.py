@@ -37,7 +37,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     for index, (words, one) in enumerate(variants):
         if progress is not None:
             progress(f"on {_spoken(words)}", index / len(variants))
-        found.append((words, _with_goal(answer(one))))
+        found.append((words, with_goal(answer(one))))
     words, best = min(found, key=lambda pair: _rank(pair[1]))
     designs = [design for _, design in found]
     status, claim = _verdict(best, designs)
@@ -56,7 +56,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     )
 
 
-def _with_goal(design: Design) -> Design:
+def with_goal(design: Design) -> Design:
     """Where nothing else is to be chosen, a place is as good as its goal, or breaks a limit."""
     if not design.scene.is_analysis:
         return design
@@ -106,4 +106,4 @@ def _spoken(words: Mapping[str, str]) -> str:
     return ", ".join(words.values())
 
 
-__all__ = ["best_place"]
+__all__ = ["best_place", "with_goal"]

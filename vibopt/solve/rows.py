@@ -92,7 +92,8 @@ class LineRows:
             return [sign * self._mode(limit)]
         made = sample(limit, speeds, np.array([self.reference]))
         degree = made.groups.degrees[0]
-        nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0, *np.arange(0.25, 3.0, 0.5)])[: degree + 1]
+        nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0, *np.arange(0.25, 3.0, 0.5), *np.arange(0.125, 3.0, 0.25)])
+        nodes = nodes[: degree + 1]
         y = nodes * self.reference ** (1.0 / self.root)
         top, bottom = made.at((y**self.root)[:, None])
         inverse = np.linalg.inv(np.vander(nodes, degree + 1, increasing=True))

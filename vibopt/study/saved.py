@@ -11,6 +11,7 @@ from vibopt.design.design import Design
 from vibopt.design.words import verdict
 from vibopt.errors import InputError
 from vibopt.scene.document import FileText
+from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.write import document_toml
@@ -41,8 +42,8 @@ def design_file(design: Design, target: FilePath, *, kept: Scene | None = None, 
     scene = design.scene
     if scene.find_all is not None:
         raise InputError(f"{scene.name}: find_all answers with speeds, so there is no design to save.")
-    open_one = bool(scene.variables or open_places(scene))
-    if design.status in _NO_DESIGN or (open_one and not design.x and not design.places):
+    open_one = bool(scene.variables or open_places(scene) or asked_positions(scene))
+    if design.status in _NO_DESIGN or (open_one and not design.variables and not design.places):
         raise InputError(f"{scene.name}: there is no design to save: {design.status}. {target.name} is not written.")
     if open_one and design.status == "violated":
         broken = ", ".join(name for name, one in design.limits.items() if not one.met)
@@ -50,7 +51,7 @@ def design_file(design: Design, target: FilePath, *, kept: Scene | None = None, 
             f"{scene.name}: the rounded design breaks {broken}. {target.name} is not written; round finer."
         )
     if kept is None:
-        kept = frozen(scene, design.x) if scene.variables or design.places else scene
+        kept = frozen(scene, design.x) if scene.variables or design.places or asked_positions(scene) else scene
     document = moved({key: one for key, one in kept.document.items() if key != "expected"}, target)
     return f"{_comments(design, changes)}\n\n{document_toml(document)}"
 

@@ -10,9 +10,9 @@ import numpy as np
 from vibopt.errors import InputError, QuantityError
 from vibopt.forms import FloatArray
 from vibopt.scene.facts import FactAt, fact_at, read_fact
+from vibopt.scene.positions import is_open, open_positions
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
-from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
@@ -102,9 +102,9 @@ def sweep(
     fact = replace(fact, unit=high.unit)
     values = np.array(_values(fact, low.value, high.value, points))
     base = scene
-    if keep_design and (scene.variables or open_places(scene)):
+    if keep_design and is_open(scene):
         design = solve(scene)
-        if not design.x and not design.places:
+        if not (design.variables or design.places):
             raise InputError(f"{scene.name}: there is no design to keep: {design.status}. Solve the scene first.")
         base = frozen(design.scene, design.x)
     name = scene.goal.name if scene.goal is not None and not keep_design else ""
@@ -118,7 +118,7 @@ def _answered(scene: Scene, fact: FactAt, values: FloatArray, progress: Progress
         if progress is not None:
             progress("sweep", part)
 
-    apart = len(values) < FEWEST_TOGETHER or bool(uncertain(scene))
+    apart = len(values) < FEWEST_TOGETHER or bool(uncertain(scene)) or bool(open_positions(scene))
     together = None if apart else columns(scene, fact, values, tell)
     single: dict[int, Point] = {}
     if together is not None:

@@ -122,7 +122,7 @@ def _goal_of(design: Design, name: str, goal: Goal) -> Shown | None:
     own = goal_in(design.scene)
     if design.goal is not None and own is not None and _goal_name(own) == name:
         return design.goal[1]
-    if design.scene.variables and design.x:
+    if design.variables or design.places:
         return _measured_goal(frozen(design.scene, design.x), goal)
     return _measured_goal(design.scene, goal)
 

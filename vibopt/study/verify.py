@@ -236,12 +236,17 @@ def _speed_dimension(design: Design) -> str:
     return design.scene.excitations[name].speed.dimension if name in design.scene.excitations else ROTATION
 
 
+def _dimension(design: Design, path: str) -> str:
+    """Of a variable; a position of a mount is a length."""
+    return next((one.dimension for one in design.scene.variables if one.path == path), "length")
+
+
 def _find(design: Design, path: str) -> tuple[Shown, str, bool]:
     """The value at a path of the answer, its dimension, and whether it is an amplitude."""
     family, _, rest = path.partition(".")
     if family == "variables":
         chosen = _entry(design.variables, rest, "variable")
-        return chosen.value, next(one.dimension for one in design.scene.variables if one.path == rest), False
+        return chosen.value, _dimension(design, rest), False
     if family in ("limits", "measures"):
         return _find_checked(design, family, rest)
     if path == "goal":

@@ -8,9 +8,9 @@ from typing import Any
 
 from vibopt.design.design import Design
 from vibopt.errors import InputError
+from vibopt.scene.positions import is_open
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
-from vibopt.scene.settle import open_places
 from vibopt.solve import solve
 from vibopt.solve.method import Progress
 from vibopt.study.freeze import frozen
@@ -80,9 +80,9 @@ def whatif(
     before = solve(scene, progress=progress)
     if not keep_design:
         return WhatIf(changes, before, solve(changed, progress=progress), keep_design)
-    if (scene.variables and not before.x) or (open_places(scene) and not before.places):
+    if is_open(scene) and not (before.variables or before.places):
         raise InputError(f"{scene.name}: there is no design to keep: {before.status}. Solve the scene first.")
-    kept = frozen(before.scene, before.x) if scene.variables or before.places else scene
+    kept = frozen(before.scene, before.x) if is_open(scene) else scene
     if rounding:
         drawn = rounded(before, rounding)
         before, kept = drawn.design, drawn.kept

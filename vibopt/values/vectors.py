@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
@@ -13,6 +15,23 @@ from vibopt.values.fields import complaint
 
 Vector = tuple[float, float, float]
 
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """A coordinate that is to be chosen between `low` and `high` [m]; `unit` is how the user wrote it."""
+
+    low: float
+    high: float
+    unit: str
+
+    @property
+    def middle(self) -> float:
+        """Half way [m]."""
+        return 0.5 * (self.low + self.high)
+
+
+Coordinate = float | Span
+OpenVector = tuple[Coordinate, Coordinate, Coordinate]
 AXES = ("x", "y", "z")
 UNIT: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 WAYS = 'Write "x", "y", "z" or three numbers, for example [0.5, 0, 0.866].'
@@ -27,19 +46,73 @@ def read_place(given: object) -> Vector:
     return _lengths(given)
 
 
-def _lengths(given: list[object]) -> Vector:
-    found = []
-    for axis, one in zip(AXES, given, strict=True):
-        if isinstance(one, dict):
-            raise complaint(
-                f"leaves its {axis} open, but a place cannot be anywhere in a range. Name places to choose from: at = "
-                '{ one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", "0 m"]] }.'
-            )
+def read_open_place(given: object) -> OpenVector:
+    """Three coordinates, each a length [m] or a range to choose from."""
+    if isinstance(given, tuple):
+        return given
+    if not isinstance(given, list) or len(given) != 3:
+        return read_place(given)
+    x, y, z = (_coordinate(axis, one) for axis, one in zip(AXES, given, strict=True))
+    return x, y, z
+
+
+def read_shift(given: object) -> OpenVector:
+    """How far all places of a group are moved along each axis: a length [m] or a range to choose from."""
+    if isinstance(given, tuple):
+        return given
+    if not isinstance(given, Mapping) or not given or not set(given) <= set(AXES):
+        raise complaint(
+            'is no shift. Write how far along each axis, shift = { x = { from = "-0.2 m", to = "0.2 m" } }.'
+        )
+    x, y, z = (_coordinate(axis, given.get(axis, 0)) for axis in AXES)
+    return x, y, z
+
+
+def _coordinate(axis: str, given: object) -> Coordinate:
+    return _span(axis, given) if isinstance(given, Mapping) else _length(axis, given)
+
+
+def _span(axis: str, given: Mapping[str, object]) -> Span:
+    """A coordinate { from, to }."""
+    if "one_of" in given:
+        raise complaint(
+            f"has a list of values for its {axis}, but a coordinate is one value or a range. Name whole places to "
+            'choose from: at = { one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", "0 m"]] }.'
+        )
+    for key in given:
+        if key not in ("from", "to"):
+            raise complaint(f'has the unknown key "{key}" in its {axis}. A range of places has from and to.')
+    if set(given) != {"from", "to"}:
+        raise complaint(
+            f'has an {axis} without an end, but a place is somewhere. Write both: {{ from = "0.6 m", to = "1 m" }}.'
+        )
+    ends = []
+    for key in ("from", "to"):
         try:
-            found.append(0.0 if one == 0 and not isinstance(one, bool) else read_quantity(one, "length").value)
+            ends.append(read_quantity(given[key], "length"))
         except QuantityError as error:
-            raise complaint(f"has a wrong {axis}: {one!r} {error}".replace("'", '"')) from None
-    return found[0], found[1], found[2]
+            raise complaint(f"has a wrong {key} of its {axis}: {given[key]!r} {error}".replace("'", '"')) from None
+    low, high = ends
+    if low.value > high.value:
+        raise complaint(f"has a reversed range for its {axis}: from is greater than to. Exchange the two.")
+    if low.value == high.value:
+        raise complaint(f"has an empty range for its {axis}: from equals to. Write the value alone.")
+    return Span(low.value, high.value, low.unit or high.unit)
+
+
+def _lengths(given: list[object]) -> Vector:
+    for axis, one in zip(AXES, given, strict=True):
+        if isinstance(one, Mapping):
+            raise complaint(f"leaves its {axis} open, but only mounts have places to choose. Write one length.")
+    x, y, z = (_length(axis, one) for axis, one in zip(AXES, given, strict=True))
+    return x, y, z
+
+
+def _length(axis: str, given: object) -> float:
+    try:
+        return 0.0 if given == 0 and not isinstance(given, bool) else read_quantity(given, "length").value
+    except QuantityError as error:
+        raise complaint(f"has a wrong {axis}: {given!r} {error}".replace("'", '"')) from None
 
 
 def read_reach(given: object) -> Vector:
@@ -85,4 +158,19 @@ Reach = Annotated[
 ]
 Direction = Annotated[Vector, BeforeValidator(read_direction), WithJsonSchema(_DIRECTION)]
 
-__all__ = ["AXES", "UNIT", "Direction", "Place", "Reach", "Vector", "read_direction", "read_place", "read_reach"]
+__all__ = [
+    "AXES",
+    "UNIT",
+    "Coordinate",
+    "Direction",
+    "OpenVector",
+    "Place",
+    "Reach",
+    "Span",
+    "Vector",
+    "read_direction",
+    "read_open_place",
+    "read_place",
+    "read_reach",
+    "read_shift",
+]

@@ -10,6 +10,7 @@ from vibopt.devices import LinkTable, MountTable
 from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.mechanics.rigid import SpaceMachine, Spring3
+from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import Scene
 from vibopt.units import plain, show, to_unit
 from vibopt.units.spelling import split_detector
@@ -121,7 +122,7 @@ def _unit(table: object, key: str) -> str:
 def _others(design: Design) -> list[tuple[str, str]]:
     """Chosen numbers and places that no row has said yet."""
     rows = [(_owner(path), one.value) for path, one in design.places.items() if not path.endswith(".part")]
-    units = {variable.path: variable for variable in design.scene.variables}
+    units = asked_positions(design.scene) | {variable.path: variable for variable in design.scene.variables}
     for path, chosen in design.variables.items():
         if path in units and not _told(design.scene, path):
             one = units[path]

@@ -75,10 +75,13 @@ class MountWords(TypedDict, total=False):
         Own z and own x: a letter or three numbers, or a list of them, one a mount.
     rating, gap
         Least and greatest static load, "500..3500 N"; how far it may move.
+    shift
+        How far all places move along "x", "y" and "z": lengths, or choose(...).
     tolerance, tolerance_of
         Of stiffness and damping; of the "group" (all alike) or of each "mount" by itself.
     """
 
+    shift: Mapping[str, Given]
     stiffness: Given | Sequence[Given]
     shear_ratio: Given
     damping: Given | Sequence[Given]
@@ -250,6 +253,8 @@ class Machine(Responses):
         **words: Unpack[MountWords],
     ) -> None:
         """Identical mounts `between` two bodies or a body and a support, `at` a place, a list of them, or one_of sets.
+
+        A coordinate of a place may be `choose("0.6 m", "1 m")`, and so may the x, y and z of `shift`, which moves all.
 
         Words: stiffness and shear_ratio; damping or loss_factor; direction, across; dynamic_to_static, rating, gap.
         """
