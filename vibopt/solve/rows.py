@@ -29,9 +29,12 @@ from vibopt.forms import (
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.onemass import numerator
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.rational import Sampled, sampled, sampled_static
+from vibopt.program.rational import Groups, Sampled, sampled, sampled_static
 
 _Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)
+
+_MOST_DEGREE = 4
+"""Degree of N and D in the variable up to which their squares keep their digits: a mount in space has three springs."""
 
 
 def single_lines(limit: Limit) -> bool:
@@ -92,8 +95,7 @@ class LineRows:
             return [sign * self._mode(limit)]
         made = sample(limit, speeds, np.array([self.reference]))
         degree = made.groups.degrees[0]
-        nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0, *np.arange(0.25, 3.0, 0.5), *np.arange(0.125, 3.0, 0.25)])
-        nodes = nodes[: degree + 1]
+        nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0])[: degree + 1]
         y = nodes * self.reference ** (1.0 / self.root)
         top, bottom = made.at((y**self.root)[:, None])
         inverse = np.linalg.inv(np.vander(nodes, degree + 1, increasing=True))
@@ -138,7 +140,8 @@ class LineRows:
             return limit.model.n_free == 1 and form.mode == 1
         if isinstance(form, Monomials):
             return bool((form.exponents >= 0).all())
-        return True
+        groups = Groups.of(limit.model, getattr(getattr(form, "output", None), "signs", None))
+        return groups.degrees[0] <= _MOST_DEGREE
 
 
 def _plus(a: _Numbers, b: _Numbers) -> _Numbers:
