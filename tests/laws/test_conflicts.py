@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from hypothesis import given, settings
@@ -58,6 +59,8 @@ def hold(scene: Scene, design: Design) -> None:
         unit = "N" if name == "floor" else "m"
         assert feasible(with_changes(scene, {f"limits.{name}.at_most": f"{new.value!r} {unit}"})), name
         less = now.value + 0.98 * (new.value - now.value) if new.value < 1.5 * now.value else 0.98 * new.value
+        step = 10.0 ** (math.floor(math.log10(new.value)) - 2)  # the suggestion is rounded outward to three digits
+        less = min(less, new.value - 1.02 * step)
         assert not feasible(with_changes(scene, {f"limits.{name}.at_most": f"{less!r} {unit}"})), name
 
 
