@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.devices import BodyTable, MountTable
-from vibopt.devices.mount import DampingAxes, StiffnessAxes
+from vibopt.devices.axes import DampingAxes, StiffnessAxes
 from vibopt.devices.offset import offset_of
 from vibopt.forms import FloatArray
 from vibopt.mechanics.constants import GRAVITY

@@ -3,181 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationError, WithJsonSchema, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
+from vibopt.devices.axes import DampingAxes, Rated, StiffnessAxes, ThreeSchema, three
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.link import TwoEnds
 from vibopt.devices.part import OWN, Bound, Part
+from vibopt.devices.sites import At, Directions, Shift, Single, Sites
 from vibopt.devices.symbols import Symbols
-from vibopt.errors import QuantityError
 from vibopt.forms import FloatArray
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
-from vibopt.units import Quantity, read_range
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
-from vibopt.values.fields import Choice, Rule, RuleSchema, complaint, read_value
-from vibopt.values.vectors import AXES, OpenVector, Span, Vector, read_direction, read_open_place, read_shift
-
-
-class StiffnessAxes(Table):
-    """Stiffness along the mount's own x, y and z."""
-
-    x: Value = number("stiffness", required=True)
-    y: Value = number("stiffness", required=True)
-    z: Value = number("stiffness", required=True)
-
-
-class DampingAxes(Table):
-    """Viscous damping along the mount's own x, y and z."""
-
-    x: Value = number("damping", sign="not negative", required=True)
-    y: Value = number("damping", sign="not negative", required=True)
-    z: Value = number("damping", sign="not negative", required=True)
-
-
-class ThreeSchema(RuleSchema):
-    """Schema of a number or of a list of three."""
-
-    def __call__(self, schema: dict[str, Any]) -> None:
-        super().__call__(schema)
-        one = dict(schema)
-        schema.clear()
-        schema.update({"anyOf": [one, {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]})
-
-
-def _three(kind: type[Table], dimension: str, sign: str, given: object) -> object:
-    """A list of three values as its table; anything else is left for the field to read."""
-    if not isinstance(given, list):
-        return given
-    if len(given) != 3:
-        raise complaint(f"is a list of {len(given)}. Write one value, or three: along the mount's own x, y and z.")
-    rule, read = Rule(dimension, sign=sign), {}
-    for axis, one in zip(AXES, given, strict=True):
-        try:
-            read[axis] = read_value(rule, one)
-        except QuantityError as error:
-            raise complaint(f"has a wrong {axis}: {one!r} {error}".replace("'", '"')) from None
-    return kind(**read)
-
+from vibopt.values.fields import Choice, Rule, complaint
+from vibopt.values.vectors import AXES, Span
 
 _SCATTERED = ("stiffness", "damping", "loss_factor")
 """What a tolerance of the whole table is about."""
-Single = tuple[Vector, ...]
-OpenSingle = tuple[OpenVector, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Sites:
-    """Places that a group may stand at: one of these sets is to be chosen; `given` is how the file says each."""
-
-    options: tuple[Single, ...]
-    given: tuple[object, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """A single place by its coordinates, a set by its number."""
-        if all(len(one) == 1 for one in self.options):
-            return tuple(", ".join(str(part) for part in one) for one in self.given if isinstance(one, list))
-        return tuple(f"set {index + 1}" for index in range(len(self.options)))
-
-
-def _set(given: object) -> OpenSingle:
-    """One place or a list of them."""
-    if isinstance(given, list) and given and all(isinstance(one, list) for one in given):
-        found = tuple(read_open_place(one) for one in given)
-        known = [one for one in found if not _is_open(one)]
-        if len(set(known)) < len(known):
-            raise complaint("names a place twice. Give each mount a place of its own.")
-        return found
-    return (read_open_place(given),)
-
-
-def _is_open(place: OpenVector) -> bool:
-    return any(isinstance(one, Span) for one in place)
-
-
-def _at(given: object) -> object:
-    if isinstance(given, (Sites, tuple)):
-        return given
-    if not isinstance(given, Mapping):
-        return _set(given)
-    listed = given.get("one_of")
-    if set(given) != {"one_of"} or not isinstance(listed, list) or not listed:
-        raise complaint(
-            'is a choice without places. Write at = { one_of = [["0.6 m", "0.4 m", "0 m"], ["0.8 m", "0.4 m", '
-            '"0 m"]] }.'
-        )
-    options: tuple[Any, ...] = tuple(_set(one) for one in listed)
-    if any(_is_open(place) for one in options for place in one):
-        raise complaint("has a range in a place of one_of. Keep one of them: a list of places, or places with ranges.")
-    if len({len(one) for one in options}) > 1:
-        raise complaint("names sets of different sizes. Every set needs a place for each mount of the group.")
-    return options[0] if len(options) == 1 else Sites(options, tuple(listed))
-
-
-At = Annotated[
-    Any,
-    BeforeValidator(_at),
-    WithJsonSchema(
-        {
-            "anyOf": [{"type": "array"}, {"type": "object", "properties": {"one_of": {"type": "array"}}}],
-            "description": "a place, a list of places, or { one_of = [...] }; a coordinate may be { from, to }",
-        }
-    ),
-]
-_SHIFTED = {"type": ["string", "number", "object"], "description": "a length, or { from, to }"}
-Shift = Annotated[
-    Any,
-    BeforeValidator(read_shift),
-    WithJsonSchema(
-        {"type": "object", "properties": dict.fromkeys(AXES, _SHIFTED), "additionalProperties": False},
-    ),
-]
-
-
-def _directions(given: object) -> object:
-    if isinstance(given, list) and given and all(isinstance(one, (list, str)) for one in given):
-        return tuple(read_direction(one) for one in given)
-    if isinstance(given, tuple) and given and isinstance(given[0], tuple):
-        return given
-    return (read_direction(given),)
-
-
-Directions = Annotated[
-    Any,
-    BeforeValidator(_directions),
-    WithJsonSchema({"type": ["string", "array"], "description": "one, or one a mount"}),
-]
-
-
-@dataclass(frozen=True, slots=True)
-class Rating:
-    """Least and greatest static load of one mount."""
-
-    least: Quantity
-    most: Quantity
-
-
-def _rating(given: object) -> object:
-    if isinstance(given, Rating):
-        return given
-    example = 'Write "500..3500 N".'
-    if not isinstance(given, str) or ".." not in given:
-        raise complaint(f"is no range of loads. {example}")
-    try:
-        least, most = read_range(given, "force")
-    except QuantityError as error:
-        raise complaint(str(error)) from None
-    if least.value < 0.0:
-        raise complaint(f"is negative: a mount is rated for loads that press on it. {example}")
-    return Rating(least, most)
-
-
-Rated = Annotated[Any, BeforeValidator(_rating), WithJsonSchema({"type": "string", "description": "500..3500 N"})]
 
 
 class MountTable(Device):
@@ -224,12 +69,12 @@ class MountTable(Device):
     @field_validator("stiffness", mode="before")
     @classmethod
     def _stiffnesses(cls, given: Any) -> Any:
-        return _three(StiffnessAxes, "stiffness", "positive", given)
+        return three(StiffnessAxes, "stiffness", "positive", given)
 
     @field_validator("damping", mode="before")
     @classmethod
     def _dampings(cls, given: Any) -> Any:
-        return _three(DampingAxes, "damping", "not negative", given)
+        return three(DampingAxes, "damping", "not negative", given)
 
     @field_validator("tolerance_of", mode="before")
     @classmethod
@@ -474,4 +319,4 @@ def _frame(own: FloatArray, side: FloatArray | None) -> FloatArray:
     return np.array([x, y, own])
 
 
-__all__ = ["MountTable", "Rating", "Sites"]
+__all__ = ["MountTable"]

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from vibopt.devices import FAMILIES
-from vibopt.devices.mount import Rating, Sites
+from vibopt.devices.axes import Rating
 from vibopt.devices.part import Part
+from vibopt.devices.sites import Sites
 from vibopt.errors import InputError, way_out
 from vibopt.excitations import Excitation
 from vibopt.excitations.white_noise import WhiteNoise

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from vibopt.devices.mount import MountTable, Sites
+from vibopt.devices.mount import MountTable
+from vibopt.devices.sites import Sites
 from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene, Variable
 from vibopt.scene.settle import open_places

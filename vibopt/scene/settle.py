@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import product
 
 from vibopt.devices.absorber import Places
-from vibopt.devices.mount import Sites
+from vibopt.devices.sites import Sites
 from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene
 
