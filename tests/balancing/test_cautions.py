@@ -13,9 +13,10 @@ import pytest
 from rotor_jobs import FAN, correction, messages, read_text, solve_text
 from test_rotor_plan import ALIKE, SECOND, fan, put_back_of
 from vibopt.balancing import limit_prices, solve_rotor
-from vibopt.balancing.blocks import WARNING, blocks_of, goal_words
+from vibopt.balancing.blocks import WARNING
 from vibopt.balancing.influence import identify
 from vibopt.balancing.pose import pose
+from vibopt.balancing.said import blocks_of, goal_words
 from vibopt.balancing.table import text_of
 from vibopt.balancing.trust import scenario_rows
 from vibopt.units import read_quantity

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from test_engine import engine, job_of, number_at, solved
-from vibopt.balancing.blocks import blocks_of
 from vibopt.balancing.engine import EngineJob
 from vibopt.balancing.engine import limit_prices as priced
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
 from vibopt.balancing.engine.solve import balance, settings
+from vibopt.balancing.said import blocks_of
 from vibopt.balancing.table import text_of
 from vibopt.units import read_quantity
 

@@ -13,11 +13,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.balancing.blocks import goal_words
 from vibopt.balancing.known import read_known, solve_known
 from vibopt.balancing.known.solve import correct
 from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
 from vibopt.balancing.outcome import Outcome
+from vibopt.balancing.said import goal_words
 from vibopt.errors import InputError, NotProven, UnknownName
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes
