@@ -115,9 +115,34 @@ class Model:
     def values(self, x: FloatArray, *, static: bool = False) -> FloatArray:
         """Coefficient of each term at design `x`, shape (..., n_terms) for x (..., n_vars)."""
         scales = self.static_scales if static else self.scales
+        if np.ndim(x) > 1:
+            products: FloatArray = scales * self.products(np.asarray(x))[..., self.alike[1]]
+            return products
         powers = np.where(self.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** self.exponents)
         value: FloatArray = scales * powers.prod(axis=-1)
         return value
+
+    @cached_property
+    def alike(self) -> tuple[FloatArray, IntArray]:
+        """The different rows of exponents, and which of them each term has: mounts of a group share theirs."""
+        rows, which = np.unique(self.exponents, axis=0, return_inverse=True)
+        return rows, which.ravel()
+
+    def products(self, x: FloatArray) -> FloatArray:
+        """Product of powers of each different row of exponents at many designs, (..., n_rows) for x (..., n_vars)."""
+        rows = self.alike[0]
+        found = np.ones((*x.shape[:-1], len(rows)))
+        for row, variable in zip(*np.nonzero(rows), strict=True):
+            found[..., row] *= x[..., variable] ** rows[row, variable]
+        return found
+
+    def static_blocks(self) -> tuple[FloatArray, FloatArray]:
+        """Static stiffness (n_rows, n_free, n_free) and weighing mass (n_rows, n_free) of each row of `products`."""
+        n, rows = self.n_free, range(len(self.alike[0]))
+        springs, heavy = (np.where(self.kinds == kind, self.static_scales, 0.0) for kind in (STIFFNESS, INERTIA))
+        free, which = self.vectors[:, :n], self.alike[1]
+        stiff = np.array([(free[which == r].T * springs[which == r]) @ free[which == r] for r in rows])
+        return stiff, np.array([heavy[which == r] @ free[which == r] for r in rows])
 
     def extent(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Least and greatest coefficient of each term on boxes (..., n_vars), each (..., n_terms)."""

@@ -31,6 +31,9 @@ from vibopt.solve.physical import impossible
 from vibopt.solve.rows import direction
 from vibopt.units import si_unit
 
+_PATIENCE = 10.0
+"""Seconds of an answer beyond which no loosening is looked for: each is another answer."""
+
 
 def solve(
     scene: Scene,
@@ -97,7 +100,7 @@ def solve(
         return _over_tolerances(scene, program, found, reason_text, clock, method, progress, explain=explain)
     if found.x is None or found.status == "unbounded":
         design = _nothing(scene, program, found, reason_text, clock, explain)
-        if program.ties and explain and found.status == "infeasible":
+        if program.ties and explain and found.status == "infeasible" and clock.total < _PATIENCE:
             design = _loosened(scene, program, design, found, None)
         return design
     return _something(scene, program, found, clock)
@@ -185,7 +188,7 @@ def _over_tolerances(
     if found.x is None:
         clash = explain and nominal.status == "infeasible"
         design = _nothing(scene, program, found, best.reason or reason_text, clock, clash)
-        if explain and found.status == "infeasible":
+        if explain and found.status == "infeasible" and clock.total < _PATIENCE:
             design = _loosened(scene, program, design, found, best.program)
             clock.stage("conflict")
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
@@ -219,6 +222,11 @@ class _Clock:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
+
+    @property
+    def total(self) -> float:
+        """All of it [s]."""
+        return sum(self.seconds.values())
 
     def stage(self, name: str) -> None:
         now = time.perf_counter()

@@ -12,11 +12,14 @@ from vibopt.solve.shelf.search import LEAF, Search
 from vibopt.solve.shelf.tree import Node
 
 _LOOKED = 40
-_MOST = 2_000_000
+_MOST, _MOST_SEVERAL = 2_000_000, 20_000
 
 
 def nearest(search: Search) -> dict[str, Any] | None:
-    """The choice whose worst miss is least; exact where there are no more than two million, else among a part."""
+    """The choice whose worst miss is least; exact where they are no more than two million, else among a part.
+
+    Of limits on several machines there are too many to ask all of them of that many choices.
+    """
     node, exact = _thinned(search)
     chosen = search.shelf.all_in(node)
     misses = np.concatenate([_misses(search, search.shelf.designs(part)) for part in _parts(chosen)])
@@ -60,7 +63,8 @@ def _parts(chosen: IntArray) -> list[IntArray]:
 def _thinned(search: Search) -> tuple[Node, bool]:
     """All choices, or where they are too many every second, third, ... row."""
     node, step = search.shelf.root, 1
-    while node.size > _MOST:
+    most = _MOST_SEVERAL if search.program.several else _MOST
+    while node.size > most:
         step += 1
         node = Node(tuple(one[::step] for one in search.shelf.root.entries))
     return node, step == 1

@@ -21,7 +21,7 @@ from vibopt.forms import (
     StaticRow,
 )
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.harmonic import dynamic_stiffness, transfer
+from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Limit
@@ -135,18 +135,13 @@ class Pointwise:
 
     def _down(self, x: FloatArray) -> FloatArray:
         """Displacement of the free coordinates under the weights, (n, n_free); nan where nothing holds them."""
-        model, n = self.model, self.model.n_free
-        p = model.values(x, static=True)
-        stiff = dynamic_stiffness(model, p * (model.kinds == STIFFNESS))[..., :n].real
-        if model.exponents[model.kinds == INERTIA].any():
-            load = np.array([model.weights(one)[:n] for one in p])
-        else:
-            load = np.tile(model.weights(p[0])[:n], (len(p), 1)) if len(p) else np.zeros((0, n))
+        products = self.model.products(x)
+        springs, heavy = self.model.static_blocks()
+        stiff, load = np.tensordot(products, springs, axes=1), products @ heavy
         try:
-            found = np.asarray(np.linalg.solve(stiff, GRAVITY * load[..., None])[..., 0], dtype=float)
+            return np.asarray(np.linalg.solve(stiff, GRAVITY * load[..., None])[..., 0], dtype=float)
         except np.linalg.LinAlgError:
-            found = np.full((len(p), n), np.nan)
-        return found
+            return np.full(load.shape, np.nan)
 
     def _force(self, form: StaticForce, x: FloatArray) -> FloatArray:
         model = self.model
