@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import pytest
 
@@ -17,14 +17,20 @@ from vibopt.balancing.table import text_of
 from vibopt.jobs import answer, is_plan, is_scene, open_job
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from vibopt.jobs import BalancingJob, Solution
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
 HOLES = 'radius = "150 mm"\nholes = 24\nshelf = ["5 g", "10 g", "20 g"]\nmost_weights = 2\n[[runs]]\nname = "as found"'
 
 
+Answers: TypeAlias = "Callable[[str], tuple[Solution, BalancingJob]]"
+"""A text as answer and job."""
+
+
 @pytest.fixture
-def solved(tmp_path: Path):  # type: ignore[no-untyped-def]
+def solved(tmp_path: Path) -> Answers:
     """A text as answer and job."""
 
     def solve(text: str) -> tuple[Solution, BalancingJob]:
@@ -37,7 +43,7 @@ def solved(tmp_path: Path):  # type: ignore[no-untyped-def]
     return solve
 
 
-def test_the_plan_reads_well_at_80_columns(solved) -> None:  # type: ignore[no-untyped-def]
+def test_the_plan_reads_well_at_80_columns(solved: Answers) -> None:
     limited = FAN + '[limits.running]\nresponse = "residual"\nat_most = "2 mil pp"\n'
     shown = text_of(*solved(limited.replace('radius = "150 mm"\n[[runs]]\nname = "as found"', HOLES)))
     assert max(map(len, shown.splitlines())) <= 80
@@ -57,19 +63,19 @@ def test_the_plan_reads_well_at_80_columns(solved) -> None:  # type: ignore[no-u
     ) in shown
 
 
-def test_conventions_are_repeated_and_the_scatter_gives_bands(solved) -> None:  # type: ignore[no-untyped-def]
+def test_conventions_are_repeated_and_the_scatter_gives_bands(solved: Answers) -> None:
     shown = text_of(*solved('scatter = { amplitude = "3 %", angle = "2 deg" }\n' + FAN), width=100)
     assert "After (95 % band)" in shown
     assert "Angles of weights are counted against rotation from zero, which is at: reflective tape." in shown
     assert "The angle of a reading is how far the vibration lags the reference pulse." in shown
 
 
-def test_rounding_is_shown_as_zero(solved) -> None:  # type: ignore[no-untyped-def]
+def test_rounding_is_shown_as_zero(solved: Answers) -> None:
     plan, _ = solved(FAN)
     assert verdict(plan) == "optimal: least root mean square of the residuals is 0 mil pp"
 
 
-def test_an_infeasible_job_says_the_way_out_and_has_a_page_without_picture(solved) -> None:  # type: ignore[no-untyped-def]
+def test_an_infeasible_job_says_the_way_out_and_has_a_page_without_picture(solved: Answers) -> None:
     caps = FAN.replace('radius = "150 mm"', 'radius = "150 mm"\nweight = { from = "0 g", to = "3 g" }')
     plan, job = solved(caps + '[limits.running]\nresponse = "residual"\nat_most = "0.5 mil pp"\n')
     assert verdict(plan) == "infeasible: no weights keep all limits"
@@ -78,7 +84,7 @@ def test_an_infeasible_job_says_the_way_out_and_has_a_page_without_picture(solve
     assert "<svg" not in html(plan, job)
 
 
-def test_planes_almost_alike_are_a_warning_above_what_is_to_do(solved) -> None:  # type: ignore[no-untyped-def]
+def test_planes_almost_alike_are_a_warning_above_what_is_to_do(solved: Answers) -> None:
     alike = FAN.replace("12 g @ 180 deg", "10 g @ 270 deg").replace("6.2 mil @ 36 deg", "5.901 mil @ 123 deg")
     alike = alike.replace("10.4 mil @ 162 deg", "4.501 mil @ 228 deg")
     plan, job = solved(alike)
@@ -88,7 +94,7 @@ def test_planes_almost_alike_are_a_warning_above_what_is_to_do(solved) -> None: 
     assert '<p class="warning"><b>Warning.</b> Planes left and right act almost alike' in html(plan, job)
 
 
-def test_two_answers_without_phase_ask_for_a_run_before_anything_is_fitted(solved) -> None:  # type: ignore[no-untyped-def]
+def test_two_answers_without_phase_ask_for_a_run_before_anything_is_fitted(solved: Answers) -> None:
     plan, job = solved(
         '[conventions]\nangles = "with rotation"\ndetector = "rms"\nzero = "key"\n[planes.fan]\nradius = "200 mm"\n'
         '[[runs]]\nspeed = "1500 rpm"\nreadings = { a = "6 mm/s" }\n'
@@ -102,7 +108,9 @@ def test_two_answers_without_phase_ask_for_a_run_before_anything_is_fitted(solve
 
 
 @pytest.mark.parametrize(("angles", "sense"), [("with rotation", 1), ("against rotation", -1)])
-def test_a_weight_is_drawn_at_the_angle_written_in_the_sense_of_the_file(solved, angles: str, sense: int) -> None:  # type: ignore[no-untyped-def]
+def test_a_weight_is_drawn_at_the_angle_written_in_the_sense_of_the_file(
+    solved: Answers, angles: str, sense: int
+) -> None:
     plan, _ = solved(FAN.replace("against rotation", angles))
     drawn = disc(plan.job, plan.job.planes[0], plan.planes[0])
     assert drawn.sense == sense
@@ -115,7 +123,7 @@ def test_a_weight_is_drawn_at_the_angle_written_in_the_sense_of_the_file(solved,
     assert places[0][0] == pytest.approx(plan.planes[0].angle.value)
 
 
-def test_the_page_has_a_box_to_tick_an_empty_column_and_a_place_to_sign(solved) -> None:  # type: ignore[no-untyped-def]
+def test_the_page_has_a_box_to_tick_an_empty_column_and_a_place_to_sign(solved: Answers) -> None:
     plan, job = solved(FAN)
     page = html(plan, job, changes=["limits.x=1"], on=date(2025, 1, 2))
     assert page.count("<li>") == 3

@@ -123,9 +123,10 @@ class _Run:
             assert found.x is not None
             known = self.machines.asked
             hits, broken = self._look(found.x)
-            undecided = self.undecided
-            for one in found.details["picks"][1:]:  # each teaches something, broken or not
-                if time.perf_counter() > self.deadline:
+            undecided, picks = self.undecided, found.details["picks"]
+            for count, one in enumerate(picks[1:], start=1):  # each teaches something, broken or not
+                if time.perf_counter() > self.deadline:  # what was not asked is not shown as if it held
+                    found = replace(found, details={**found.details, "picks": picks[:count]})
                     break
                 broken |= self._fails(np.array(one["x"]))
             self.undecided = undecided

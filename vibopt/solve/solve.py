@@ -68,20 +68,8 @@ def solve(
     InputError
         The forced method does not exist, or does not take this scene.
     """
-    if open_positions(scene):
-        from vibopt.solve.positions import best_position
-
-        def at_position(one: Scene, begin: Sequence[float] | None) -> Design:
-            return solve(one, method=method, explain=False, near=near if begin is None else begin)
-
-        return best_position(scene, at_position, progress)
-    if open_places(scene):
-        from vibopt.solve.places import best_place
-
-        def at_place(one: Scene) -> Design:
-            return solve(one, method=method, progress=progress, explain=False, near=near)
-
-        return best_place(scene, at_place, progress)
+    if open_positions(scene) or open_places(scene):
+        return _where_best(scene, method, progress, near)
     clock = _Clock()
     program = pose(scene)
     clock.stage("pose")
@@ -104,6 +92,23 @@ def solve(
             design = _loosened(scene, program, design, found, None)
         return design
     return _something(scene, program, found, clock)
+
+
+def _where_best(scene: Scene, method: str | None, progress: Progress | None, near: Sequence[float] | None) -> Design:
+    """The best of the places that are open, each answered as a scene of its own; ranges outside, lists inside."""
+    if open_positions(scene):
+        from vibopt.solve.positions import best_position
+
+        def at_position(one: Scene, begin: Sequence[float] | None) -> Design:
+            return solve(one, method=method, explain=False, near=near if begin is None else begin)
+
+        return best_position(scene, at_position, progress)
+    from vibopt.solve.places import best_place
+
+    def at_place(one: Scene) -> Design:
+        return solve(one, method=method, progress=progress, explain=False, near=near)
+
+    return best_place(scene, at_place, progress)
 
 
 def answer(
