@@ -18,7 +18,7 @@ MODULES = {
 }
 
 FLOORS = (
-    ("errors", "forms"),
+    ("errors", "forms", "work"),
     ("units",),
     ("values",),
     ("mechanics",),
@@ -40,6 +40,7 @@ UNDER_BALANCING = (
     "vibopt.forms",
     "vibopt.units",
     "vibopt.values",
+    "vibopt.work",
     "vibopt.mechanics.constants",
     "vibopt.scene.mistakes",
     "vibopt.scene.locate",

@@ -1,0 +1,123 @@
+"""Work that a search may do, in counts; a user's time limit is the only clock that ends one.
+
+The same file does the same work on any machine, so it has the same answer, idle or busy.  A budget
+counts what a search looks at (boxes, slices, exact measurements); the meter adds up what an answer
+took, in nominal milliseconds: a measure of size to decide by, not of time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+
+@dataclass
+class Meter:
+    """Work done so far [nominal ms]."""
+
+    done: float = 0.0
+
+
+@dataclass
+class TimeLimit:
+    """A limit set by the user.
+
+    seconds, until
+        As asked, and by `time.monotonic` [s].
+    ended
+        What it put an end to, in words ("67 slices"); "" as long as it has ended nothing.
+    """
+
+    seconds: float
+    until: float
+    ended: str = ""
+
+
+_METER: ContextVar[Meter | None] = ContextVar("meter", default=None)
+_LIMIT: ContextVar[TimeLimit | None] = ContextVar("time limit", default=None)
+
+
+@dataclass
+class Budget:
+    """How much a search may look at.
+
+    most
+        Where it ends.
+    unit
+        What is counted, in the plural ("slices").
+    cost
+        Work of one of them [nominal ms].
+    """
+
+    most: int
+    unit: str
+    cost: float = 0.0
+    spent: int = 0
+
+    def spend(self, count: int = 1) -> None:
+        """Count what was looked at."""
+        self.spent += count
+        if self.cost:
+            worked(count * self.cost)
+
+    @property
+    def over(self) -> bool:
+        """Whether the search is to end here: all is spent, or the user's time limit is reached."""
+        return self.spent >= self.most or late(str(self))
+
+    @property
+    def part(self) -> float:
+        """Part that is spent, for a progress bar."""
+        return min(self.spent / max(self.most, 1), 0.99)
+
+    def __str__(self) -> str:
+        return f"{self.spent} {self.unit}"
+
+
+def worked(cost: float) -> None:
+    """Add to the work of the answer under way [nominal ms]."""
+    meter = _METER.get()
+    if meter is not None:
+        meter.done += cost
+
+
+@contextmanager
+def metered() -> Iterator[Meter]:
+    """The work done inside; counted outside, too."""
+    outer, inner = _METER.get(), Meter()
+    token = _METER.set(inner)
+    try:
+        yield inner
+    finally:
+        _METER.reset(token)
+        if outer is not None:
+            outer.done += inner.done
+
+
+@contextmanager
+def time_limit(seconds: float | None) -> Iterator[TimeLimit | None]:
+    """End every search inside after `seconds`; None sets no limit of its own."""
+    if seconds is None:
+        yield _LIMIT.get()
+        return
+    limit = TimeLimit(seconds, time.monotonic() + seconds)
+    token = _LIMIT.set(limit)
+    try:
+        yield limit
+    finally:
+        _LIMIT.reset(token)
+
+
+def late(what: str = "") -> bool:
+    """Whether the user's time limit is reached; the first to ask then is what it ended, in words."""
+    limit = _LIMIT.get()
+    if limit is None or time.monotonic() <= limit.until:
+        return False
+    limit.ended = limit.ended or what or "a search"
+    return True
+
+
+__all__ = ["Budget", "Meter", "TimeLimit", "late", "metered", "time_limit", "worked"]
