@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
@@ -10,6 +11,7 @@ from vibopt.errors import InputError
 from vibopt.scene.document import changed, parsed, placed, text_of
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes
+from vibopt.work import answering, each_answer_within
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     Solution: TypeAlias = Plan | Outcome
     Answer: TypeAlias = Design | Solution
 
+Progress = Callable[[str, float], None]
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
 _SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
@@ -96,19 +99,27 @@ def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
 
 @overload
 def answer(
-    job: Scene, *, method: str | None = None, progress: Callable[[str, float], None] | None = None
+    job: Scene, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
 ) -> Design: ...
 @overload
 def answer(
-    job: RotorJob, *, method: str | None = None, progress: Callable[[str, float], None] | None = None
+    job: RotorJob, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
 ) -> Plan: ...
 @overload
 def answer(
-    job: KnownJob | EngineJob, *, method: str | None = None, progress: Callable[[str, float], None] | None = None
+    job: KnownJob | EngineJob,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
 ) -> Outcome: ...
 @overload
-def answer(job: Job, *, method: str | None = None, progress: Callable[[str, float], None] | None = None) -> Answer: ...
-def answer(job: Job, *, method: str | None = None, progress: Callable[[str, float], None] | None = None) -> Answer:
+def answer(
+    job: Job, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
+) -> Answer: ...
+def answer(
+    job: Job, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
+) -> Answer:
     """The answer to any job, with its evidence.
 
     Parameters
@@ -119,21 +130,27 @@ def answer(job: Job, *, method: str | None = None, progress: Callable[[str, floa
         Forces a method of a scene; a balancing job has no choice of methods.
     progress
         Called with what is being done and the part that is finished.
+    time_limit
+        Seconds after which every search ends with what it has, and the claim says so.  Without it no clock is
+        read: the same job has the same answer on any machine, idle or busy.
 
     Raises
     ------
     InputError
         A method named for a balancing job, or one that does not take the scene.
     """
-    if is_scene(job):
-        from vibopt.solve import solve
+    with each_answer_within(time_limit):
+        if is_scene(job):
+            from vibopt.solve import solve
 
-        return solve(job, method=method, progress=progress)
-    if method is not None:
-        raise InputError(
-            f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method."
-        )
-    return _balanced(job)
+            return solve(job, method=method, progress=progress)
+        if method is not None:
+            raise InputError(
+                f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method."
+            )
+        with answering() as limit:
+            found = _balanced(job)
+        return replace(found, claim=found.claim + limit.words) if limit is not None else found
 
 
 def _balanced(job: RotorJob | KnownJob | EngineJob) -> Solution:

@@ -35,9 +35,15 @@ class TimeLimit:
     until: float
     ended: str = ""
 
+    @property
+    def words(self) -> str:
+        """What is added to the claim of the answer; "" where nothing was ended."""
+        return f"; the time limit of {self.seconds:g} s ended the search after {self.ended}" if self.ended else ""
+
 
 _METER: ContextVar[Meter | None] = ContextVar("meter", default=None)
 _LIMIT: ContextVar[TimeLimit | None] = ContextVar("time limit", default=None)
+_EACH: ContextVar[float | None] = ContextVar("seconds of each answer", default=None)
 
 
 @dataclass
@@ -98,10 +104,21 @@ def metered() -> Iterator[Meter]:
 
 
 @contextmanager
-def time_limit(seconds: float | None) -> Iterator[TimeLimit | None]:
-    """End every search inside after `seconds`; None sets no limit of its own."""
-    if seconds is None:
-        yield _LIMIT.get()
+def each_answer_within(seconds: float | None) -> Iterator[None]:
+    """End the searches of every answer inside after `seconds` of it; None changes nothing."""
+    token = _EACH.set(_EACH.get() if seconds is None else seconds)
+    try:
+        yield
+    finally:
+        _EACH.reset(token)
+
+
+@contextmanager
+def answering() -> Iterator[TimeLimit | None]:
+    """One answer: yields the user's time limit of it; None where there is none, or where an answer around it has it."""
+    seconds = _EACH.get()
+    if seconds is None or _LIMIT.get() is not None:
+        yield None
         return
     limit = TimeLimit(seconds, time.monotonic() + seconds)
     token = _LIMIT.set(limit)
@@ -120,4 +137,4 @@ def late(what: str = "") -> bool:
     return True
 
 
-__all__ = ["Budget", "Meter", "TimeLimit", "late", "metered", "time_limit", "worked"]
+__all__ = ["Budget", "Meter", "TimeLimit", "answering", "each_answer_within", "late", "metered", "worked"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, changes, read_scene
+from vibopt.cli.options import as_json, changes, limited, read_scene
 from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
 from vibopt.errors import InputError
 
@@ -29,6 +29,7 @@ NAME = 26
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @changes
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the table (SI units, limits as margins).")
+@limited
 @as_json
 def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | None, as_json: bool) -> int:
     """Set several variants beside each other: problem files, or designs saved by solve --save.

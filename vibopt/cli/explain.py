@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, method, read_scene
+from vibopt.cli.options import as_json, changes, file, limited, method, read_scene
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 @click.command()
 @file
 @method
+@limited
 @changes
+@click.option("--thorough", is_flag=True, help="Compute all that can be said, whatever the work.")
 @as_json
-def explain(file: str, method: str | None, changes: tuple[str, ...], as_json: bool) -> int:
+def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: bool, as_json: bool) -> int:
     """Say why this model and this method, which limits are active, and what each costs.
 
     Exit code: that of the answer.
@@ -30,7 +32,7 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], as_json: bo
 
     scene = read_scene(file, "explain", changes, "vibopt solve says its method, its proof and what each limit costs.")
     with Bar() as bar:
-        result = explained(scene, method=method, progress=bar)
+        result = explained(scene, method=method, progress=bar, thorough=thorough)
     if as_json:
         reasons = {"model": result.model, "methods": result.methods, "limits": result.limits}
         extra = {} if result.absorbers is None else {"absorbers": result.absorbers}
@@ -62,6 +64,8 @@ def _tell(result: Explanation, console: Console) -> None:
             section(console, title, grid(rows, whole=(0,)))
     if design.conflict is not None:
         section(console, "Cannot hold together", ", ".join(design.conflict.limits))
+    if design.notes:
+        section(console, "Notes", grid([(one,) for one in design.notes]))
     work = [(key, str(value)) for key, value in design.details.items() if isinstance(value, int)]
     if work:
         section(console, "Work done", grid(work, whole=(0,)))

@@ -20,6 +20,22 @@ file = click.argument("file", metavar="FILE")
 files = click.argument("files", metavar="FILE...", nargs=-1, required=True)
 as_json = click.option("--json", "as_json", is_flag=True, help="Answer in JSON on standard output.")
 method = click.option("--method", metavar="NAME", help="Answer by this method instead of the best one for the scene.")
+
+
+def _limited(ctx: click.Context, _: click.Parameter, seconds: float | None) -> None:
+    from vibopt.work import each_answer_within
+
+    ctx.with_resource(each_answer_within(seconds))
+
+
+limited = click.option(
+    "--time-limit",
+    metavar="SECONDS",
+    type=click.FloatRange(min=0.0, min_open=True),
+    expose_value=False,
+    callback=_limited,
+    help="End every search of an answer after so long; the claim says so. Without it no clock decides anything.",
+)
 changes = click.option(
     "--set",
     "changes",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, method, read_job, rounding
+from vibopt.cli.options import as_json, changes, file, limited, method, read_job, rounding
 from vibopt.cli.output import checked_target, say, say_json, write_file
 from vibopt.errors import InputError
 
@@ -53,6 +53,7 @@ def _map_of(args: list[str]) -> Iterator[str]:
     help="Draw the plane of the two design variables instead, or of tuning and damping of one absorber.",
 )
 @method
+@limited
 @changes
 @as_json
 def plot(
@@ -141,6 +142,7 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
     help="One printed page of A4 to sign: machine, mounts and loads, natural frequencies, every limit.",
 )
 @method
+@limited
 @changes
 @rounding
 @as_json

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, method, read_job, rounding
+from vibopt.cli.options import as_json, changes, file, limited, method, read_job, rounding
 from vibopt.cli.output import checked_target, colour, complain, say, say_json, width, write_file
 from vibopt.errors import InputError
 
@@ -26,6 +26,7 @@ NOTHING = ("infeasible", "unbounded", "unproven", "check_failed")
 @click.command()
 @file
 @method
+@limited
 @changes
 @rounding
 @click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, file, keep_design, read_scene
+from vibopt.cli.options import as_json, file, keep_design, limited, read_scene
 from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
 from vibopt.errors import InputError
 
@@ -33,6 +33,7 @@ MOST_ROWS = 60
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB).")
 @click.option("--figure", metavar="FILE", help="Draw the points (.svg, .png, .pdf).")
 @keep_design
+@limited
 @as_json
 def sweep(
     file: str, vary: str, points: int, csv_file: str | None, figure: str | None, keep_design: bool, as_json: bool

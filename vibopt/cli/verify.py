@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, method
+from vibopt.cli.options import as_json, limited, method
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ DIFFERENT = 6
 @click.command()
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @method
+@limited
 @as_json
 def verify(paths: tuple[str, ...], method: str | None, as_json: bool) -> int:
     """Solve every .toml file of the folders and files named, and compare with its [[expected]] records.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, file, keep_design, read_scene, rounding, split_change, value_of
+from vibopt.cli.options import as_json, file, keep_design, limited, read_scene, rounding, split_change, value_of
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated.")
 @keep_design
 @rounding
+@limited
 @as_json
 def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tuple[str, ...], as_json: bool) -> int:
     """Change facts or limits, and see the old answer beside the new.

@@ -155,11 +155,14 @@ class Conflict:
         (name, bound now, bound that makes the scene feasible); a limit that no loosening alone mends is left out.
     proof
         How the conflict was proven, in words.
+    left
+        Names of limits for which no loosening was looked for, because of the work.
     """
 
     limits: tuple[str, ...]
     loosenings: tuple[tuple[str, Shown, Shown], ...]
     proof: str
+    left: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,8 @@ class Design:
         Name of the method that answered.
     timings
         Seconds by stage.
+    work
+        What the answer took [nominal ms], the same on any machine; studies decide by it what they compute.
     """
 
     scene: Scene
@@ -206,6 +211,7 @@ class Design:
     details: Mapping[str, Any] = field(default_factory=dict)
     places: Mapping[str, Placed] = field(default_factory=dict)
     tolerances: Tolerances | None = None
+    work: float = 0.0
 
     @property
     def exit_code(self) -> int:

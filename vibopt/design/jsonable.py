@@ -134,7 +134,7 @@ def _price(price: Price | None) -> dict[str, Any] | None:
 
 def _conflict(conflict: Conflict) -> dict[str, Any]:
     steps = [{"limit": name, "from": plain(now), "to": plain(then)} for name, now, then in conflict.loosenings]
-    return {"limits": list(conflict.limits), "loosenings": steps, "proof": conflict.proof}
+    return {"limits": list(conflict.limits), "loosenings": steps, "left": list(conflict.left), "proof": conflict.proof}
 
 
 __all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "json_text", "number", "plain"]

@@ -20,6 +20,8 @@ from vibopt.values.vectors import UNIT
 SIDES = {"at_most": "at most", "at_least": "at least", "outside": "outside"}
 ENDS = {"from": "at the lower end of its range", "to": "at the upper end of its range"}
 MOST_LISTED = 12
+THOROUGH = "`vibopt explain FILE --thorough`"
+"""What computes all that an answer leaves out because of the work."""
 """More values than this are not listed one by one."""
 PLACES = ("into", "through", "of", "across")
 

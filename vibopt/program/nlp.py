@@ -37,7 +37,7 @@ _NEAR_ZERO = 1e-14
 
 @dataclass(frozen=True)
 class Solved:
-    """What the solver left behind: y = log x (n_vars,), whether it claims success, its own word, seconds."""
+    """What the solver left behind: y = log x (n_vars,), whether it claims success, its own word."""
 
     y: FloatArray
     claims: bool
@@ -118,27 +118,26 @@ class SampledProgram:
         unknowns = casadi.vertcat(self.y, *self.extra)
         rows = casadi.vertcat(*self.rows) if self.rows else casadi.SX(0, 1)
         self.problem = {"x": unknowns, "f": objective, "g": rows}
-        self.solvers: dict[float, Any] = {}
+        self.solvers: dict[int, Any] = {}
 
-    def solve(self, start: FloatArray, seconds: float, *, iterations: int = 150) -> Solved:
+    def solve(self, start: FloatArray, *, iterations: int = 150) -> Solved:
         """Run IPOPT from `start` (y); nothing that it says is believed here."""
         import casadi
 
-        key = round(max(seconds, 0.05), 2)
-        if key not in self.solvers:
+        if iterations not in self.solvers:
             options: Any = {
                 "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-                "ipopt.max_iter": iterations, "ipopt.max_wall_time": key, "ipopt.tol": 1e-9,
+                "ipopt.max_iter": iterations, "ipopt.tol": 1e-9,
                 "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
             }  # fmt: skip
-            self.solvers[key] = casadi.nlpsol("sampled", "ipopt", self.problem, options)
+            self.solvers[iterations] = casadi.nlpsol("sampled", "ipopt", self.problem, options)
         count = len(self.extra)
         begin = np.concatenate([np.clip(start, self.low, self.high), self.extra_starts])
         free = np.full(count, 40.0)
-        answer = self.solvers[key](
+        answer = self.solvers[iterations](
             x0=begin, lbx=np.concatenate([self.low, -free]), ubx=np.concatenate([self.high, free]), lbg=-np.inf, ubg=0.0
         )
-        stats = self.solvers[key].stats()
+        stats = self.solvers[iterations].stats()
         y = np.array(answer["x"]).ravel()[: len(self.low)]
         y = np.where(np.isfinite(y), y, begin[: len(self.low)])
         return Solved(np.clip(y, self.low, self.high), bool(stats["success"]), str(stats["return_status"]))

@@ -7,7 +7,6 @@ bound^2 |D|^2 - |N|^2 is not negative on a box where its Bernstein coefficients 
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -17,6 +16,7 @@ from vibopt.forms import Amplitude, Band, BoolArray, Drive, FloatArray, Line, Mo
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.program.program import Aim, Axis, Limit
 from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
+from vibopt.work import Budget
 
 MARGIN = 1e-3
 """Part of a bound up to which a limit that is just met is proven to hold."""
@@ -41,8 +41,8 @@ class Cover:
     least: bool = False
     boxes: int = 0
 
-    def proven(self, seconds: float) -> bool:
-        """Whether the level is kept everywhere; False where that could not be shown in time."""
+    def proven(self, budget: Budget) -> bool:
+        """Whether the level is kept everywhere; False where a budget of batches does not show it."""
         form, model = self.part.form, self.part.model
         if not isinstance(form, Modulus) or form.rigid_link or len(form.drives) != 1 or model.mixed:
             return False
@@ -51,8 +51,7 @@ class Cover:
         drive = form.drives[0]
         if not np.isfinite(self.level) or not self._small(model, form, drive):
             return False
-        until = time.perf_counter() + seconds
-        return all(self._on(model, form, drive, piece, until) for piece in pieces_of(drive))
+        return all(self._on(model, form, drive, piece, budget) for piece in pieces_of(drive))
 
     def _small(self, model: Model, form: Modulus, drive: Drive) -> bool:
         """Whether the polynomials are of a size that can be worked with."""
@@ -60,7 +59,7 @@ class Cover:
         nodes = int(np.prod([d + 1.0 for d in groups.degrees]))
         return len(groups.members) <= _MOST_GROUPS and nodes <= _MOST_NODES and len(drive.lines) <= 4
 
-    def _on(self, model: Model, form: Modulus, drive: Drive, piece: Band, until: float) -> bool:
+    def _on(self, model: Model, form: Modulus, drive: Drive, piece: Band, budget: Budget) -> bool:
         middle = np.concatenate([np.ones(len(self.axes)), [max(0.5 * (piece.low + piece.high), 1e-9)]])
         lines = [
             sampled(_with_speed(model, line.order), replace(form.output, power=0), _bare(line), np.ones(1), middle)
@@ -72,8 +71,9 @@ class Cover:
         low[:, ~used] = high[:, ~used] = 1.0
         share = model.counts[form.output.shared_by].scale if form.output.shared_by else 1.0
         while len(low):
-            if time.perf_counter() > until:
+            if budget.over:
                 return False
+            budget.spend()
             take_low, take_high = low[-_BATCH:], high[-_BATCH:]
             self.boxes += len(take_low)
             good = self._kept(form, drive, lines, take_low, take_high, share)

@@ -35,6 +35,11 @@ class Limit:
     upper: float = 0.0
     complement: bool = False
 
+    @property
+    def cost(self) -> float:
+        """Work of measuring it at one design [nominal ms]."""
+        return _cost(self.model, self.form)
+
 
 @dataclass(frozen=True, slots=True)
 class Aim:
@@ -49,6 +54,11 @@ class Aim:
     sense: float
     complement: bool = False
     others: tuple[Aim, ...] = ()
+
+    @property
+    def cost(self) -> float:
+        """Work of measuring it on one machine at one design [nominal ms]."""
+        return _cost(self.model, self.form)
 
     @property
     def pieces(self) -> tuple[Aim, ...]:
@@ -121,6 +131,11 @@ class Program:
         return [*self.limits, *(self.aim.pieces if self.aim is not None else ())]
 
     @property
+    def cost(self) -> float:
+        """Work of measuring all of it at one design [nominal ms]."""
+        return sum(part.cost for part in self.parts)
+
+    @property
     def used_dof(self) -> int:
         """Greatest number of free coordinates that any question needs."""
         return max((part.model.n_free for part in self.parts if not isinstance(part.form, Monomials)), default=0)
@@ -140,3 +155,8 @@ class Program:
 
     def aiming(self, aim: Aim | None) -> Program:
         return replace(self, aim=aim)
+
+
+def _cost(model: Model, form: Form) -> float:
+    """As seen: sums of powers cost nothing, an eigenproblem grows with the square of the coordinates at first."""
+    return 0.02 if isinstance(form, Monomials) else 0.3 + 0.01 * model.n_free**2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,6 +22,7 @@ from vibopt.program.boxes import Boxes, Scalar, amplitude_on, modulus_on, powers
 from vibopt.program.linear import Linear, StaticForm
 from vibopt.program.over import pieces_of
 from vibopt.program.program import Aim, Axis, Limit
+from vibopt.work import Budget
 
 _ROUNDING = 1e-9
 _BATCH = 512
@@ -54,30 +54,30 @@ class Vicinity:
     boxes: int = 0
     witness: FloatArray | None = None
 
-    def proven(self, seconds: float) -> bool:
-        """Whether the level is kept everywhere; False where that could not be shown in time."""
+    def proven(self, budget: Budget) -> bool:
+        """Whether the level is kept everywhere; False where a budget of batches does not show it."""
         form = self.part.form
         if isinstance(form, ModeFrequency):
             rates = self._rates(form)
-            return bool(rates) and self._covered(self._regular(), rates, seconds)
+            return bool(rates) and self._covered(self._regular(), rates, budget)
         if not np.isfinite(self.level):
             return False
         if isinstance(form, StaticForm):
             kept = self._static(form)
-            return self._covered(kept, [Band(0.0, 0.0)], seconds)
+            return self._covered(kept, [Band(0.0, 0.0)], budget)
         if not isinstance(form, Modulus) or form.rigid_link or len(form.drives) != 1 or self.least:
             return False
         drive = form.drives[0]
-        return self._covered(self._harmonic(form, drive), pieces_of(drive), seconds)
+        return self._covered(self._harmonic(form, drive), pieces_of(drive), budget)
 
-    def _covered(self, kept: Kept, bands: list[Band], seconds: float) -> bool:
-        until = time.perf_counter() + seconds
+    def _covered(self, kept: Kept, bands: list[Band], budget: Budget) -> bool:
         low = np.array([[*(axis.low for axis in self.axes), band.low] for band in bands])
         high = np.array([[*(axis.high for axis in self.axes), band.high] for band in bands])
         left = Boxes(low, high)
         while len(left.low):
-            if time.perf_counter() > until or len(left.low) > _MOST:
+            if budget.over or len(left.low) > _MOST:
                 return False
+            budget.spend()
             some = left.part(slice(-_BATCH, None))
             self.boxes += len(some.low)
             with np.errstate(all="ignore"):  # of a box that is too wide nothing is known

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from itertools import combinations
 
 from vibopt.forms import FloatArray
@@ -12,9 +11,11 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.local import improved
 from vibopt.solve.plane.method import DiscsOfOneLink
 from vibopt.solve.plane.rows import LinkPlane
+from vibopt.work import Budget
 
 _GAIN = 1e-6
-_SECONDS = 1.0
+_SLICES = 200
+"""Slices of one link."""
 
 
 def links_of(program: Program, x: FloatArray) -> list[tuple[int, int]]:
@@ -23,11 +24,11 @@ def links_of(program: Program, x: FloatArray) -> list[tuple[int, int]]:
     return [pair for pair in pairs if LinkPlane.of(held(program, x, pair)) is not None]
 
 
-def improved_by_links(program: Program, x: FloatArray, judge: Judge, deadline: float) -> tuple[FloatArray, bool]:
+def improved_by_links(program: Program, x: FloatArray, judge: Judge, budget: Budget) -> tuple[FloatArray, bool]:
     """A design no worse than the feasible x (n_vars,), and whether no link alone can make it better (proven).
 
-    deadline
-        By `time.perf_counter` [s].
+    budget
+        Where nothing is left of it, no further link is tried.
     """
     pairs = links_of(program, x)
     if program.aim is None or len(program.axes) < 3 or not pairs:
@@ -36,10 +37,9 @@ def improved_by_links(program: Program, x: FloatArray, judge: Judge, deadline: f
     value = judge.goal(x).value
     while len(settled) < len(pairs):
         pair = next(one for one in pairs if one not in settled)
-        left = deadline - time.perf_counter()
         part = held(program, x, pair)
-        method = DiscsOfOneLink(seconds=min(_SECONDS, left))
-        if left <= 0.0 or method.refuses(part) is not None:
+        method = DiscsOfOneLink(most=_SLICES)
+        if budget.over or method.refuses(part) is not None:
             return x, False
         found = method.solve(part)
         if found.x is None:

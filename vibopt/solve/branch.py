@@ -7,7 +7,6 @@ more than the gap.  Speeds are added where the exact measurement of a box's midd
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -19,8 +18,10 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.bounds import FormBounds, monomial_bounds
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import Worst, worst
+from vibopt.work import Budget, worked
 
 BATCH = 256
+MOST_BOXES = 200_000
 ZERO = 1e-12
 """Part of the greatest amplitude met below which an amplitude is zero."""
 SAFETY = 1e-10
@@ -59,6 +60,7 @@ class Judge:
 
     def limit(self, limit: Limit, x: FloatArray) -> tuple[float, Worst]:
         """Violation as a part of the bound (negative when met), and the worst."""
+        worked(limit.cost)
         found = worst(limit.model, limit.form, x, least_wanted=limit.side == "at_least")
         return violation(limit, found.value, x), found
 
@@ -67,6 +69,7 @@ class Judge:
         aim = self.program.aim
         if aim is None:
             return Worst(0.0)
+        worked(sum(one.cost for one in aim.pieces))
         found = [worst(one.model, one.form, x, least_wanted=one.sense < 0) for one in aim.pieces]
         first = max(found, key=lambda one: aim.sense * one.value)
         return Worst(aim.sense * first.value, first.speeds)
@@ -99,19 +102,17 @@ class Search:
         Exact evaluation.
     gap
         Part of the goal by which the proven bound may be away from the best design.
-    budget, seconds
-        Boxes of one run, and time of all runs together, after which the search stops.
+    budget
+        Boxes of all runs together, after which the search stops.
     patience
         Boxes after which it stops when no design has been found at all.
     """
 
     judge: Judge
     gap: float = 1e-9
-    budget: int = 200_000
-    seconds: float = 20.0
+    budget: Budget = field(default_factory=lambda: Budget(MOST_BOXES, "boxes"))
     progress: Callable[[str, float], None] | None = None
-    patience: int = 200_000
-    began: float = 0.0
+    patience: int = MOST_BOXES
     greatest: float = 0.0
     forms: list[FormBounds] = field(default_factory=list)
     aim_bounds: list[FormBounds] = field(default_factory=list)
@@ -127,16 +128,16 @@ class Search:
         low, high = self._first_boxes()
         bounds = np.full(len(low), -np.inf)
         looked = 0
-        self.began = self.began or time.perf_counter()
         while len(low):
             self._open = (low, high, bounds)
             waiting = not np.isfinite(self.best) and looked > self.patience
-            if waiting or looked > self.budget or time.perf_counter() - self.began > self.seconds:
+            if waiting or self.budget.over:
                 return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
             low, high, bounds, count = self._step(low, high, bounds)
             looked += count
+            self.budget.spend(count)
             if self.progress is not None:
-                self.progress("branch and bound", min((time.perf_counter() - self.began) / self.seconds, 0.99))
+                self.progress("branch and bound", self.budget.part)
             if self.best == -np.inf:
                 return Proof("optimal", self.best_x, self.best, self.best, looked)
             if self.judge.program.aim is None and self.best_x is not None:

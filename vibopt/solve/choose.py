@@ -12,8 +12,10 @@ from vibopt.program.program import Program
 from vibopt.solve.method import Method
 from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 
-_UNBOUNDED_SECONDS = 5.0
-"""Time of a search that cannot prove anything, because a limit has no bound on boxes."""
+_UNBOUNDED_BOXES = 20_000
+"""Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
+_MODEST_GAP, _MODEST_BOXES = 1e-4, 20_000
+"""Gap and boxes of a search for what an answer says beside itself."""
 _FEW = 2
 """Starts beside a design that is known to be near."""
 
@@ -52,7 +54,7 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
         return discs
     from vibopt.solve.global_search import BranchAndBound, provable
 
-    search = BranchAndBound() if provable(program) else BranchAndBound(seconds=_UNBOUNDED_SECONDS)
+    search = BranchAndBound() if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES)
     refusal = search.refuses(program)
     if refusal is None:
         return search
@@ -63,6 +65,14 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
     if refusal is not None:
         raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
     return _begun(general, near)
+
+
+def modest(program: Program) -> Method:
+    """The method for what stands beside an answer (conflicts, loosenings, ideal values): a coarser proof will do."""
+    from vibopt.solve.global_search import BranchAndBound
+
+    method = choose(program, None)
+    return BranchAndBound(_MODEST_GAP, _MODEST_BOXES) if isinstance(method, BranchAndBound) else method
 
 
 def _begun(method: Method, near: Sequence[float] | None) -> Method:

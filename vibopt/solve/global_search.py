@@ -9,9 +9,10 @@ import numpy as np
 from vibopt.forms import FloatArray
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
-from vibopt.solve.branch import Judge, Search
+from vibopt.solve.branch import MOST_BOXES, Judge, Search
 from vibopt.solve.local import from_starts, improved, rescued
 from vibopt.solve.method import Found, Progress
+from vibopt.work import Budget
 
 COARSE = 3e-2
 MIDDLE = 1e-3
@@ -27,9 +28,9 @@ class BranchAndBound:
     name = "branch_and_bound"
     summary = "interval branch and bound on Bernstein bounds, with exact peaks"
 
-    def __init__(self, gap: float = FINE, seconds: float = 20.0) -> None:
+    def __init__(self, gap: float = FINE, most: int = MOST_BOXES) -> None:
         self.gap = gap
-        self.seconds = seconds
+        self.most = most
 
     def refuses(self, program: Program) -> str | None:
         free = sum(axis.values is None for axis in program.axes)
@@ -41,13 +42,14 @@ class BranchAndBound:
         return None
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
-        """Status "optimal" with `gap`, "infeasible", or what is left when the time is over."""
+        """Status "optimal" with `gap`, "infeasible", or what is left when the boxes are used up."""
         judge = Judge(program)
-        search = Search(judge, gap=COARSE, seconds=self.seconds, progress=progress, patience=PATIENCE)
+        budget = Budget(self.most, "boxes")
+        search = Search(judge, gap=COARSE, budget=budget, progress=progress, patience=PATIENCE)
         proof = search.run()
         if proof.status == "open" and proof.x is None:
             x = rescued(program, search.open_middles(6), judge)
-            search.patience = search.budget if x is None else PATIENCE
+            search.patience = self.most if x is None else PATIENCE
             proof = search.run(x)
         boxes = proof.boxes
         if proof.status == "infeasible":

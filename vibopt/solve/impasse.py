@@ -9,13 +9,11 @@ from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
-from vibopt.solve.choose import choose
+from vibopt.solve.choose import modest
 from vibopt.solve.conflict import loosenings, outward, smallest_conflict
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.units import read_quantity, show, to_unit
-
-_LOOSE_GAP, _LOOSE_SECONDS = 1e-4, 3.0
 
 
 def physical_words(scene: Scene, clash: Impossible) -> str:
@@ -56,17 +54,12 @@ def hopeless_words(scene: Scene, program: Program) -> str:
 
 def conflict_of(scene: Scene, program: Program, found: Found) -> Conflict | None:
     """The limits that cannot hold together, and for each the smallest loosening that works."""
-    from vibopt.solve.global_search import BranchAndBound
-
     finite = closed(program)
 
     def ask(part: Program) -> Found:
         if part.aim is None and impossible(part) is not None:
             return Found("infeasible", None, "", "physical bound")
-        method = choose(part, None)
-        if isinstance(method, BranchAndBound):
-            method = BranchAndBound(_LOOSE_GAP, _LOOSE_SECONDS)
-        return method.solve(part)
+        return modest(part).solve(part)
 
     bound = impossible(finite)
     if bound is not None:

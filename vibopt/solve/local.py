@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
 from vibopt.program.few import few_sampled
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
-from vibopt.solve.sharpen import Exact, Sharpener
+from vibopt.solve.sharpen import SLOPES, Exact, Sharpener
 from vibopt.solve.starts import log_box, starts
+from vibopt.work import Budget, late
 
-_SECONDS = 5.0
 _CLEAR = 1e-6
+_MEASUREMENTS = 1000
 
 
 def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
@@ -46,9 +45,8 @@ def rescued(program: Program, middles: FloatArray, judge: Judge) -> FloatArray |
 def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
     """The best of the feasible `x` (n_vars,) and of what eight starts spread over the range lead to."""
     best, value = x, judge.goal(x).value
-    until = time.perf_counter() + _SECONDS
     for start in np.exp(starts(program, 8)):
-        if time.perf_counter() > until:
+        if late("the search from other starts"):
             break
         there = sharpened(program, _on_values(program, start))
         if there is not None and judge.feasible(there) and judge.goal(there).value < value:
@@ -73,9 +71,9 @@ def sharpened(program: Program, x: FloatArray, *, only_feasible: bool = False) -
             low[i] = high[i] = np.log(max(x[i], 1e-300))
     if not (high > low).any():
         return None
-    exact = Exact(program, low, high)
+    exact = Exact(program, low, high, Budget(_MEASUREMENTS, "exact measurements", SLOPES * program.cost))
     start = np.log(np.maximum(x, np.exp(low)))
-    point = Sharpener(exact, time.perf_counter() + _SECONDS).run(start, only_feasible=only_feasible)
+    point = Sharpener(exact).run(start, only_feasible=only_feasible)
     there = np.exp(point.y)
     for i, axis in enumerate(program.axes):
         if axis.values is not None:

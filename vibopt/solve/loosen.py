@@ -3,59 +3,59 @@
 from __future__ import annotations
 
 import copy
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
 from vibopt.design.checked import shown_value
 from vibopt.design.design import Conflict, Design, Shown
+from vibopt.design.words import THOROUGH
 from vibopt.errors import InputError
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
-from vibopt.solve.choose import choose
+from vibopt.solve.choose import modest
 from vibopt.solve.conflict import smallest_conflict
-from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.impasse import outward_shown
 from vibopt.solve.method import Found
+from vibopt.work import late, metered
 
-_GAP, _SECONDS, _ALL_SECONDS = 1e-4, 3.0, 10.0
 _BOUNDS = ("at_most", "at_least", "outside")
 Row = tuple[str, Shown, Shown]
 
 
 def clash_of(program: Program) -> tuple[str, ...]:
     """Names of limits that cannot hold together on the machines that a program asks about."""
-    return tuple(dict.fromkeys(one.name for one in smallest_conflict(program, _ask)))
+    clash = smallest_conflict(program, lambda part: modest(part).solve(part))
+    return tuple(dict.fromkeys(one.name for one in clash))
 
 
-def conflict_of_parts(scene: Scene, found: Found, answer: Callable[[Scene], Design]) -> Conflict | None:
+def conflict_of_parts(scene: Scene, found: Found, answer: Callable[[Scene], Design], *, most: float) -> Conflict | None:
     """Limits without any one of which some choice of parts would do, and the bound of each that is enough."""
-    whole = conflict_over_tolerances(scene, tuple(scene.limits), found, answer)
-    if whole is None or not whole.loosenings:
+    whole = conflict_over_tolerances(scene, tuple(scene.limits), found, answer, most=most)
+    if whole is None or not (whole.loosenings or whole.left):
         return None
     return replace(whole, limits=tuple(name for name, _, _ in whole.loosenings))
 
 
 def conflict_over_tolerances(
-    scene: Scene, names: tuple[str, ...], found: Found, answer: Callable[[Scene], Design]
+    scene: Scene, names: tuple[str, ...], found: Found, answer: Callable[[Scene], Design], *, most: float
 ) -> Conflict | None:
     """Limits that cannot hold together, and the bound of each with which all would hold over the tolerances.
 
     answer
         Solves a scene over its tolerances.
+    most
+        Work [nominal ms] after which the limits that are left are named as not loosened.
     """
     rows: list[Row] = []
-    until = time.perf_counter() + _ALL_SECONDS
-    for name in names:
-        row = _loosened(scene, name, answer) if name in scene.limits and time.perf_counter() < until else None
-        rows += [row] if row is not None else []
-    return Conflict(names, tuple(rows), found.claim) if names else None
-
-
-def _ask(part: Program) -> Found:
-    method = choose(part, None)
-    return (BranchAndBound(_GAP, _SECONDS) if isinstance(method, BranchAndBound) else method).solve(part)
+    left: list[str] = []
+    with metered() as meter:
+        for name in (one for one in names if one in scene.limits):
+            if meter.done > most or late("the search for loosenings"):
+                left.append(name)
+            elif (row := _loosened(scene, name, answer)) is not None:
+                rows.append(row)
+    return Conflict(names, tuple(rows), found.claim, tuple(left)) if names else None
 
 
 def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row | None:
@@ -77,4 +77,12 @@ def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row
     return name, shown_value(response, given.value, given.unit), shown
 
 
-__all__ = ["clash_of", "conflict_of_parts", "conflict_over_tolerances"]
+def with_conflict(design: Design, conflict: Conflict | None) -> Design:
+    """The design with its conflict, and a sentence where a loosening was not looked for."""
+    if conflict is None or not conflict.left:
+        return replace(design, conflict=conflict)
+    words = f"No loosening of {', '.join(conflict.left)} was looked for: each is an answer of its own. {THOROUGH} does."
+    return replace(design, conflict=conflict if conflict.limits else None, notes=(*design.notes, words))
+
+
+__all__ = ["clash_of", "conflict_of_parts", "conflict_over_tolerances", "with_conflict"]

@@ -6,7 +6,6 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,19 +27,22 @@ from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.sharpen import Exact, Point, Sharpener
+from vibopt.solve.sharpen import SLOPES, Exact, Point, Sharpener
 from vibopt.solve.starts import corners, log_box, starts
+from vibopt.work import Budget, late, worked
 
 TOLERANCE = 1e-9
 _SAME = 1e-6
+_IPOPT = 50.0
+"""Work of one run of IPOPT, in exact measurements."""
 _MANY = 128
 """Points to measure where no start led anywhere."""
 _AGREED, _BATCHES = 4, 3
 """Starts that should agree on the best, and how many batches of them there may be."""
-_SHARE = 0.6
-"""Part of the time that may go into the sampled programs."""
+_MEASUREMENTS = 5000
+"""Exact measurements of designs."""
 _FAR = 0.05
-"""Log violation beyond which a start is not followed where a design is known and little time is to be spent."""
+"""Log violation beyond which a start is not followed where a design is known and little work is to be done."""
 _ALIKE = 0.02
 """Designs this near to each other (in logs) lead to the same local optimum."""
 
@@ -53,14 +55,14 @@ class Nlp:
         Number of starts spread over the box; its corners come on top, all of them for one or two variables.
     given
         Further starts x, each (n_vars,).
-    seconds
-        Time after which no new start is tried.
+    most
+        Exact measurements after which no new start is tried.
     brief
         Whether what leads nowhere better than the first design found is left as it is, and no start is added.
     """
 
     count: int = 8
-    seconds: float = 20.0
+    most: int = _MEASUREMENTS
     given: tuple[FloatArray, ...] = ()
     rounds: int = 3
     brief: bool = False
@@ -108,10 +110,9 @@ class _Run:
     progress: Progress | None
 
     def __post_init__(self) -> None:
-        self.began = time.perf_counter()
-        self.deadline = self.began + self.method.seconds
+        self.budget = Budget(self.method.most, "exact measurements", SLOPES * self.program.cost)
         self.low, self.high = log_box(self.program)
-        self.exact = Exact(self.program, self.low, self.high)
+        self.exact = Exact(self.program, self.low, self.high, self.budget)
         self.judge = Judge(self.program, TOLERANCE)
         self.samples = Samples(self.program).spread(9)
         self.built = self.iterations = 0
@@ -139,7 +140,7 @@ class _Run:
         agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
         claim = f"best of {len(begun)} starts, {agreed} agreed"
         x, details = self._x(np.array(y)), self._details(len(begun), agreed)
-        x, settled = improved_by_links(self.program, x, self.judge, self.deadline)
+        x, settled = improved_by_links(self.program, x, self.judge, self.budget)
         if self.judge.goal(x).value < goal - _SAME * abs(goal):
             claim = f"best of {len(begun)} starts, made better one link at a time"
         if settled:
@@ -154,8 +155,7 @@ class _Run:
         for batch in range(1, 1 if self.method.brief else _BATCHES):
             best = min([*good, *found])[0]
             agreed = sum(value - best <= _SAME * max(abs(best), 1e-300) for value, _ in [*good, *found])
-            late = time.perf_counter() - self.began > _SHARE * self.method.seconds
-            if late or not np.isfinite(best) or agreed >= _AGREED or not sampleable(self.program):
+            if self.budget.over or not np.isfinite(best) or agreed >= _AGREED or not sampleable(self.program):
                 break
             count = self.method.count
             fresh = [
@@ -186,20 +186,20 @@ class _Run:
         if self.program.aim is None:
             elastic = True
         here = list(begun)
-        deadline = self.began + _SHARE * self.method.seconds
         for step in range(self.method.rounds):
-            fresh = [time.perf_counter() < deadline and self._learn(y) for y in here] if step else [True]
+            fresh = [not self.budget.over and self._learn(y) for y in here] if step else [True]
             if not any(fresh):
                 break
             reference = here[0] if step else 0.5 * (self.low + self.high)
             nlp = SampledProgram(self.samples, np.exp(reference), self.low, self.high, elastic=elastic)
             self.built += 1
             for i, y in enumerate(here):
-                if time.perf_counter() > deadline:
+                if late("the search from several starts"):
                     return here
                 if step == 0 or fresh[i]:
-                    here[i] = nlp.solve(y, min(2.0, max(deadline - time.perf_counter(), 0.05))).y
+                    here[i] = nlp.solve(y).y
                     self.iterations += 1
+                    worked(_IPOPT * self.program.cost)
                 if self.progress:
                     self.progress("starts", (step + (i + 1) / len(here)) / self.method.rounds)
         return here
@@ -228,7 +228,7 @@ class _Run:
             if known is None and self.method.brief and self._beaten(y, found):
                 continue
             if known is None:
-                if time.perf_counter() > self.deadline:
+                if self.budget.over:
                     break
                 known = self._sharp(y, rescue)
                 done.append((y, known))
@@ -243,11 +243,11 @@ class _Run:
         return self.judge.goal(self._x(y)).value >= best - _SAME * abs(best)
 
     def _missed(self, y: FloatArray) -> float:
-        """Log violation, 0 where every limit holds or where there is no time to measure."""
-        return max(self.exact.at(y).missed, 0.0) if time.perf_counter() < self.deadline else 0.0
+        """Log violation, 0 where every limit holds or where no measurement is left."""
+        return max(self.exact.at(y).missed, 0.0) if not self.budget.over else 0.0
 
     def _sharp(self, y: FloatArray, rescue: bool) -> FloatArray:
-        sharpener = Sharpener(self.exact, self.deadline)
+        sharpener = Sharpener(self.exact)
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)
@@ -278,6 +278,6 @@ class _Run:
             "agreed": agreed,
             "programs built": self.built,
             "ipopt runs": self.iterations,
-            "exact measurements": self.exact.count,
+            "exact measurements": self.budget.spent,
             "sampled speeds": sum(len(one) for one in self.samples.speeds.values()),
         }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -19,16 +18,16 @@ from vibopt.scene.settle import open_places, settled
 from vibopt.solve.method import Progress
 from vibopt.solve.places import with_goal
 from vibopt.solve.positions_search import Score, Search
+from vibopt.work import Budget
 
 Answer = Callable[[Scene, Sequence[float] | None], Design]
-SECONDS = 60.0
 MOST = 3000
 """Most positions that are solved."""
 _FOUND = ("optimal", "feasible")
 _HOPELESS = 1e12
 
 
-def best_position(scene: Scene, answer: Answer, progress: Progress | None = None, seconds: float = SECONDS) -> Design:
+def best_position(scene: Scene, answer: Answer, progress: Progress | None = None, most: int = MOST) -> Design:
     """The best answer that a search over the positions finds.
 
     Parameters
@@ -38,22 +37,21 @@ def best_position(scene: Scene, answer: Answer, progress: Progress | None = None
     answer
         Answers a scene with all positions given, beginning near a design of a scene much like it.
     progress
-        Called with the number of positions and the part of the time that is used.
-    seconds
-        When to stop at the latest.
+        Called with the number of positions and the part of them that is used.
+    most
+        Positions that may be solved.
 
     Notes
     -----
     Never "optimal": the positions are searched.  Never "infeasible": where nothing is found, nothing is proven.
     """
     asked = _Positions(scene, answer)
-    begun = time.perf_counter()
 
     def tell(count: int) -> None:
         if progress is not None:
-            progress(f"{count} positions", min((time.perf_counter() - begun) / seconds, 1.0))
+            progress(f"{count} positions", count / most)
 
-    search = Search(asked.score, len(asked.variables), begun + seconds, MOST, tell)
+    search = Search(asked.score, len(asked.variables), Budget(most, "positions"), tell)
     u = search.run()
     made = asked.at(u)
     best = asked.answered(made)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from vibopt.forms import FloatArray
+from vibopt.work import Budget
 
 Score = tuple[int, float]
 """Less is better: 0 and the goal where every limit holds, else 1 and by how much they are missed."""
@@ -25,17 +25,16 @@ _EQUAL = 1e-11
 
 
 class _EnoughError(Exception):
-    """Time or number of points is used up."""
+    """The points are used up."""
 
 
 @dataclass
 class Search:
-    """Points of the unit box looked at so far, each once; `out_of_time` where the search was cut short."""
+    """Points of the unit box looked at so far, each once; `cut` where the search was cut short."""
 
     ask: Callable[[FloatArray], Score]
     count: int
-    deadline: float
-    most: int
+    budget: Budget
     tell: Callable[[int], None]
     seen: dict[tuple[float, ...], Score] = field(default_factory=dict)
     cut: bool = False
@@ -46,10 +45,11 @@ class Search:
         u = np.clip(u, 0.0, 1.0)
         key = tuple(float(one) for one in u)
         if key not in self.seen:
-            if self.finished or len(self.seen) >= self.most or time.perf_counter() > self.deadline:
+            if self.finished or self.budget.over:
                 self.cut = not self.finished
                 raise _EnoughError
-            self.tell(len(self.seen))
+            self.budget.spend()
+            self.tell(self.budget.spent)
             self.seen[key] = self.ask(u)
             self.finished = self.seen[key] == (0, -np.inf)
         return self.seen[key]

@@ -12,10 +12,12 @@ from vibopt.program.nature import Hit, hit, missed
 from vibopt.program.over import MARGIN, Cover
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.vicinity import Vicinity
+from vibopt.work import Budget
 
 TOLERANCE = 1e-9
-_SECONDS = 4.0
-_QUICK_SECONDS = 1.0
+_BATCHES, _QUICK_BATCHES = 800, 200
+"""Batches of boxes for one proof, and where many are asked for."""
+_COST = 5.0
 _TIMES = 6
 
 
@@ -45,7 +47,7 @@ def breaks(part: Limit | Aim, axes: tuple[Axis, ...], near: tuple[FloatArray, ..
     """The worst machine for a limit, looked for only where it is not proven at once that none breaks it."""
     if isinstance(part, Limit) and part.side != "outside" and _single(part):
         proof = Vicinity(part, axes, part.bound, part.side == "at_least")
-        if proof.proven(_QUICK_SECONDS):
+        if proof.proven(_batches(_QUICK_BATCHES)):
             return None
         near = near if proof.witness is None else (*near, proof.witness)
     return hit(part, axes, near=near)
@@ -86,7 +88,7 @@ def _raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, b
         proofs = [Vicinity(piece, axes, level, least) for piece in _pieces(part) if _single(piece)]
         if len(proofs) < len(_pieces(part)):
             return one, False
-        lost = next((proof for proof in proofs if not proof.proven(_QUICK_SECONDS)), None)
+        lost = next((proof for proof in proofs if not proof.proven(_batches(_QUICK_BATCHES))), None)
         if lost is None:
             return one, True
         if lost.witness is None:
@@ -98,6 +100,10 @@ def _raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, b
     return one, False
 
 
+def _batches(most: int) -> Budget:
+    return Budget(most, "batches of machines", _COST)
+
+
 def _single(part: Limit | Aim) -> bool:
     return not isinstance(part.form, Modulus) or len(part.form.drives) == 1
 
@@ -107,7 +113,7 @@ def _held(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> bool:
     least, level = _least(part), one.value if isinstance(part, Aim) else part.bound
     loose = isinstance(part, Limit) and missed(part, one.value) < -1.01 * MARGIN
     if isinstance(part, Limit) and part.side == "outside":
-        return Vicinity(part, axes, level, margin=0.0 if loose else MARGIN).proven(_SECONDS)
+        return Vicinity(part, axes, level, margin=0.0 if loose else MARGIN).proven(_batches(_BATCHES))
     level *= 1.0 if loose else 1.0 - MARGIN if least else 1.0 + MARGIN
     return all(_covered(piece, axes, level, least) for piece in _pieces(part))
 
@@ -116,9 +122,9 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
     """Whether a level is kept on the whole box; several excitations each by themselves, the level shared out."""
     form = part.form
     if not isinstance(form, Modulus) or len(form.drives) == 1:
-        if Vicinity(part, axes, level, least).proven(_SECONDS):
+        if Vicinity(part, axes, level, least).proven(_batches(_BATCHES)):
             return True
-        return Cover(part, axes, level, least).proven(_SECONDS)
+        return Cover(part, axes, level, least).proven(_batches(_BATCHES))
     if least:
         return False
     alone = [replace(part, form=replace(form, drives=(drive,))) for drive in form.drives]

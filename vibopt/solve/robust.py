@@ -7,7 +7,6 @@ proven best for them bounds what is best for all.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -26,11 +25,12 @@ from vibopt.solve.method import Found, Progress
 from vibopt.solve.proof import breaks, parts_of, settled, tight, worst_machines
 from vibopt.solve.several import GOAL, Several, keys_of
 from vibopt.solve.shelf.words import reason_of
+from vibopt.work import Budget
 
 _BROKEN = 9e-10
 _ROUNDS = 20
 _WHOLE = 4
-_SECONDS = 60.0
+_MOST_LOOKS, _MOST_MACHINES, _COST = 60, 200, 20.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,11 @@ class _Run:
         self.scene, self.method, self.progress = scene, method, progress
         self.machines = Several(scene)
         self.undecided: tuple[str, ...] = ()
-        self.deadline = time.perf_counter() + _SECONDS
+        self.budget = Budget(_MOST_LOOKS, "looks at worst machines", _COST)
+
+    @property
+    def _over(self) -> bool:
+        return self.budget.over or self.machines.count > _MOST_MACHINES
 
     def answer(self, nominal: Found) -> Robust:
         assert nominal.x is not None
@@ -111,7 +115,7 @@ class _Run:
             if not broken:
                 return self._done(found, hits)
             x = found.x
-            if time.perf_counter() > self.deadline:
+            if self._over:
                 break
         return self._stopped(found, safe)
 
@@ -125,14 +129,14 @@ class _Run:
             hits, broken = self._look(found.x)
             undecided, picks = self.undecided, found.details["picks"]
             for count, one in enumerate(picks[1:], start=1):  # each teaches something, broken or not
-                if time.perf_counter() > self.deadline:  # what was not asked is not shown as if it held
+                if self._over:  # what was not asked is not shown as if it held
                     found = replace(found, details={**found.details, "picks": picks[:count]})
                     break
                 broken |= self._fails(np.array(one["x"]))
             self.undecided = undecided
             if not broken:
                 return self._done(found, hits)
-            if time.perf_counter() > self.deadline or self.machines.asked == known:
+            if self._over or self.machines.asked == known:
                 return self._stopped(found, None)
             program = self.machines.program()
             searched = choose(program, self.method).solve(program, self.progress)
@@ -187,12 +191,13 @@ class _Run:
             _, broken = self._look(x, quick=True)
             if not broken:
                 return x, True
-            if time.perf_counter() > self.deadline:
+            if self._over:
                 break
         return x, False
 
     def _look(self, x: FloatArray, *, quick: bool = False) -> tuple[dict[int, Hit], bool]:
         """The worst machines for a design; those that break a limit or the goal are kept. Whether any does."""
+        self.budget.spend()
         program = around(self.scene, x)
         known = {index: self.machines.near(x, key) for index, key in keys_of(program).items()}
         hits = worst_machines(program, known, quick=quick)
@@ -202,6 +207,7 @@ class _Run:
 
     def _fails(self, x: FloatArray) -> bool:
         """Whether some machine breaks a limit of a design, or the goal that it is known to reach; it is kept."""
+        self.budget.spend()
         program = around(self.scene, x)
         hits, keys = {}, keys_of(program)
         for index, part in parts_of(program).items():

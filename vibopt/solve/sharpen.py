@@ -6,7 +6,6 @@ nothing to sample here and the answer is as sharp as the measurement.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -16,9 +15,12 @@ from vibopt.forms import BoolArray, FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
 from vibopt.solve.working_set import least_of
+from vibopt.work import Budget
 
 BEYOND = 40.0
 """Log violation from which on a limit is missed without end (an undamped resonance within its band)."""
+SLOPES = 4.0
+"""Work of a measurement with its slopes, in exact measurements."""
 _STEP = 1e-5
 _INSIDE = 2e-10
 _FEW = 4
@@ -76,12 +78,14 @@ class Exact:
 
     free
         Axes that can be chosen, shape (n_vars,).
+    budget
+        Measurements that there may be.
     """
 
     program: Program
     low: FloatArray
     high: FloatArray
-    count: int = 0
+    budget: Budget
     known: dict[bytes, Point] = field(default_factory=dict)
     free: BoolArray = field(init=False)
 
@@ -96,7 +100,7 @@ class Exact:
         return self.known[key]
 
     def _at(self, y: FloatArray) -> Point:
-        self.count += 1
+        self.budget.spend()
         x = np.exp(y)
         limits = tuple(p for i, limit in enumerate(self.program.limits) for p in self._limit(i, limit, x))
         aim = self.program.aim
@@ -141,8 +145,6 @@ def _outside(index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
 class Sharpener:
     """Trust-region SQP from a start, then Newton on what holds.
 
-    deadline
-        `time.perf_counter()` beyond which it stops.
     hopeless
         Log violation beyond which a start that no longer improves is given up.
     guess
@@ -150,7 +152,6 @@ class Sharpener:
     """
 
     exact: Exact
-    deadline: float
     rounds: int = 60
     hopeless: float = 1e-3
     guess: FloatArray | None = field(default=None, init=False)
@@ -158,8 +159,8 @@ class Sharpener:
     def run(self, start: FloatArray, *, only_feasible: bool = False) -> Point:
         """The best design reached from `start` (y); with `only_feasible` the first within the limits."""
         if only_feasible and self.exact.program.aim is not None:
-            exact = Exact(self.exact.program.aiming(None), self.exact.low, self.exact.high)
-            return Sharpener(exact, self.deadline, self.rounds, self.hopeless).run(start, only_feasible=True)
+            exact = replace(self.exact, program=self.exact.program.aiming(None), known={})
+            return Sharpener(exact, self.rounds, self.hopeless).run(start, only_feasible=True)
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
         for weight in (1e2, 1e5) if not only_feasible else (1e2,):
             here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)
@@ -175,7 +176,7 @@ class Sharpener:
         for _ in range(self.rounds):
             missed.append(here.missed)
             stuck = here.missed > self.hopeless and len(missed) > 8 and missed[-8] - here.missed < 0.05 * here.missed
-            if stuck or here.missed <= enough or time.perf_counter() > self.deadline:
+            if stuck or here.missed <= enough or self.exact.budget.over:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
             if moved:
@@ -256,7 +257,7 @@ class Sharpener:
             return here
         settled = np.inf
         for target in (0.0, 0.0, 0.0, -_INSIDE, -_INSIDE):
-            if time.perf_counter() > self.deadline or (target < 0.0 and here.missed <= 0.5 * _INSIDE):
+            if self.exact.budget.over or (target < 0.0 and here.missed <= 0.5 * _INSIDE):
                 break
             if target == settled:
                 continue
@@ -382,7 +383,7 @@ def _by_cones(
 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.time_limit = 2.0
+    settings.max_iter = 100
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix(np.triu(quadratic)), linear, sparse.csc_matrix(table), right,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,9 +30,13 @@ from vibopt.solve.method import Found, Progress
 from vibopt.solve.physical import impossible
 from vibopt.solve.rows import direction
 from vibopt.units import si_unit
+from vibopt.work import answering, metered, worked
 
-_PATIENCE = 10.0
-"""Seconds of an answer beyond which no loosening is looked for: each is another answer."""
+_PATIENCE = 10_000.0
+"""Work [nominal ms] after which no further loosening is looked for: each is another answer."""
+
+_ROAD = 5.0
+"""Work of any answer beside its search [nominal ms]."""
 
 
 def solve(
@@ -42,6 +46,7 @@ def solve(
     progress: Progress | None = None,
     explain: bool = True,
     near: Sequence[float] | None = None,
+    thorough: bool = False,
 ) -> Design:
     """Answer a scene.
 
@@ -57,6 +62,8 @@ def solve(
         For an infeasible scene, look for the limits that clash and the loosening that helps.
     near
         A design of a scene much like this one [SI]: where several starts are all there is, the first and few others.
+    thorough
+        Look for loosenings whatever the work.
 
     Returns
     -------
@@ -68,8 +75,28 @@ def solve(
     InputError
         The forced method does not exist, or does not take this scene.
     """
+    with answering() as limit, metered() as meter:
+        worked(_ROAD)
+        wish = _Wish(method, progress, explain, near, np.inf if thorough else _PATIENCE)
+        design = _solved(scene, wish)
+    ended = "" if limit is None else limit.words
+    return replace(design, work=meter.done, claim=design.claim + ended)
+
+
+@dataclass(frozen=True, slots=True)
+class _Wish:
+    """How an answer is wished, as `solve` takes it; loosenings are looked for up to `patience` [nominal ms]."""
+
+    method: str | None
+    progress: Progress | None
+    explain: bool
+    near: Sequence[float] | None
+    patience: float
+
+
+def _solved(scene: Scene, wish: _Wish) -> Design:
     if open_positions(scene) or open_places(scene):
-        return _where_best(scene, method, progress, near)
+        return _where_best(scene, wish)
     clock = _Clock()
     program = pose(scene)
     clock.stage("pose")
@@ -77,38 +104,39 @@ def solve(
         return _find_all(scene, program, clock)
     if scene.is_analysis:
         return _analysis(scene, program, clock)
-    found, reason_text = answer(program, scene, method, progress, near)
+    found, reason_text = answer(program, scene, wish.method, wish.progress, wish.near)
     clock.stage("solve")
-    if program.ties and explain and found.x is not None:
+    if program.ties and wish.explain and found.x is not None:
         from vibopt.solve.shelf.free import free_optimum
 
         found = replace(found, details={**found.details, "free": free_optimum(program, found)})
         clock.stage("free values")
     if uncertain(scene):
-        return _over_tolerances(scene, program, found, reason_text, clock, method, progress, explain=explain)
+        return _over_tolerances(scene, program, found, reason_text, clock, wish)
     if found.x is None or found.status == "unbounded":
-        design = _nothing(scene, program, found, reason_text, clock, explain)
-        if program.ties and explain and found.status == "infeasible" and clock.total < _PATIENCE:
-            design = _loosened(scene, program, design, found, None)
+        design = _nothing(scene, program, found, reason_text, clock, wish.explain)
+        if program.ties and wish.explain and found.status == "infeasible":
+            design = _loosened(scene, program, design, found, None, wish.patience)
         return design
     return _something(scene, program, found, clock)
 
 
-def _where_best(scene: Scene, method: str | None, progress: Progress | None, near: Sequence[float] | None) -> Design:
+def _where_best(scene: Scene, wish: _Wish) -> Design:
     """The best of the places that are open, each answered as a scene of its own; ranges outside, lists inside."""
     if open_positions(scene):
         from vibopt.solve.positions import best_position
 
         def at_position(one: Scene, begin: Sequence[float] | None) -> Design:
-            return solve(one, method=method, explain=False, near=near if begin is None else begin)
+            near = wish.near if begin is None else begin
+            return solve(one, method=wish.method, explain=False, near=near)
 
-        return best_position(scene, at_position, progress)
+        return best_position(scene, at_position, wish.progress)
     from vibopt.solve.places import best_place
 
     def at_place(one: Scene) -> Design:
-        return solve(one, method=method, progress=progress, explain=False, near=near)
+        return solve(one, method=wish.method, progress=wish.progress, explain=False, near=wish.near)
 
-    return best_place(scene, at_place, progress)
+    return best_place(scene, at_place, wish.progress)
 
 
 def answer(
@@ -176,10 +204,7 @@ def _over_tolerances(
     nominal: Found,
     reason_text: str,
     clock: _Clock,
-    method: str | None,
-    progress: Progress | None,
-    *,
-    explain: bool,
+    wish: _Wish,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
     from vibopt.design.off import differing
@@ -187,14 +212,14 @@ def _over_tolerances(
     from vibopt.solve.off import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
 
-    best = robust(scene, nominal, method, progress)
+    best = robust(scene, nominal, wish.method, wish.progress)
     found = best.found
     clock.stage("tolerances")
     if found.x is None:
-        clash = explain and nominal.status == "infeasible"
+        clash = wish.explain and nominal.status == "infeasible"
         design = _nothing(scene, program, found, best.reason or reason_text, clock, clash)
-        if explain and found.status == "infeasible" and clock.total < _PATIENCE:
-            design = _loosened(scene, program, design, found, best.program)
+        if wish.explain and found.status == "infeasible":
+            design = _loosened(scene, program, design, found, best.program, wish.patience)
             clock.stage("conflict")
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
     x = np.asarray(found.x)
@@ -207,18 +232,20 @@ def _over_tolerances(
     return replace(made, scene=scene, notes=notes, tolerances=both, model=used)
 
 
-def _loosened(scene: Scene, program: Program, design: Design, found: Found, clash: Program | None) -> Design:
+def _loosened(
+    scene: Scene, program: Program, design: Design, found: Found, clash: Program | None, patience: float
+) -> Design:
     """The design with the limits that clash (on the machines of `clash`), and what loosening one of them would do."""
-    from vibopt.solve.loosen import clash_of, conflict_of_parts, conflict_over_tolerances
+    from vibopt.solve.loosen import clash_of, conflict_of_parts, conflict_over_tolerances, with_conflict
 
     def again(one: Scene) -> Design:
         return solve(one, explain=False)
 
     if program.ties:
-        return replace(design, conflict=conflict_of_parts(scene, found, again))
+        return with_conflict(design, conflict_of_parts(scene, found, again, most=patience))
     names = design.conflict.limits if design.conflict is not None else ()
     names = clash_of(clash) if clash is not None else names
-    return replace(design, conflict=conflict_over_tolerances(scene, names, found, again))
+    return with_conflict(design, conflict_over_tolerances(scene, names, found, again, most=patience))
 
 
 class _Clock:

@@ -10,7 +10,7 @@ from vibopt.design.absorbers import BUILD, Part, chosen_in, has_absorbers, parts
 from vibopt.design.adjust import Adjusting, adjusting
 from vibopt.design.certify import machine_of
 from vibopt.design.design import Checked, Design, Shown
-from vibopt.design.words import SIDES, goal_words, place_of, spoken, value_at
+from vibopt.design.words import SIDES, THOROUGH, goal_words, place_of, spoken, value_at
 from vibopt.errors import InputError
 from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.scene.drives import bands_for, names_for
@@ -20,14 +20,15 @@ from vibopt.solve import solve
 from vibopt.study.altered import Document, locked, lost, plain_document, undamped
 from vibopt.study.freeze import frozen
 
-PATIENCE = 2.0
-"""Seconds; a scene that took longer is not designed anew without a damper or without an absorber."""
+PATIENCE = 2_000.0
+"""Work of an answer [nominal ms] beyond which it is not designed anew without a damper or without an absorber."""
 GOAL = "the_goal"
 _ASKED = ("natural_frequency", "damping_ratio", "decay_rate")
 _POPPED = ("minimise", "maximise")
 
 NO_DAMPER, LOCKED, LOST = "no_damper", "locked", "lost"
 NO_DAMPER_ANEW, LESS = "no_damper_anew", "left_out"
+NOT_ASKED = "not computed"
 _HEADS = {
     NO_DAMPER: "without its damper",
     LOCKED: "locked",
@@ -86,15 +87,18 @@ class Absorbers:
         return tuple((title, rows) for title, rows in made if rows)
 
 
-def study_absorbers(design: Design) -> Absorbers | None:
+def study_absorbers(design: Design, *, thorough: bool = False) -> Absorbers | None:
     """What to build, how exactly, and what happens without it; None without absorbers or without a design."""
     if not has_absorbers(design) or design.status in ("unbounded", "check_failed"):
         return None
-    return Absorbers(parts_of(design), adjusting(design), consequences(design))
+    return Absorbers(parts_of(design), adjusting(design), consequences(design, thorough=thorough))
 
 
-def consequences(design: Design) -> tuple[Consequence, ...]:
-    """For each absorber: its damper left out, the absorber locked, lost; and answers without one or the other."""
+def consequences(design: Design, *, thorough: bool = False) -> tuple[Consequence, ...]:
+    """For each absorber: its damper left out, the absorber locked, lost; and answers without one or the other.
+
+    Where answers anew would be much work the row says so, unless `thorough`.
+    """
     scene = design.scene
     machine = machine_of(scene, chosen_in(design))
     document = _measured(design)
@@ -106,17 +110,13 @@ def consequences(design: Design) -> tuple[Consequence, ...]:
         damped = joint.stiffness > 0.0 and (joint.damping > 0.0 or joint.loss_factor > 0.0)
         if damped:
             found.append(_as_built(design, NO_DAMPER, name, undamped(document, name)))
-        if damped and _quick(design):
-            found.append(_anew(design, NO_DAMPER_ANEW, name, undamped))
+        if damped:
+            found.append(_anew(design, NO_DAMPER_ANEW, name, undamped, thorough))
         found.append(_as_built(design, LOCKED, name, locked(document, scene, machine, name, _top(scene))))
         found.append(_as_built(design, LOST, name, lost(document, name)))
-        if _rests(design, name) and _quick(design):
-            found.append(_anew(design, LESS, name, lost))
+        if _rests(design, name):
+            found.append(_anew(design, LESS, name, lost, thorough))
     return tuple(one for one in found if one is not None)
-
-
-def _quick(design: Design) -> bool:
-    return design.goal is not None and sum(design.timings.values()) <= PATIENCE
 
 
 def _rests(design: Design, name: str) -> bool:
@@ -190,8 +190,14 @@ def _broken(one: Checked) -> str:
     return f"breaks {one.name}: {value_at(one)}, {allowed}"
 
 
-def _anew(design: Design, what: str, name: str, alter: Callable[[Document, str], Document]) -> Consequence | None:
+def _anew(
+    design: Design, what: str, name: str, alter: Callable[[Document, str], Document], thorough: bool
+) -> Consequence | None:
     """The scene answered again after a change."""
+    if design.goal is None:
+        return None
+    if design.work > PATIENCE and not thorough:
+        return Consequence(name, what, NOT_ASKED, (), None, f"not computed: much work. {THOROUGH} does.")
     known = chosen_in(design) if what == NO_DAMPER_ANEW else None
     method = design.method if design.method == "nlp" else None
     other = _answered(alter(plain_document(design.scene.document), name), design.scene.name, known, method)

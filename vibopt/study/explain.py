@@ -58,11 +58,9 @@ class Explanation:
     absorbers: Absorbers | None = None
 
 
-_QUICK = 0.1
-"""Seconds; the bound where a limit stops to matter takes some fifty solutions, so only of a quick scene."""
-
-
-def explain(scene: Scene, *, method: str | None = None, progress: Progress | None = None) -> Explanation:
+def explain(
+    scene: Scene, *, method: str | None = None, progress: Progress | None = None, thorough: bool = False
+) -> Explanation:
     """Answer a scene and say why the answer is what it is.
 
     Parameters
@@ -73,16 +71,18 @@ def explain(scene: Scene, *, method: str | None = None, progress: Progress | Non
         Name of a method to force; None lets vibopt choose.
     progress
         Called with a stage and the part that is done.
+    thorough
+        Compute all that can be said, whatever the work.
     """
-    design = solve(scene, method=method, progress=progress)
-    design = priced(design, until=sum(design.timings.values()) < _QUICK)
+    design = solve(scene, method=method, progress=progress, thorough=thorough)
+    design = priced(design, until=True, thorough=thorough)
     program = pose(design.scene)
     return Explanation(
         design,
         tuple(_model(design, program)),
         tuple(_methods(design, program, method)),
         tuple(Said(name, _limit(design, name)) for name in design.limits),
-        study_absorbers(design),
+        study_absorbers(design, thorough=thorough),
     )
 
 

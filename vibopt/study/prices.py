@@ -7,20 +7,23 @@ from dataclasses import replace
 
 from vibopt.design.checked import shown_value
 from vibopt.design.design import Checked, Design, Price, Shown
+from vibopt.design.words import THOROUGH
 from vibopt.scene.facts import FactAt, fact_at
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.impasse import outward_shown
 
-PATIENCE = 2.0
-"""Seconds; a scene that took longer is priced only when it is asked for (`until`)."""
+PATIENCE = 2_000.0
+"""Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
+QUICK = 100.0
+"""The same for the bound where a limit stops to matter, which takes some fifty answers."""
 
 STEP = 0.1
 """A sensible step: a tenth of the bound."""
 
 
-def priced(design: Design, *, until: bool = False) -> Design:
+def priced(design: Design, *, until: bool = False, thorough: bool = False) -> Design:
     """The same design with a price on every active limit; analyses and failures are returned as they are.
 
     Parameters
@@ -29,17 +32,27 @@ def priced(design: Design, *, until: bool = False) -> Design:
         An answer with a goal.
     until
         Look as well for the bound beyond which loosening buys nothing more (some fifty solutions per limit).
+    thorough
+        Whatever the work; without it the answer says what was left out.
     """
-    slow = sum(design.timings.values()) > PATIENCE and not until
-    if design.goal is None or design.status not in ("optimal", "feasible") or slow:
+    if design.goal is None or design.status not in ("optimal", "feasible"):
         return design
-    limits = {
-        key: replace(row, price=_price(design, row, until))
-        if row.active and row.side != "outside" and row.name in design.scene.limits
-        else row
-        for key, row in design.limits.items()
-    }
-    return replace(design, limits=limits)
+    asked = [key for key, row in design.limits.items() if _has_price(design, row)]
+    if not asked:
+        return design
+    names = ", ".join(dict.fromkeys(design.limits[key].name for key in asked))
+    if design.work > PATIENCE and not thorough:
+        note = f"No price was computed for {names}: each is an answer of its own. {THOROUGH} computes it."
+        return replace(design, notes=(*design.notes, note))
+    ends = until and (thorough or design.work <= QUICK)
+    note = f"Where {names} would stop to matter was not looked for: some fifty answers each. {THOROUGH} does."
+    limits = {key: replace(design.limits[key], price=_price(design, design.limits[key], ends)) for key in asked}
+    notes = design.notes if ends or not until else (*design.notes, note)
+    return replace(design, limits={**design.limits, **limits}, notes=notes)
+
+
+def _has_price(design: Design, row: Checked) -> bool:
+    return row.active and row.side != "outside" and row.name in design.scene.limits
 
 
 def _price(design: Design, row: Checked, until: bool) -> Price | None:

@@ -6,7 +6,6 @@ asked to be better by the gap, must leave nothing; where they leave a point, its
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,8 +20,12 @@ from vibopt.solve.plane.conics import monomials
 from vibopt.solve.plane.rows import Interval, LinkPlane
 from vibopt.solve.starts import halton, log_box, starts
 from vibopt.solve.worst_speeds import local_extremes
+from vibopt.work import Budget
 
 GAP = 1e-6
+MOST_SLICES = 5000
+_COST = 5.0
+"""Work of a slice, in exact measurements."""
 _ROUNDS = 40
 _FIRST = 13
 _TRIED = 128
@@ -38,8 +41,8 @@ class DiscsOfOneLink:
     name = "discs"
     summary = "exact in stiffness and damping of one link on any machine, over the worst speeds"
 
-    def __init__(self, gap: float = GAP, seconds: float = 20.0) -> None:
-        self.gap, self.seconds = gap, seconds
+    def __init__(self, gap: float = GAP, most: int = MOST_SLICES) -> None:
+        self.gap, self.most = gap, most
 
     def refuses(self, program: Program) -> str | None:
         """Anything but one link's stiffness and damping, with at most one variable beside them."""
@@ -54,10 +57,10 @@ class DiscsOfOneLink:
         return None
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
-        """Status "optimal" with the gap, "infeasible", or "feasible" when the time is over."""
+        """Status "optimal" with the gap, "infeasible", or "feasible" when its slices are used up."""
         plane = LinkPlane.of(program)
         assert plane is not None
-        return _Run(plane, self.gap, time.perf_counter() + self.seconds, progress, self.name).answer()
+        return _Run(plane, self.gap, Budget(self.most, "slices", _COST * program.cost), progress, self.name).answer()
 
 
 def as_limit(part: Limit | Aim, level: float) -> Limit:
@@ -72,14 +75,14 @@ def as_limit(part: Limit | Aim, level: float) -> Limit:
 class _Run:
     plane: LinkPlane
     gap: float
-    deadline: float
+    budget: Budget
     progress: Progress | None
     name: str
     speeds: list[list[float]] = field(default_factory=list)
     best: FloatArray | None = None
     value: float = np.inf
-    slices: int = 0
     rounds: int = 0
+    stuck: bool = False
 
     def __post_init__(self) -> None:
         self.program = self.plane.program
@@ -87,6 +90,11 @@ class _Run:
         self.parts = self.program.parts
         self.speeds = [_first(part) for part in self.parts]
         self._cheap = all(_is_cheap(part) for part in self.parts)
+
+    @property
+    def slices(self) -> int:
+        """Intervals of the third variable looked at; one where there is none."""
+        return self.budget.spent
 
     def answer(self) -> Found:
         self._begin()
@@ -96,12 +104,12 @@ class _Run:
             return self._found("optimal", "proven: the goal is zero, up to rounding, and cannot be less")
         waiting = self._whole()
         while waiting:
-            if time.perf_counter() > self.deadline:
+            if self.stuck or self.budget.over:
                 return self._stopped()
             interval = waiting.pop()
             waiting += self._search(interval)
             if self.progress is not None:
-                self.progress("slices", min(self.slices / (self.slices + len(waiting) + 1.0), 0.99))
+                self.progress("slices", self.slices / (self.slices + len(waiting) + 1.0))
             if self._nothing_left():
                 return self._found("optimal", "proven: the goal is zero, up to rounding, and cannot be less")
             if self.best is not None and self.program.aim is None:
@@ -198,7 +206,7 @@ class _Run:
 
     def _search(self, interval: Interval) -> list[Interval]:
         """What is left of an interval of v: nothing, or its two halves."""
-        self.slices += 1
+        self.budget.spend()
         corners = self._corners(interval)
         if corners is None or not len(corners):
             return []
@@ -207,7 +215,7 @@ class _Run:
         if interval[0] == interval[1] and not stuck:
             return []
         if stuck or interval[1] - interval[0] <= _NARROW * interval[1]:
-            self.deadline = 0.0
+            self.stuck = True
             return [interval]
         return [(interval[0], middle), (middle, interval[1])]
 
@@ -218,7 +226,7 @@ class _Run:
             corners = self._corners((v, v))
             if corners is None or not len(corners):
                 return False
-            if time.perf_counter() > self.deadline:
+            if self.budget.over:
                 return True
             before = sum(len(one) for one in self.speeds)
             if not self._try(corners, v) and sum(len(one) for one in self.speeds) == before:

@@ -19,7 +19,6 @@ class IpoptSampled:
 
     speeds: int = 200
     name: str = "ipopt_sampled"
-    seconds: float = 20.0
 
     @property
     def summary(self) -> str:
@@ -35,5 +34,5 @@ class IpoptSampled:
         start = rows.start()
         samples = Samples(program).spread(self.speeds)
         nlp = SampledProgram(samples, np.exp(start), rows.low, rows.high)
-        answer = nlp.solve(start, self.seconds, iterations=500)
+        answer = nlp.solve(start, iterations=500)
         return claimed(self.name, program, answer.y, success=answer.claims, word=answer.word, speeds=self.speeds)

@@ -14,12 +14,10 @@ from vibopt.program.bounds import FormBounds
 from vibopt.program.held import held
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.branch import Judge
-from vibopt.solve.choose import choose
-from vibopt.solve.global_search import BranchAndBound
+from vibopt.solve.choose import modest
 from vibopt.solve.method import Found
 from vibopt.solve.shelf.pointwise import Direct, bounds_of
 
-_GAP, _SECONDS = 1e-4, 2.0
 _NEAR_ZERO = 1e-9
 
 
@@ -42,8 +40,7 @@ def free_optimum(program: Program, found: Found) -> dict[str, Any] | None:
     part = replace(part, axes=tuple(_opened(one) for one in part.axes))
     best = None
     with contextlib.suppress(InputError):
-        method = choose(part, None)
-        best = (BranchAndBound(_GAP, _SECONDS) if isinstance(method, BranchAndBound) else method).solve(part)
+        best = modest(part).solve(part)
     if best is None or best.x is None or best.status not in ("optimal", "feasible"):
         return None
     values = {axis.path: float(value) for axis, value in zip(part.axes, best.x, strict=True)}

@@ -7,8 +7,9 @@ from typing import Any
 from vibopt.program.program import Program
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.shelf.near import nearest
-from vibopt.solve.shelf.search import Pick, Search
+from vibopt.solve.shelf.search import COST, MOST_STEPS, Pick, Search
 from vibopt.solve.shelf.tree import factors_of
+from vibopt.work import Budget
 
 KEEP = 10
 MOST = 10**12
@@ -20,9 +21,9 @@ class Catalogue:
     name = "catalogue"
     summary = "branch and bound over the rows of catalogues, with exact peaks"
 
-    def __init__(self, keep: int = KEEP, seconds: float = 60.0) -> None:
+    def __init__(self, keep: int = KEEP, most: int = MOST_STEPS) -> None:
         self.keep = keep
-        self.seconds = seconds
+        self.most = most
 
     def refuses(self, program: Program) -> str | None:
         if not program.ties:
@@ -41,20 +42,22 @@ class Catalogue:
         return None
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
-        """Status "optimal" or "infeasible", both proven; else what is left when the time is over."""
-        search = Search(program, self.keep, self.seconds, progress)
+        """Status "optimal" or "infeasible", both proven; else what is left when its budget is spent."""
+        search = Search(program, self.keep, Budget(self.most, "steps", COST), progress)
         search.run()
         details = self._details(program, search)
         if not search.best:
             if search.stopped:
-                claim = f"nothing found and nothing proven: stopped after {self.seconds:.0f} s"
+                claim = (
+                    f"nothing found and nothing proven: stopped after {search.looked} of {search.total} combinations"
+                )
                 return Found("unproven", None, claim, self.name, details=details)
             details["nearest"] = nearest(search)
             claim = f"proven: each of {search.total} combinations of parts breaks a limit"
             return Found("infeasible", None, claim, self.name, details=details)
         first = search.best[0]
         if search.stopped:
-            claim = f"the best of those looked at; stopped after {self.seconds:.0f} s of {search.total} combinations"
+            claim = f"the best of {search.looked} combinations looked at one by one, of {search.total}; not proven"
             return Found("feasible", first.x, claim, self.name, details=details)
         claim = f"proven: none of {search.total} combinations of parts is better"
         return Found("optimal", first.x, claim, self.name, first.goal, details)

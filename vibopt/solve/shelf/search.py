@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import count
@@ -17,6 +16,7 @@ from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
 from vibopt.solve.shelf.mirror import Mirror, mirrors
 from vibopt.solve.shelf.pointwise import Direct, Pointwise, bounds_of, fails
 from vibopt.solve.shelf.tree import Node, Shelf, factors_of
+from vibopt.work import Budget
 
 LEAF = 1 << 16
 """Choices that are looked at one by one, but all at once."""
@@ -26,6 +26,9 @@ _MOST_NODES = 100
 _QUICK_NODES, _MANY = 16, 20_000_000
 """Nodes up to which every row is asked by itself, and combinations from which on it is worth more nodes."""
 _SAME = 1e-12
+MOST_STEPS, COST = 50_000_000, 1e-3
+"""Steps of a search; work of one [nominal ms]."""
+_OF_SET, _OF_MEASURING = 200, 500
 _REFRESH = 200_000
 """Most choices in waiting that are filtered again as soon as a speed has been learnt."""
 
@@ -98,16 +101,19 @@ class Search:
 
     keep
         How many of the best choices are proven.
-    seconds
-        After which the search stops without proof.
+    looked
+        Choices looked at one by one.
+    budget
+        Steps after which the search stops without proof: one a choice, more a set or an exact measurement.
     """
 
     program: Program
     keep: int = 10
-    seconds: float = 60.0
+    budget: Budget = field(default_factory=lambda: Budget(MOST_STEPS, "steps", COST))
     progress: Callable[[str, float], None] | None = None
     best: list[Pick] = field(default_factory=list)
     stopped: bool = False
+    looked: int = 0
 
     def __post_init__(self) -> None:
         program = self.program
@@ -131,14 +137,14 @@ class Search:
         self._weight = np.ones(len(program.axes))
 
     def run(self) -> None:
-        """Search until the best are proven, or the time is over."""
-        began, ticket = time.perf_counter(), count()
+        """Search until the best are proven, or the budget is spent."""
+        ticket = count()
         heap: list[tuple[float, int, Node]] = []
         for node in self._presolved(self.shelf.root):
             heapq.heappush(heap, (-np.inf, next(ticket), node))
         goals, waiting = np.zeros(0), np.zeros((0, len(self.shelf.factors)), dtype=int)
         while heap or len(waiting):
-            if time.perf_counter() - began > self.seconds:
+            if self.budget.over:
                 self.stopped = True
                 return
             first = heap[0][0] if heap else np.inf
@@ -149,6 +155,7 @@ class Search:
             else:
                 _, _, node = heapq.heappop(heap)
                 self.tally.nodes += 1
+                self.budget.spend(_OF_SET)
                 if node.size <= LEAF:
                     made = self._leaf(node)
                     goals, waiting = _merged((goals, waiting), made)
@@ -158,7 +165,7 @@ class Search:
                         if bound <= self._bar:
                             heapq.heappush(heap, (bound, next(ticket), part))
             if self.progress is not None:
-                self.progress("catalogue", min((time.perf_counter() - began) / self.seconds, 0.99))
+                self.progress("catalogue", self.budget.part)
 
     @property
     def _bar(self) -> float:
@@ -229,6 +236,8 @@ class Search:
     def _leaf(self, node: Node) -> tuple[FloatArray, IntArray]:
         """Choices of a small set that may be among the best, with the bound of their goal, best first."""
         chosen = self.shelf.all_in(node)
+        self.looked += len(chosen)
+        self.budget.spend(len(chosen))
         for mirror in self.mirrors:
             kept = mirror.first(chosen)
             self.tally.mirrored += int((~kept).sum())
@@ -270,6 +279,7 @@ class Search:
         """Measure one choice; whether a speed was learnt from it."""
         x = self.shelf.designs(entries[None, :])[0]
         self.tally.measured += 1
+        self.budget.spend(_OF_MEASURING)
         learnt, margin, tightest = False, np.inf, ""
         for i in self.order:
             missed, found = self.judge.limit(self.program.limits[i], x)
@@ -323,4 +333,4 @@ def _merged(one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
     return _sorted(np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]]))
 
 
-__all__ = ["LEAF", "Pick", "Search", "Tally"]
+__all__ = ["COST", "LEAF", "MOST_STEPS", "Pick", "Search", "Tally"]

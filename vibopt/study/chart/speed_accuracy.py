@@ -19,7 +19,7 @@ METHODS = (
 )  # fmt: skip
 QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
 QUICK_SECONDS, FULL_SECONDS = 45.0, 270.0
-_PROOF_SECONDS = 60.0
+_PROOF_BOXES = 600_000
 PATIENCE = 10.0
 """Seconds that a method with a time limit gets per run."""
 
@@ -91,7 +91,7 @@ def referenced(scene: Scene) -> Case:
     from vibopt.solve.global_search import BranchAndBound
 
     program = closed(pose(scene))
-    search = BranchAndBound(gap=1e-8, seconds=_PROOF_SECONDS)
+    search = BranchAndBound(gap=1e-8, most=_PROOF_BOXES)
     name = scene.name.removesuffix(".toml")
     if program.aim is None or not program.axes or search.refuses(program) is not None:
         return Case(name, "", FEASIBLE, math.nan, "not known: no proof was possible")
