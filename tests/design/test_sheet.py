@@ -423,10 +423,10 @@ def test_links_without_places_get_a_schematic_of_what_stands_on_what() -> None:
     figure = schematic_figure(scene)
     assert figure is not None
     at = {one.get_text(): one.get_position()[1] for one in figure.axes[0].texts if one.get_bbox_patch() is not None}
-    assert at["ground"] < at["skid"] < at["low"] == at["high"]
+    assert at["ground"] < at["skid"] < at["first"] == at["second"]
     said = text(answered("absorbers/pump_skid_two_grids"))
     assert "Schematic" in said
-    assert re.search(r"low on skid: mass [\d.]+ kg, stiffness [\d.]+ MN/m, damping [\d.]+ N s/m", said)
+    assert re.search(r"first on skid: mass [\d.]+ kg, stiffness [\d.]+ MN/m, damping [\d.]+ N s/m", said)
 
 
 def test_a_structure_says_where_it_comes_from_and_its_modes_have_no_words() -> None:

@@ -200,9 +200,9 @@ TOOL = Case(
 @cache
 def skid_answers() -> Answers:
     goal, design = refined(SKID, evolved(SKID))
-    light, heavy = sorted((design[:3], design[3:]), key=lambda one: float(one[1]))
-    masses = {"variables.absorbers.low.mass": light[0], "variables.absorbers.high.mass": heavy[0]}
-    tuned = {"variables.absorbers.low.frequency": light[1], "variables.absorbers.high.frequency": heavy[1]}
+    first, second = sorted((design[:3], design[3:]), key=lambda one: -float(one[0]))
+    masses = {"variables.absorbers.first.mass": first[0], "variables.absorbers.second.mass": second[0]}
+    tuned = {"variables.absorbers.first.frequency": first[1], "variables.absorbers.second.frequency": second[1]}
     return {"goal": goal, **masses, **tuned}
 
 

@@ -33,6 +33,7 @@ from vibopt.work import Budget, late, worked
 
 TOLERANCE = 1e-9
 _SAME = 1e-6
+_ROUNDING, _PLACES = 1e-9, 6
 _IPOPT = 50.0
 """Work of one run of IPOPT, in exact measurements."""
 _MANY = 128
@@ -89,6 +90,14 @@ class Nlp:
         return run.answer()
 
 
+def _first(good: list[tuple[float, tuple[float, ...]]]) -> tuple[float, tuple[float, ...]]:
+    """The best; among designs whose goals differ by rounding alone the one that comes first in the order of numbers."""
+    best = min(goal for goal, _ in good)
+    room = _ROUNDING * abs(best) if np.isfinite(best) else 0.0
+    even = [one for one in good if one[0] <= best + room]
+    return min(even, key=lambda one: ([round(value, _PLACES) for value in one[1]], one[0]))
+
+
 def sampleable(program: Program) -> bool:
     """Whether the sampled program says more than first slopes at one design: no poles and no mean squares in it."""
     return not any(
@@ -131,7 +140,7 @@ class _Run:
         if not good:
             return self._nothing(len(begun))
         good += self._more(good, begun)
-        goal, y = min(good)
+        goal, y = _first(good)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
             return Found(

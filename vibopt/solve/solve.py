@@ -24,6 +24,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
+from vibopt.solve.alike import in_order
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Progress
@@ -105,6 +106,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if scene.is_analysis:
         return _analysis(scene, program, clock)
     found, reason_text = answer(program, scene, wish.method, wish.progress, wish.near)
+    found = in_order(scene, program, found)
     clock.stage("solve")
     if program.ties and wish.explain and found.x is not None:
         from vibopt.solve.shelf.free import free_optimum

@@ -1,0 +1,79 @@
+"""Identical devices have a canonical order: heaviest first, then frequency, in the order of the file."""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.program.pose import pose
+from vibopt.scene.read import from_dict
+from vibopt.solve import solve
+from vibopt.solve.alike import in_order
+from vibopt.solve.branch import Judge
+from vibopt.solve.method import Found
+
+MASS, TUNING = {"from": "1 kg", "to": "9 kg"}, {"from": "6 Hz", "to": "20 Hz"}
+
+
+def machine(names: tuple[str, ...], **limits: Any) -> dict[str, Any]:
+    absorber = {"on": "skid", "mass": MASS, "frequency": TUNING, "damping_ratio": {"from": 0.01, "to": 0.4}}
+    return {
+        "title": "Skid",
+        "bodies": {"skid": {"mass": "100 kg"}},
+        "links": {"mounts": {"between": ["skid", "ground"], "stiffness": "0.6 MN/m", "damping_ratio": 0.02}},
+        "absorbers": {name: dict(absorber) for name in names},
+        "excitations": {
+            "fan": {"kind": "force", "on": "skid", "amplitude": "50 N", "speed": "8..16 Hz", "varies": "constant"}
+        },
+        "limits": {"mass": {"response": "absorber_mass", "at_most": "12 kg"}, **limits},
+        "goal": {"minimise": "displacement", "of": "skid"},
+    }
+
+
+def numbers(count: int) -> st.SearchStrategy[list[list[float]]]:
+    one = st.tuples(st.sampled_from([1.5, 2.0, 3.0]), st.floats(40.0, 120.0), st.floats(0.02, 0.3)).map(list)
+    return st.lists(one, min_size=count, max_size=count)
+
+
+@settings(max_examples=30, deadline=None)
+@given(count=st.integers(2, 4), data=st.data())
+def test_whatever_order_a_method_finds_them_in_the_answer_is_the_same(count: int, data: st.DataObject) -> None:
+    rows = data.draw(numbers(count))
+    scene = from_dict(machine(tuple("abcd"[:count])))
+    program = pose(scene)
+    found = {
+        tuple(np.asarray(in_order(scene, program, Found("feasible", np.concatenate(one), "", "")).x))
+        for one in permutations([np.array(row) for row in rows])
+    }
+    assert len(found) == 1
+    x = np.array(found.pop()).reshape(count, 3)
+    assert sorted(map(tuple, x)) == sorted(map(tuple, rows))
+    assert list(map(tuple, x)) == sorted(map(tuple, x), key=lambda row: (-row[0], row[1], row[2]))
+
+
+def test_what_one_of_them_alone_must_keep_is_not_broken_by_the_order() -> None:
+    scene = from_dict(machine(("a", "b"), light={"response": "mass", "of": "a", "at_most": "2 kg"}))
+    program = pose(scene)
+    x = np.array([1.5, 60.0, 0.1, 8.0, 70.0, 0.1])
+    assert Judge(program).feasible(x)
+    kept = in_order(scene, program, Found("feasible", x, "", ""))
+    np.testing.assert_array_equal(kept.x, x)
+
+
+def test_devices_with_words_of_their_own_keep_their_numbers() -> None:
+    document = machine(("a", "b"))
+    document["absorbers"]["b"]["damping_ratio"] = {"from": 0.01, "to": 0.3}
+    scene = from_dict(document)
+    x = np.array([1.5, 60.0, 0.1, 8.0, 70.0, 0.1])
+    np.testing.assert_array_equal(in_order(scene, pose(scene), Found("feasible", x, "", "")).x, x)
+
+
+def test_names_of_identical_absorbers_change_no_number_of_the_answer() -> None:
+    answers = [solve(from_dict(machine(one)), explain=False) for one in (("x", "y"), ("zeta", "alpha"))]
+    x, other = (np.array(one.x) for one in answers)
+    np.testing.assert_allclose(x, other, rtol=1e-12)
+    assert x[0] >= x[3] * (1.0 - 1e-9)

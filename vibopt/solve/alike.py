@@ -1,0 +1,87 @@
+"""Identical devices in a canonical order: heaviest first, then the one of lower frequency, in the order of the file.
+
+Two absorbers with the same words may exchange their numbers without any effect.  Which of them has
+which would be decided by rounding, so that names differed from machine to machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.program.program import Program
+from vibopt.scene.scene import Scene
+from vibopt.solve.branch import Judge
+from vibopt.solve.method import Found
+
+_FAMILIES = ("absorbers", "links")
+_FALLING = ("mass", "mass_ratio", "inertia")
+_RISING = ("frequency", "tuning", "stiffness", "torsional_stiffness", "damping_ratio", "damping", "torsional_damping")
+_DIGITS = 9
+"""Values that agree to so many digits are equal."""
+_EQUAL = 1e-9
+
+
+def in_order(scene: Scene, program: Program, found: Found) -> Found:
+    """The answer with the numbers of identical devices exchanged into their order, where that changes no goal."""
+    if found.x is None or program.ties:
+        return found
+    x, judge = np.array(found.x, dtype=float), Judge(program)
+    for groups in _alike(scene, program):
+        there = _exchanged(x, groups)
+        if (there != x).any() and _as_good(judge, x, there):
+            x = there
+    return replace(found, x=x) if (x != found.x).any() else found
+
+
+def _alike(scene: Scene, program: Program) -> Iterator[list[dict[str, int]]]:
+    """Per set of identical devices, the index of each variable of each device, by its word."""
+    for family in _FAMILIES:
+        tables = scene.document.get(family, {})
+        names = list(tables) if isinstance(tables, Mapping) else []
+        left = [name for name in names if _variables(program, family, name)]
+        while left:
+            same = [name for name in left if tables[name] == tables[left[0]]]
+            left = [name for name in left if name not in same]
+            if len(same) > 1:
+                yield [_variables(program, family, name) for name in same]
+
+
+def _variables(program: Program, family: str, name: str) -> dict[str, int]:
+    head = f"{family}.{name}."
+    return {axis.path.removeprefix(head): i for i, axis in enumerate(program.axes) if axis.path.startswith(head)}
+
+
+def _exchanged(x: FloatArray, groups: Sequence[dict[str, int]]) -> FloatArray:
+    """The design with the numbers of each device given to the one whose turn it is."""
+    words = list(groups[0])
+    order = sorted(range(len(groups)), key=lambda g: _rank(x, groups[g]))
+    there = x.copy()
+    for place, taken in enumerate(order):
+        for word in words:
+            there[groups[place][word]] = x[groups[taken][word]]
+    return there
+
+
+def _rank(x: FloatArray, group: Mapping[str, int]) -> tuple[float, ...]:
+    """Less comes first."""
+    key = [-_rounded(x[group[word]]) for word in _FALLING if word in group]
+    key += [_rounded(x[group[word]]) for word in _RISING if word in group]
+    return (*key, *(_rounded(x[i]) for word, i in group.items() if word not in (*_FALLING, *_RISING)))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}")
+
+
+def _as_good(judge: Judge, x: FloatArray, there: FloatArray) -> bool:
+    """Whether the exchanged design has the same goal and keeps every limit that the other keeps."""
+    here, other = judge.goal(x).value, judge.goal(there).value
+    same = here == other or abs(here - other) <= _EQUAL * abs(here)
+    return same and judge.feasible(there) >= judge.feasible(x)
+
+
+__all__ = ["in_order"]
