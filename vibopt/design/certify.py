@@ -18,6 +18,7 @@ from vibopt.forms import Band, Combine, ComplexArray, FloatArray
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import Extreme, greatest, least
+from vibopt.mechanics.ties import foremost
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.natural_frequency import NaturalFrequency
@@ -53,8 +54,7 @@ def measure_on(scene: Scene, machine: Machine, response: Response, side: str) ->
     """As `measure`, on a machine already built; of a group of mounts the worst of them."""
     each = members(scene, response)
     found = [_measured(scene, machine, one, side) for one in each]
-    worst = min if side == "at_least" else max
-    return worst(found, key=lambda one: one.value)
+    return found[foremost([one.value for one in found], least=side == "at_least")]
 
 
 def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
@@ -109,7 +109,7 @@ def _in_full(shaken: Shaken, found: Extreme, bands: tuple[Band, ...], want_least
     if machine is not shaken.machine:
         speeds += [band.low + part * (band.high - band.low) for band in bands for part in _OTHERS if not band.is_point]
     values = full(np.array(speeds))
-    worst = int(values.argmin() if want_least else values.argmax())
+    worst = foremost(values, least=want_least)
     return Extreme(float(values[worst]), speeds[worst])
 
 

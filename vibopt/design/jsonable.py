@@ -13,6 +13,8 @@ from vibopt.design.shelf import choices_of
 from vibopt.design.words import notes_of
 
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
+_MARGIN = 12
+"""Decimals of a margin: what is behind them is rounding."""
 
 
 def as_json(design: Design) -> dict[str, Any]:
@@ -112,7 +114,7 @@ def _checked(checked: Checked) -> dict[str, Any]:
             "side": checked.side,
             "limit": number(limit.value),
             "limit_shown": limit.shown,
-            "margin": number(checked.margin),
+            "margin": number(round(checked.margin, _MARGIN) + 0.0),
             "active": bool(checked.active),
             "met": bool(checked.met),
         }

@@ -27,6 +27,7 @@ MOST_LOST = 1e-4
 """Greatest relative error of a receptance from rounding of the entries that is accepted."""
 WORTH_SAYING = 1e-9
 _MOST_MODES = 200
+_ROUNDING = 1e-12
 
 
 class MatrixError(ValueError):
@@ -303,7 +304,7 @@ class StructureTable(Device):
         """How good the coordinates are, for the answer."""
         text = (
             f"{name}: {host.size} degrees of freedom, {host.coordinates.count} used; greatest error of receptances "
-            f"{host.error:.0e}, checked at {host.checks} frequencies"
+            f"{_size(host.error)}, checked at {host.checks} frequencies"
         )
         lost = _lost(self.matrices, tuple((self.points or {}).values()))
         if lost.worst > WORTH_SAYING:
@@ -360,3 +361,8 @@ def _lost(matrices: Matrices, places: tuple[int, ...]) -> Any:
     from vibopt.mechanics.host import digits_lost
 
     return digits_lost(matrices, list(places), 1e-3 * matrices.fastest)
+
+
+def _size(error: float) -> str:
+    """An error to one digit; what rounding alone decides has none."""
+    return f"{error:.0e}" if error >= _ROUNDING else f"below {_ROUNDING:.0e}"

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vibopt.forms import Band, BoolArray, ComplexArray, FloatArray
+from vibopt.mechanics.ties import foremost
 
 _DEGREE = 10
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1)) / _DEGREE)[::-1]
@@ -73,7 +74,9 @@ def peaks(
 
 
 def _best(found: list[Extreme], *, least: bool) -> Extreme:
-    return min(found, key=lambda one: one.value) if least else max(found, key=lambda one: one.value)
+    """The extreme; of speeds at which it is the same the lowest."""
+    ordered = sorted(found, key=lambda one: one.speed)
+    return ordered[foremost([one.value for one in ordered], least=least)]
 
 
 def _candidates(

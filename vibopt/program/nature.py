@@ -21,6 +21,7 @@ from vibopt.forms import (
 )
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.ties import FOUND, beyond, foremost
 from vibopt.program.pose import asked_of, on_needed
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.slopes import local_extremes
@@ -100,7 +101,7 @@ def hit(part: Limit | Aim, axes: tuple[Axis, ...], *, near: tuple[FloatArray, ..
     """
     if isinstance(part, Aim) and part.others:
         found = [hit(piece, axes, near=near, quick=quick) for piece in part.pieces]
-        first = max(found, key=lambda one: part.sense * one.value)
+        first = found[foremost([one.value for one in found], least=part.sense < 0.0, even=FOUND)]
         return replace(first, proven=all(one.proven for one in found), tried=sum(one.tried for one in found))
     hunt = _Hunt(part, axes)
     if not hunt.free.any():
@@ -170,7 +171,7 @@ class _Hunt:
     def best_corner(self) -> Hit:
         corners = self.corners()
         values = np.array([self.value(one) for one in corners])
-        index = int(np.argmax(self.sign * values))
+        index = foremost(values, least=self.sign < 0.0)
         factors, value = corners[index], float(values[index])
         return Hit(self._without_idle(factors, value, 1e-13), value, True, self.tried)
 
@@ -225,15 +226,14 @@ class _Hunt:
         """From the middle, from corners and from factors given, up along exact slopes."""
         starts = [*near] if quick and near else [*near, np.ones(len(self.axes)), *self._some_corners()]
         values = [self.value(one) for one in starts]
-        order = np.argsort([-self.sign * one for one in values], kind="stable")
-        best = starts[order[0]], values[order[0]]
+        order = np.argsort([-self.sign * float(f"{one:.9g}") for one in values], kind="stable")
+        reached = [(starts[order[0]], values[order[0]])]
         for index in order[:_STARTS]:
-            if not np.isfinite(best[1]):
+            if not np.isfinite(values[order[0]]):
                 break
             there = self._climb(starts[index])
-            value = self.value(there)
-            if self.sign * value > self.sign * best[1]:
-                best = there, value
+            reached.append((there, self.value(there)))
+        best = self._first_of(reached)
         if not quick:
             best = self._flipped(*best)
             if not isinstance(self.part.form, Modulus):
@@ -250,15 +250,20 @@ class _Hunt:
                         continue
                     other = np.where(np.arange(len(factors)) == axis, end, factors)
                     tried = self.value(other)
-                    if self.sign * tried > self.sign * value:
+                    if beyond(tried, value, self.sign):
                         factors, value = other, tried
             if value == before:
                 return factors, value
             up = self._climb(factors)
             reached = self.value(up)
-            if self.sign * reached > self.sign * value:
+            if beyond(reached, value, self.sign):
                 factors, value = up, reached
         return factors, value
+
+    def _first_of(self, reached: list[tuple[FloatArray, float]]) -> tuple[FloatArray, float]:
+        """The worst machine; of equals the first in the order of their factors."""
+        ordered = sorted(reached, key=lambda one: [round(factor, 6) for factor in one[0].tolist()])
+        return ordered[foremost([value for _, value in ordered], least=self.sign < 0.0, even=FOUND)]
 
     def _some_corners(self) -> FloatArray:
         """Some of the corners, drawn evenly where there are many."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -66,7 +67,8 @@ class BranchAndBound:
             return self._found(program, "feasible", x, boxes, "the goal is infinite at every design that was looked at")
         if search.vanishes():
             claim = "proven: the goal is zero, up to rounding, and cannot be less"
-            return self._found(program, "optimal", x, boxes, claim, 0.0)
+            found = self._found(program, "optimal", x, boxes, claim, 0.0)
+            return replace(found, zero=True)
         for gap in (MIDDLE, self.gap):
             search.gap = gap
             proof = search.run(x)

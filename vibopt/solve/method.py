@@ -26,6 +26,8 @@ class Found:
         Proven bound of the goal in the sense to be minimised; nan where there is none.
     details
         Counts and figures of the method, for `explain`.
+    zero
+        Whether the goal is zero, up to the rounding of its measurement, and cannot be less.
     """
 
     status: str
@@ -34,6 +36,7 @@ class Found:
     method: str
     bound: float = float("nan")
     details: Mapping[str, Any] = field(default_factory=dict)
+    zero: bool = False
 
 
 class Method(Protocol):

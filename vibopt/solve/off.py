@@ -12,6 +12,7 @@ from vibopt.design.checked import Offs, checked_limits, checked_measures, chosen
 from vibopt.design.design import Checked, Design, Tolerances
 from vibopt.design.rated import parts_of
 from vibopt.forms import FloatArray
+from vibopt.mechanics.ties import FOUND, foremost
 from vibopt.program.nature import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.program.program import Program
 from vibopt.responses.natural_frequency import NaturalFrequency
@@ -96,7 +97,7 @@ def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: 
     if name in scene.limits and scene.limits[name].complement:
         side = {"at_most": "at_least", "at_least": "at_most"}[side]
     own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.side == side]
-    return max(own, key=lambda i: missed(program.limits[i], hits[i].value))
+    return own[foremost([missed(program.limits[i], hits[i].value) for i in own], even=FOUND)]
 
 
 def _corners(doubts: tuple[Uncertain, ...]) -> list[dict[str, float]]:

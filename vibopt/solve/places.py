@@ -38,7 +38,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
         if progress is not None:
             progress(f"on {_spoken(words)}", index / len(variants))
         found.append((words, with_goal(answer(one))))
-    words, best = min(found, key=lambda pair: _rank(pair[1]))
+    words, best = min(found, key=lambda pair: _rank(pair[1]))  # the first of equals
     designs = [design for _, design in found]
     status, claim = _verdict(best, designs)
     rows = [_row(one, design) for one, design in found]
@@ -72,7 +72,7 @@ def _rank(design: Design) -> tuple[int, float]:
         return 0, 0.0
     goal = design.scene.goal
     if design.status in ("optimal", "feasible") and design.goal is not None and goal is not None:
-        return 1, design.goal[1].value * (1.0 if goal.sense == MINIMISE else -1.0)
+        return 1, float(f"{design.goal[1].value:.9g}") * (1.0 if goal.sense == MINIMISE else -1.0)
     return (2 if design.status == "check_failed" else 3 if design.status == "unproven" else 4), 0.0
 
 

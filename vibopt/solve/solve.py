@@ -377,7 +377,7 @@ def _answered(
         scene=scene,
         status=status,
         claim=claim,
-        goal=goal_of(scene, chosen),
+        goal=_as_zero(goal_of(scene, chosen)) if found.zero else goal_of(scene, chosen),
         variables={v.path: chosen_of(v, chosen[v.path]) for v in scene.variables},
         x=tuple(float(v) for v in found.x),
         limits=limits,
@@ -389,6 +389,14 @@ def _answered(
         details=found.details,
         places=parts_of(scene, chosen),
     )
+
+
+def _as_zero(goal: tuple[str, Shown] | None) -> tuple[str, Shown] | None:
+    """A goal that is zero: what rounding left of it is no number to be shown."""
+    if goal is None:
+        return None
+    name, shown = goal
+    return name, replace(shown, value=0.0, shown=f"0 {shown.shown.partition(' ')[2]}".strip())
 
 
 def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, explain: bool) -> Design:

@@ -33,6 +33,7 @@ _NEAR = 48
 _REACHES = (0.3, 0.08, 0.02)
 _DECADE = 5.0
 _NARROW = 1e-12
+_ZERO = "proven: the goal is zero, up to rounding, and cannot be less"
 
 
 class DiscsOfOneLink:
@@ -101,7 +102,7 @@ class _Run:
         if self.value == -np.inf:
             return self._found("unbounded", "the goal is infinite: an undamped resonance lies within reach")
         if self._nothing_left():
-            return self._found("optimal", "proven: the goal is zero, up to rounding, and cannot be less")
+            return replace(self._found("optimal", _ZERO), zero=True)
         waiting = self._whole()
         while waiting:
             if self.stuck or self.budget.over:
@@ -111,7 +112,7 @@ class _Run:
             if self.progress is not None:
                 self.progress("slices", self.slices / (self.slices + len(waiting) + 1.0))
             if self._nothing_left():
-                return self._found("optimal", "proven: the goal is zero, up to rounding, and cannot be less")
+                return replace(self._found("optimal", _ZERO), zero=True)
             if self.best is not None and self.program.aim is None:
                 return self._found("optimal", "a design that meets every limit")
         if self.best is None:
