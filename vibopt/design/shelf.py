@@ -10,6 +10,7 @@ from vibopt.design.checked import shown_value, usual_unit
 from vibopt.design.design import Design, Shown
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Scene
+from vibopt.design.words import THOROUGH
 from vibopt.units import show, si_unit
 from vibopt.values import Fact
 
@@ -145,6 +146,8 @@ def free_words(design: Design) -> str:
     free = design.details.get("free")
     if not free or design.goal is None:
         return ""
+    if free["status"] == "unproven":
+        return f"not worked out ({free['claim']}). {THOROUGH} searches further."
     goal = _goal(design.scene, free["goal"])
     assert goal is not None
     units = {variable.path: variable for variable in design.scene.variables}

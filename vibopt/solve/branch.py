@@ -21,7 +21,7 @@ from vibopt.program.worst import Worst, worst
 from vibopt.work import Budget, worked
 
 BATCH = 256
-MOST_BOXES = 200_000
+MOST_BOXES = 100_000
 ZERO = 1e-12
 """Part of the greatest amplitude met below which an amplitude is zero."""
 SAFETY = 1e-10

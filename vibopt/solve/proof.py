@@ -15,7 +15,7 @@ from vibopt.program.vicinity import Vicinity
 from vibopt.work import Budget
 
 TOLERANCE = 1e-9
-_BATCHES, _QUICK_BATCHES = 800, 200
+_BATCHES, _QUICK_BATCHES = 1600, 400
 """Batches of boxes for one proof, and where many are asked for."""
 _COST = 5.0
 _TIMES = 6

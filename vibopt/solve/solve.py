@@ -111,7 +111,9 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if program.ties and wish.explain and found.x is not None:
         from vibopt.solve.shelf.free import free_optimum
 
-        found = replace(found, details={**found.details, "free": free_optimum(program, found)})
+        found = replace(
+            found, details={**found.details, "free": free_optimum(program, found, thorough=wish.patience == np.inf)}
+        )
         clock.stage("free values")
     if uncertain(scene):
         return _over_tolerances(scene, program, found, reason_text, clock, wish)

@@ -14,17 +14,18 @@ from vibopt.program.bounds import FormBounds
 from vibopt.program.held import held
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.branch import Judge
-from vibopt.solve.choose import modest
+from vibopt.solve.choose import choose, modest
 from vibopt.solve.method import Found
 from vibopt.solve.shelf.pointwise import Direct, bounds_of
 
 _NEAR_ZERO = 1e-9
 
 
-def free_optimum(program: Program, found: Found) -> dict[str, Any] | None:
+def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> dict[str, Any] | None:
     """Stiffness and damping free within the ends of the catalogue, all else as chosen and made to carry its load.
 
-    None where the goal does not depend on them (a price), or nothing better was found.
+    None where the goal does not depend on them (a price); status "unproven" where the search, a modest one unless
+    `thorough`, came to no end.
     """
     x = np.asarray(found.x)
     free = [axis for tie in program.ties for axis in tie.axes if ".part." not in program.axes[axis].path]
@@ -40,13 +41,15 @@ def free_optimum(program: Program, found: Found) -> dict[str, Any] | None:
     part = replace(part, axes=tuple(_opened(one) for one in part.axes))
     best = None
     with contextlib.suppress(InputError):
-        best = modest(part).solve(part)
-    if best is None or best.x is None or best.status not in ("optimal", "feasible"):
+        best = (choose(part, None) if thorough else modest(part)).solve(part)
+    if best is None:
         return None
+    if best.x is None or best.status not in ("optimal", "feasible"):
+        return {"status": "unproven", "claim": best.claim}
     values = {axis.path: float(value) for axis, value in zip(part.axes, best.x, strict=True)}
     bought, ideal = Judge(program).goal(x).value, Judge(part).goal(best.x).value
     if ideal > bought + 1e-9 * abs(bought):  # a search that was cut short
-        return None
+        return {"status": "unproven", "claim": best.claim}
     return {"status": best.status, "claim": best.claim, "goal": ideal, "values": values}
 
 
