@@ -8,9 +8,9 @@ from typing import Any
 
 from vibopt.design.checked import shown_value, usual_unit
 from vibopt.design.design import Design, Shown
+from vibopt.design.words import THOROUGH
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Scene
-from vibopt.design.words import THOROUGH
 from vibopt.units import show, si_unit
 from vibopt.values import Fact
 
