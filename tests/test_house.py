@@ -55,6 +55,18 @@ BALANCING_SHEETS = ("asked", "blocks", "said", "table", "sheet", "figures")
 OVER_BALANCING = ("vibopt.balancing", "vibopt.jobs", "vibopt.cli", "vibopt.study.chart.balancing")
 """Who asks balancing: jobs, commands, and its rows in the charts, which compare its optimisers with the rivals."""
 
+CLOCKS = (
+    "perf_counter",
+    "perf_counter_ns",
+    "monotonic",
+    "monotonic_ns",
+    "process_time",
+    "thread_time",
+    "max_wall_time",
+)
+AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.balancing.engine.answer", "vibopt.study.chart")
+"""Who may read a clock: the user's time limit, the timings that are shown, and charts, which are there to measure."""
+
 HOMES = {
     "casadi": ("vibopt.program.nlp", "vibopt.solve.rivals"),
     "cvxpy": ("vibopt.solve.rivals",),
@@ -127,6 +139,31 @@ def test_large_libraries_stay_at_home(library: str) -> None:
         if _under(imported, (library,))
     ]
     assert not wrong, f"{library} is imported outside {', '.join(HOMES[library])}"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_clock_decides(module: str) -> None:
+    """Clocks are read where time is shown, and for the user's own limit; solvers of others get no time limit."""
+    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    if _under(module, AROUND_CLOCKS):
+        return
+    reads = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in CLOCKS]
+    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    settings = [
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and node.attr == "time_limit" and isinstance(node.ctx, ast.Store)
+    ]
+    words = [
+        node.arg
+        for node in ast.walk(tree)
+        if isinstance(node, ast.keyword)
+        and node.arg in ("time_limit", "timeout")
+        and module != "vibopt.design.sheet.pdf"
+        if not isinstance(node.value, ast.Name)
+    ]
+    wall = [text for text in texts if text.endswith("max_wall_time")]
+    assert not [*reads, *settings, *words, *wall], f"{module} lets a clock decide"
 
 
 @pytest.mark.parametrize("module", MODULES)

@@ -1,0 +1,79 @@
+"""The user's time limit, and what an answer leaves out for its work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import vibopt as vo
+from vibopt.design.design import Design
+from vibopt.study import absorbers, prices
+from vibopt.study.prices import priced
+
+Run = Callable[..., Any]
+PROBLEMS = Path(__file__).parents[2] / "problems"
+GIRDER = str(PROBLEMS / "absorbers" / "rao_9_62.toml")
+MOUNTS = str(PROBLEMS / "mounts" / "generator_set.toml")
+
+
+@pytest.mark.parametrize("words", [("solve",), ("solve", "--json"), ("explain",)], ids=" ".join)
+def test_the_claim_says_which_search_a_time_limit_ended(run: Run, words: tuple[str, ...]) -> None:
+    done = run(words[0], MOUNTS, *words[1:], "--time-limit", "1e-9")
+    assert "the time limit of 1e-09 s ended the search after 0 exact measurements" in " ".join(done.out.split())
+
+
+def test_a_search_that_was_ended_is_not_proven(run: Run) -> None:
+    assert run("solve", GIRDER).code == 0
+    assert run("solve", GIRDER, "--time-limit", "1e-9", "--require-proof").code == 5
+
+
+@pytest.mark.parametrize("given", ["0", "-3", "soon"])
+def test_a_time_limit_is_a_positive_number(run: Run, given: str) -> None:
+    done = run("solve", GIRDER, "--time-limit", given)
+    assert done.code == 2
+    assert "--time-limit" in done.err
+    assert "Traceback" not in done.err
+
+
+def test_without_a_time_limit_no_claim_speaks_of_one(run: Run) -> None:
+    assert "time limit" not in run("solve", GIRDER, "--json").out
+
+
+def test_a_price_that_is_left_out_for_its_work_is_named_with_the_option_that_computes_it(
+    monkeypatch: pytest.MonkeyPatch, run: Run, press: str
+) -> None:
+    design = vo.solve(vo.read(press))
+    assert isinstance(design, Design)
+    assert all(row.price is not None for row in priced(design).limits.values() if row.active)
+    monkeypatch.setattr(prices, "PATIENCE", 0.0)
+    assert (
+        "No price was computed for floor_force, start_up: each is an answer of its own. "
+        "`vibopt explain FILE --thorough` computes it."
+    ) in priced(design).notes
+    assert "buys" not in run("solve", press).out.partition("What loosening a limit buys")[2]
+    assert "floor_force  ACTIVE, 10 kN pk -> " in run("explain", press, "--thorough").out
+
+
+def test_where_a_limit_stops_to_matter_is_left_out_in_words_and_computed_when_asked(
+    monkeypatch: pytest.MonkeyPatch, run: Run, press: str
+) -> None:
+    monkeypatch.setattr(prices, "QUICK", 0.0)
+    left = "Where floor_force, start_up would stop to matter was not looked for: some fifty answers each."
+    assert left in " ".join(run("explain", press).out.split())
+    said = " ".join(run("explain", press, "--thorough").out.split())
+    assert left not in said
+    assert "nothing more to gain beyond" in said
+
+
+def test_absorbers_are_designed_anew_only_where_that_is_little_work_or_asked_for(
+    monkeypatch: pytest.MonkeyPatch, run: Run
+) -> None:
+    file = str(PROBLEMS / "absorbers" / "rao_9_57_tuned_freely.toml")
+    monkeypatch.setattr(absorbers, "PATIENCE", 0.0)
+    said = " ".join(run("explain", file).out.split())
+    if "designed anew" in said:
+        assert "not computed: much work. `vibopt explain FILE --thorough` does." in said
+    assert "not computed: much work" not in run("explain", file, "--thorough").out
