@@ -19,7 +19,7 @@ MODULES = {
 
 FLOORS = (
     ("errors", "forms", "work"),
-    ("units",),
+    ("files", "units"),
     ("values",),
     ("mechanics",),
     ("devices", "excitations", "responses"),

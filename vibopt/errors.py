@@ -4,8 +4,16 @@ Each text says where, what was given, what is wrong and the way out. Messages ab
 sentences in two halves: the reader of the file knows the place, the reader of the value knows the complaint.
 """
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
+
+LONGEST = 399
+"""Most letters of one message, whatever was given."""
+_PIECE = re.compile(r"\S{61,}")
+_CONTROL = re.compile("[\\x00-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
+_LISTED = 240
+"""Most letters of a list of known names."""
 
 
 class VibOptError(Exception):
@@ -26,7 +34,8 @@ class InputError(VibOptError):
     exit_code = 2
 
     def __init__(self, messages: Iterable[str] | str) -> None:
-        self.messages: tuple[str, ...] = (messages,) if isinstance(messages, str) else tuple(messages)
+        said = (messages,) if isinstance(messages, str) else messages
+        self.messages: tuple[str, ...] = tuple(brief(one) for one in said)
         super().__init__(self.messages)
 
     def __str__(self) -> str:
@@ -69,9 +78,38 @@ class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than
 def way_out(name: str, known: Iterable[str]) -> str:
     """The sentence behind an unknown `name`: the nearest of `known`, else all of them; starts with a space."""
     names = list(known)
-    near = get_close_matches(name, names, n=1)
+    near = get_close_matches(name[:LONGEST], names, n=1)
     if near:
-        return f' Did you mean "{near[0]}"?'
+        return f' Did you mean "{shortened(near[0], 60)}"?'
     if names:
-        return f" Known: {', '.join(names)}."
+        return f" Known: {_listed(names)}."
     return ""
+
+
+def _listed(names: list[str]) -> str:
+    """Names in a row; of many the first ones and how many more there are."""
+    text = ", ".join(names)
+    if len(text) <= _LISTED:
+        return text
+    kept: list[str] = []
+    for one in names:
+        kept.append(shortened(one, 60))
+        if sum(map(len, kept)) + 2 * len(kept) > _LISTED - 20:
+            break
+    return f"{', '.join(kept)} and {len(names) - len(kept)} more" if len(kept) < len(names) else ", ".join(kept)
+
+
+def shortened(text: str, most: int) -> str:
+    """A text of at most `most` letters: a longer one has dots in its middle."""
+    if len(text) <= most:
+        return text
+    head = (most - 3) * 2 // 3
+    return f"{text[:head]}...{text[len(text) - (most - 3 - head) :]}"
+
+
+def brief(message: str) -> str:
+    """A message in one line of bounded length: a monstrous name is cut, the place and the way out stay."""
+    plain = _CONTROL.sub("?", message)
+    if len(plain) <= LONGEST:
+        return plain
+    return shortened(_PIECE.sub(lambda found: shortened(found[0], 60), plain), LONGEST)

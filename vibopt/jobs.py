@@ -8,8 +8,9 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 from vibopt.errors import InputError
+from vibopt.files.reading import shown_name
 from vibopt.scene.document import changed, parsed, placed, text_of
-from vibopt.scene.locate import Locator
+from vibopt.scene.locate import located
 from vibopt.scene.mistakes import Mistakes
 from vibopt.work import answering, each_answer_within
 
@@ -60,12 +61,12 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
         All mistakes at once, with lines.
     """
     file = FilePath(path)
-    text = text_of(file)
-    document = placed(parsed(text, file.name), file.parent)
-    job = _read(document, Mistakes(file.name, Locator(text)), file.parent)
+    text, name = text_of(file), shown_name(file.name)
+    document = placed(parsed(text, name), file.parent)
+    job = _read(document, Mistakes(name, located(text)), file.parent)
     if not changes:
         return job
-    return _read(changed(document, changes), Mistakes(file.name, None), file.parent)
+    return _read(changed(document, changes), Mistakes(name, None), file.parent)
 
 
 def _read(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath) -> Job:

@@ -83,7 +83,8 @@ def test_the_remarks_of_the_new_file_are_accepted_when_the_signs_are_taken_away(
 
 def test_a_file_that_is_there_is_never_written_over(run: Run, new: str) -> None:
     done = run("new", "balance", "-o", new)
-    assert (done.code, done.err) == (2, f"{new} is there already and stays as it is. Name another file with -o.\n")
+    way = "Name another file with -o, or add --force."
+    assert (done.code, done.err) == (2, f"{new} is there already and stays as it is. {way}\n")
     assert run("new", "balance", "-o", "-").out == Path(new).read_text(encoding="utf-8")
     assert run("new", "blance").err == 'there is no file of the kind "blance". Did you mean "balance"?\n'
 

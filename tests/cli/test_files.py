@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from vibopt.cli.output import checked_target, write_file
 from vibopt.errors import InputError
+from vibopt.files.writing import checked_target, write_file
 
 Run = Callable[..., Any]
 MAGIC = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
@@ -67,7 +67,7 @@ def test_a_file_is_replaced_whole_with_its_rights_and_through_links(tmp_path: Pa
     target.chmod(0o640)
     link = tmp_path / "link.csv"
     link.symlink_to(target)
-    write_file(checked_target(str(link)), b"new")
+    write_file(checked_target(str(link), force=True), b"new")
     assert link.is_symlink()
     assert target.read_bytes() == b"new"
     assert target.stat().st_mode & 0o777 == 0o640

@@ -69,7 +69,7 @@ def test_the_problem_file_itself_is_never_written_over(run: Run, file: Callable[
     mine = file(Path(press).read_text(encoding="utf-8"))
     done = run("solve", mine, "--save", mine)
     assert done.code == 2
-    assert done.err.strip() == f"--save {mine}: this is the problem file itself. Name another file."
+    assert done.err.strip() == f"{mine} cannot be written: it is read in this run. Name another file."
     assert Path(mine).read_text(encoding="utf-8") == Path(press).read_text(encoding="utf-8")
 
 

@@ -8,19 +8,17 @@ One row a run.  Columns: run, speed [rpm], stayed; per plane "left" (text such a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
 from vibopt.balancing.csvrows import OWN, THOUSANDS, Cells, Column, CsvMistakes, run_of
 from vibopt.errors import InputError, way_out
 from vibopt.scene.mistakes import Mistakes
-from vibopt.values.sheet import Sheet, letter, sheet_of
+from vibopt.values.sheet import Sheet, heading_of, letter, sheet_of
 
-_HEADER = re.compile(
-    r"(?P<name>.*?)(?:\s+(?P<what>mass|weight|unbalance|amplitude|angle|phase))?\s*(?:[\[(](?P<unit>[^\])]*)[\])])?",
-    re.I,
-)
+_WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
+"""Words behind the name of a plane or a sensor that say what a column holds of it."""
 _POINT = re.compile(r"\d\.\d")
 _COMMA = re.compile(r"\d,\d")
 
@@ -60,28 +58,30 @@ def _sensors_of(header: Sequence[str]) -> list[str]:
 def _columns(
     header: Sequence[str], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
 ) -> list[Column | None]:
-    columns: list[Column | None] = []
-    known = ["run", "speed [rpm]", "stayed", *planes, *sensors]
-    for index, heading in enumerate(header):
-        column = _column(heading, letter(index))
-        name = column.name
-        if name.lower() in ("run", "name", "speed", "stayed"):
-            columns.append(Column(heading, column.letter, name.lower().replace("name", "run"), "", column.unit))
-        elif name in planes or name in sensors:
-            columns.append(column)
-        else:
-            columns.append(None)
-            mistakes.places[("header", index)] = (row, f", column {column.letter}")
-            if heading:
-                mistakes.value(
-                    ("header", index), heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
-                )
+    known, named = ["run", "speed [rpm]", "stayed", *planes, *sensors], {*planes, *sensors}
+    columns = [_known_column(heading, letter(index), named) for index, heading in enumerate(header)]
+    for index, (heading, column) in enumerate(zip(header, columns, strict=True)):
+        if column is None and heading and any(columns) and not mistakes.full:  # of another file nothing is shown
+            name = heading_of(heading)[0]
+            mistakes.places[("header", index)] = (row, f", column {letter(index)}")
+            mistakes.value(
+                ("header", index), heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
+            )
     if not any(column is not None and column.name in sensors for column in columns):
         mistakes.places[("header",)] = (row, "")
         mistakes.add(
             ("header",), f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".'
         )
     return columns
+
+
+def _known_column(heading: str, letter: str, named: Container[str]) -> Column | None:
+    """A column of the run itself, of a plane or of a sensor; None where the heading names none."""
+    column = _column(heading, letter)
+    own = column.name.lower()
+    if own in (*OWN, "name"):
+        return Column(heading, letter, own.replace("name", "run"), "", column.unit)
+    return column if column.name in named else None
 
 
 def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[str], mistakes: CsvMistakes) -> None:
@@ -119,8 +119,9 @@ def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
 
 
 def _column(heading: str, letter: str) -> Column:
-    found = _HEADER.fullmatch(heading.strip())
-    if not found:
-        return Column(heading, letter, heading, "", "")
-    what = (found["what"] or "").lower().replace("phase", "angle")
-    return Column(heading, letter, found["name"].strip(), what, (found["unit"] or "").strip())
+    name, unit = heading_of(heading)
+    front, last = name.rsplit(None, 1) if len(name.split(None, 1)) == 2 else (name, "")
+    what = last.lower()
+    if what not in _WHATS:
+        return Column(heading, letter, name, "", unit)
+    return Column(heading, letter, front, what.replace("phase", "angle"), unit)

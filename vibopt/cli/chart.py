@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, read_scene
-from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
+from vibopt.cli.options import Once, as_json, force, read_scene
+from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
+from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,13 +57,16 @@ def chart() -> None:
     """Chart methods against each other: speed and accuracy, stability, fidelity of the model."""
 
 
-@chart.command("speed-accuracy")
+@chart.command("speed-accuracy", cls=Once)
 @_files
 @_family
 @_quick
 @_figure
+@force
 @as_json
-def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
+def speed_accuracy(
+    files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, force: bool, as_json: bool
+) -> int:
     """Time and true error of every method, on scenes whose answer is known or on problem files.
 
     True error is the greater of the goal's distance from the best and the worst violation of a limit, both as
@@ -73,8 +77,8 @@ def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, figu
     from vibopt.study.chart.kinds import speed_accuracy as run
     from vibopt.study.chart.trial import DEFAULT
 
-    target = checked_target(figure, FORMATS) if figure else None
     scenes = _scenes(files, family)
+    target = checked_target(figure, FORMATS, force=force) if figure is not None else None
     with Bar() as bar:
         result = run(scenes, family=family, quick=quick, progress=bar)
     _draw(target, lambda: _accuracy_figure(result))
@@ -85,12 +89,13 @@ def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, figu
     return SILENTLY_WRONG if any(one.fault and one.method == DEFAULT for one in result.trials) else 0
 
 
-@chart.command()
+@chart.command(cls=Once)
 @_family
 @_quick
 @_figure
+@force
 @as_json
-def stability(family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
+def stability(family: str | None, quick: bool, figure: str | None, force: bool, as_json: bool) -> int:
     """How methods fail on hard ground: right, says so, wrong but unproven, or silently wrong.
 
     Exit code 6 if vibopt itself is ever silently wrong.
@@ -99,7 +104,7 @@ def stability(family: str | None, quick: bool, figure: str | None, as_json: bool
     from vibopt.study.chart.kinds import stability as run
     from vibopt.study.chart.trial import DEFAULT, SILENT
 
-    target = checked_target(figure, FORMATS) if figure else None
+    target = checked_target(figure, FORMATS, force=force) if figure is not None else None
     with Bar() as bar:
         result = run(family=family, quick=quick, progress=bar)
     _draw(target, lambda: _stability_figure(result))
@@ -110,19 +115,22 @@ def stability(family: str | None, quick: bool, figure: str | None, as_json: bool
     return SILENTLY_WRONG if any(t.verdict == SILENT and t.method == DEFAULT for t in result.trials) else 0
 
 
-@chart.command()
+@chart.command(cls=Once)
 @_files
 @_family
 @_quick
 @_figure
+@force
 @as_json
-def fidelity(files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, as_json: bool) -> int:
+def fidelity(
+    files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, force: bool, as_json: bool
+) -> int:
     """Freedoms, planes, sensors and speeds declared and needed; error of the smaller model, and time saved."""
     from vibopt.cli.progress import Bar
     from vibopt.study.chart.kinds import fidelity as run
 
-    target = checked_target(figure, FORMATS) if figure else None
     scenes = _scenes(files, family)
+    target = checked_target(figure, FORMATS, force=force) if figure is not None else None
     with Bar() as bar:
         rows = run(scenes, family=family, quick=quick, progress=bar)
     _draw(target, lambda: _fidelity_figure(rows))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, files
+from vibopt.cli.options import Once, as_json, files
 from vibopt.cli.output import complain, say, say_json
 from vibopt.errors import InputError
 
@@ -36,7 +36,7 @@ _COUNTED = {
 }
 
 
-@click.command()
+@click.command(cls=Once)
 @files
 @as_json
 def check(files: tuple[str, ...], as_json: bool) -> int:

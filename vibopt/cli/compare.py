@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, changes, limited, read_scene
-from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
+from vibopt.cli.options import Once, as_json, changes, force, limited, read_scene
+from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
+from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,17 +22,19 @@ if TYPE_CHECKING:
     from vibopt.study.variants import Cell, Row, Variants
 
 BEST = "*"
+TABLES = (".csv", ".txt")
 NAME = 26
 """Columns of the names of rows."""
 
 
-@click.command()
+@click.command(cls=Once)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @changes
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the table (SI units, limits as margins).")
 @limited
+@force
 @as_json
-def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | None, as_json: bool) -> int:
+def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | None, force: bool, as_json: bool) -> int:
     """Set several variants beside each other: problem files, or designs saved by solve --save.
 
     A file with choices is solved, one without is measured.  A change by --set goes for all of them.
@@ -41,8 +44,8 @@ def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | No
     from vibopt.cli.progress import Bar
     from vibopt.study.variants import compare as beside
 
-    table = checked_target(csv_file) if csv_file else None
     scenes = _read(files, changes)
+    table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     with Bar() as bar:
         result = beside(scenes, progress=bar)
     if table is not None:

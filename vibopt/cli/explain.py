@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, limited, method, read_scene
+from vibopt.cli.options import Once, as_json, changes, file, limited, method, read_scene
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vibopt.study.explain import Explanation
 
 
-@click.command()
+@click.command(cls=Once)
 @file
 @method
 @limited

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -9,10 +10,12 @@ from importlib import import_module
 
 import click
 
-from vibopt.cli.output import UnwritableError, complain, flush, say_json
+from vibopt.cli.output import UnwritableError, check_open, complain, flush, keep_streams, say_json
 from vibopt.errors import InputError, VibOptError, way_out
+from vibopt.files.reading import forget
 
 INTERNAL, INPUT, INTERRUPTED = 1, 2, 130
+_UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF)
 STATUS = {2: "input_error", 5: "unproven"}
 
 VERBS = {
@@ -92,10 +95,13 @@ def main(words: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code.
+        Exit code; `INTERNAL` too where standard output is closed or takes nothing more.
     """
     given = list(sys.argv[1:] if words is None else words)
+    forget()
+    keep_streams()
     try:
+        check_open()
         code = _run(given, "--json" in given)
         flush()
     except UnwritableError as error:
@@ -110,12 +116,18 @@ def _run(given: list[str], as_json: bool) -> int:
         return int(vibopt.main(args=given, prog_name="vibopt", standalone_mode=False) or 0)
     except UnwritableError:
         raise
+    except SystemExit:  # click ends so where the reader of its help has gone away
+        return 0
     except click.Abort:
         return INTERRUPTED
     except click.UsageError as error:
         return _usage(error, as_json)
     except VibOptError as error:
         return _mistakes(error, as_json)
+    except OSError as error:
+        if error.errno in _UNWRITABLE and error.filename is None:  # the help, which click writes
+            raise UnwritableError(str(error.strerror)) from None
+        return _fault(error, as_json)
     except Exception as error:
         return _fault(error, as_json)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -15,6 +14,22 @@ if TYPE_CHECKING:
     from vibopt.scene.scene import Scene
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
+
+
+_ONCE = {"--vary": "A sweep varies one fact: change the other with --set."}
+
+
+class Once(click.Command):
+    """A verb whose options are said once, unless they may be repeated: of two the first would be lost."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        order = self.make_parser(ctx).parse_args(args=list(args))[2] if not ctx.resilient_parsing else []
+        for one in order:
+            if isinstance(one, click.Option) and not (one.multiple or one.is_flag) and order.count(one) > 1:
+                way = _ONCE.get(one.opts[-1], "Give it once.")
+                raise click.UsageError(f"{one.opts[-1]} is given twice. {way}", ctx)
+        return super().parse_args(ctx, args)
+
 
 file = click.argument("file", metavar="FILE")
 files = click.argument("files", metavar="FILE...", nargs=-1, required=True)
@@ -53,6 +68,7 @@ rounding = click.option(
     help="Round the chosen values as on the drawing, and measure anew: --round 3, or --round links.mount.stiffness="
     '"50 kN/m" for steps; may be repeated.',
 )
+force = click.option("--force", is_flag=True, help="Write over a file that vibopt did not write.")
 keep_design = click.option("--keep-design", is_flag=True, help="The design is bought: measure it, choose nothing anew.")
 
 
@@ -72,18 +88,29 @@ def split_change(given: str) -> tuple[str, str]:
 
 def value_of(text: str) -> Any:
     """The value as TOML would have it: a number, a list, a table; anything else is a text."""
+    from vibopt.scene.document import toml_of
+
     try:
-        return tomllib.loads(f"value = {text}")["value"] if "\n" not in text else text
-    except (tomllib.TOMLDecodeError, RecursionError):
+        return toml_of(f"value = {text}")["value"] if "\n" not in text else text
+    except (ValueError, RecursionError):
         return text
+
+
+def changes_of(given: Sequence[str]) -> dict[str, Any]:
+    """Values by path of all --set; InputError where a path is there twice."""
+    found: dict[str, Any] = {}
+    for path, text in map(split_change, given):
+        if path in found:
+            raise InputError(f"--set {path} is given twice. Give it once.")
+        found[path] = value_of(text)
+    return found
 
 
 def read_job(file: str, given: Sequence[str] = ()) -> Job:
     """What a file asks, with its changes."""
     from vibopt.jobs import open_job
 
-    texts = dict(split_change(one) for one in given)
-    return open_job(file, {path: value_of(text) for path, text in texts.items()})
+    return open_job(file, changes_of(given))
 
 
 def read_scene(file: str, verb: str, given: Sequence[str] = (), instead: str = "") -> Scene:

@@ -1,16 +1,14 @@
-"""What leaves the program: text, JSON, files.  Nothing half-written is ever left behind."""
+"""What leaves the program on its standard streams: text and JSON."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import sys
-import tempfile
 from contextlib import suppress
-from pathlib import Path
 from typing import TextIO
 
-from vibopt.errors import InputError, VibOptError
+from vibopt.errors import VibOptError
 
 _ASCII = str.maketrans(
     {
@@ -36,10 +34,25 @@ _ASCII = str.maketrans(
 
 
 class UnwritableError(VibOptError):
-    """Standard output takes nothing more (a full disk)."""
+    """Standard output takes nothing (more): a full disk, or it is closed."""
 
-    def __init__(self, error: OSError) -> None:
-        super().__init__(f"The answer cannot be written to standard output: {error.strerror}.")
+    def __init__(self, why: str) -> None:
+        super().__init__(f"The answer cannot be written to standard output: {why}.")
+
+
+def keep_streams() -> None:
+    """Put nothing where a standard stream is closed, lest the next file that is opened takes its place."""
+    for stream in range(3):
+        try:
+            os.fstat(stream)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the least number that is free
+
+
+def check_open() -> None:
+    """Refuse to work for nobody: UnwritableError where standard output was closed from the beginning."""
+    if sys.stdout is None:
+        raise UnwritableError("it is closed. Send it to /dev/null to do without it")
 
 
 def say(text: str) -> None:
@@ -92,7 +105,7 @@ def flush() -> None:
         _silence(sys.stdout)
     except OSError as error:
         _silence(sys.stdout)
-        raise UnwritableError(error) from None
+        raise UnwritableError(str(error.strerror)) from None
 
 
 def _fits(text: str, stream: TextIO | None) -> bool:
@@ -114,63 +127,10 @@ def _write(stream: TextIO | None, text: str) -> None:
     except OSError as error:
         _silence(stream)
         if stream is sys.stdout:
-            raise UnwritableError(error) from None
+            raise UnwritableError(str(error.strerror)) from None
 
 
 def _silence(stream: TextIO) -> None:
     """Let what is still to come fall into nothing."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def checked_target(path: str, endings: tuple[str, ...] = ()) -> Path:
-    """The place of an output file, before any work is done for it.
-
-    Raises
-    ------
-    InputError
-        Its folder is not there, it is a folder itself, its ending is none of `endings`, or it cannot be written.
-    """
-    target = Path(path)
-    if endings and target.suffix.lower() not in endings:
-        listed = ", ".join(endings)
-        raise InputError(f"{path} cannot be written: its ending tells the format, and it is none of {listed}.")
-    if target.is_dir():
-        raise InputError(f"{path} cannot be written: it is a folder. Name a file in it.")
-    folder = target.resolve().parent
-    if not folder.is_dir():
-        raise InputError(f"{path} cannot be written: there is no folder {folder}. Make it first.")
-    writable = os.access(target, os.W_OK) if target.exists() else os.access(folder, os.W_OK)
-    if not writable:
-        raise InputError(f"{path} cannot be written: permission denied. Name a place that you may write to.")
-    return target
-
-
-def write_file(target: Path, content: bytes) -> None:
-    """Write a whole file or none: into a neighbour first, which then takes its place."""
-    try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(content)
-            return
-        _replace(target.resolve(), content)
-    except OSError as error:
-        raise InputError(f"{target} cannot be written: {(error.strerror or str(error)).lower()}.") from None
-
-
-def _replace(target: Path, content: bytes) -> None:
-    mode = target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask()
-    handle, neighbour = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(neighbour, mode)
-        os.replace(neighbour, target)
-    except BaseException:
-        Path(neighbour).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

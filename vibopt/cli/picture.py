@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, limited, method, read_job, rounding
-from vibopt.cli.output import checked_target, say, say_json, write_file
+from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
+from vibopt.cli.output import say, say_json
 from vibopt.errors import InputError
+from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from vibopt.design.design import Design
@@ -23,7 +24,7 @@ BALANCING_SHEET = "vibopt report without --sheet writes the plan of a balancing 
 _ABSORBERS, _ALL = "absorbers.", "all"
 
 
-class _Plot(click.Command):
+class _Plot(Once):
     """`--map` may stand alone or before the name of an absorber."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -55,9 +56,16 @@ def _map_of(args: list[str]) -> Iterator[str]:
 @method
 @limited
 @changes
+@force
 @as_json
 def plot(
-    file: str, output: str, as_map: str | None, method: str | None, changes: tuple[str, ...], as_json: bool
+    file: str,
+    output: str,
+    as_map: str | None,
+    method: str | None,
+    changes: tuple[str, ...],
+    force: bool,
+    as_json: bool,
 ) -> int:
     """Draw the responses of the answer against speed, with forbidden zones and worst points.
 
@@ -69,8 +77,8 @@ def plot(
     """
     from vibopt.cli.solve import answer
 
-    target = checked_target(output, FORMATS)
     job = read_job(file, changes)
+    target = checked_target(output, FORMATS, force=force)
     found = answer(job, method)
     write_file(target, _drawn(found, job, as_map, target.suffix[1:].lower()))
     return _done(found, target, as_json)
@@ -133,7 +141,7 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
     raise InputError(f"{name}: there is nothing to draw: {why}.")
 
 
-@click.command()
+@click.command(cls=Once)
 @file
 @click.option("-o", "--output", metavar="FILE", required=True, help="Page to write: .html, with --sheet also .pdf.")
 @click.option(
@@ -145,6 +153,7 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
 @limited
 @changes
 @rounding
+@force
 @as_json
 def report(
     file: str,
@@ -153,6 +162,7 @@ def report(
     method: str | None,
     changes: tuple[str, ...],
     rounding: tuple[str, ...],
+    force: bool,
     as_json: bool,
 ) -> int:
     """Write the answer as one page that can be printed and signed (one HTML file, nothing outside it).
@@ -162,10 +172,10 @@ def report(
     """
     from vibopt.cli.solve import answer, with_prices
 
-    target = checked_target(output, (*PAGES, ".pdf") if sheet else PAGES)
     if rounding and not sheet:
         raise InputError("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.")
     job = read_job(file, changes)
+    target = checked_target(output, (*PAGES, ".pdf") if sheet else PAGES, force=force)
     found: Answer
     if sheet:
         found, page = _sheet(file, target, job, method, changes, rounding)

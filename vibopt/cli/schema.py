@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from vibopt.cli.options import as_json
+from vibopt.cli.options import Once, as_json
 from vibopt.cli.output import say_json
 from vibopt.errors import InputError, way_out
 
@@ -16,7 +16,7 @@ BOUNDS = ("at_most", "at_least", "outside")
 _TEXT = {"type": "string"}
 
 
-@click.command()
+@click.command(cls=Once)
 @click.argument("kind", metavar="[KIND]", required=False, default="scene")
 @as_json
 def schema(kind: str, as_json: bool) -> int:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, changes, file, limited, method, read_job, rounding
-from vibopt.cli.output import checked_target, colour, complain, say, say_json, width, write_file
+from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
+from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
+from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,13 +24,14 @@ NOTHING = ("infeasible", "unbounded", "unproven", "check_failed")
 """Answers without a design to round or to save."""
 
 
-@click.command()
+@click.command(cls=Once)
 @file
 @method
 @limited
 @changes
 @rounding
 @click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")
+@force
 @click.option("--no-prices", is_flag=True, help="Do not find out what loosening each active limit buys.")
 @click.option("--require-proof", is_flag=True, help="Exit code 5 unless the answer is proven.")
 @as_json
@@ -39,6 +41,7 @@ def solve(
     changes: tuple[str, ...],
     rounding: tuple[str, ...],
     save: str | None,
+    force: bool,
     no_prices: bool,
     require_proof: bool,
     as_json: bool,
@@ -50,10 +53,8 @@ def solve(
 
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
-    target = checked_target(save, PROBLEMS) if save else None
-    if target is not None and Path(file).resolve() == target.resolve():
-        raise InputError(f"--save {save}: this is the problem file itself. Name another file.")
     job = read_job(file, changes)
+    target = checked_target(save, PROBLEMS, force=force) if save is not None else None
     _only_scenes(job, {"--round": bool(rounding), "--save": target is not None})
     found: Answer = answer(job, method)
     drawn = _rounded(found, rounding) if rounding else None

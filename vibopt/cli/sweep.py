@@ -2,55 +2,67 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
-from io import StringIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, file, keep_design, limited, read_scene
-from vibopt.cli.output import checked_target, colour, say, say_json, width, write_file
+from vibopt.cli.options import Once, as_json, changes, file, force, keep_design, limited, read_scene
+from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.cli.sweep_table import GrowingTable, csv_text
 from vibopt.errors import InputError
+from vibopt.files.reading import shown_name
+from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.design.design import Shown
+    from vibopt.scene.scene import Scene
     from vibopt.study.sweep import Sweep
 
+TABLES = (".csv", ".txt")
 FORMATS = (".svg", ".png", ".pdf")
 UNPROVEN = 5
 MOST_ROWS = 60
 
 
-@click.command()
+@click.command(cls=Once)
 @file
 @click.option(
     "--vary", required=True, metavar='PATH="LOW..HIGH"', help='As in --vary limits.start_up.at_most="5 mm..30 mm".'
 )
 @click.option("--points", type=click.IntRange(2, 100_000), default=50, show_default=True, help="How many values.")
-@click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB).")
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB), as they come.")
 @click.option("--figure", metavar="FILE", help="Draw the points (.svg, .png, .pdf).")
 @keep_design
 @limited
+@changes
+@force
 @as_json
 def sweep(
-    file: str, vary: str, points: int, csv_file: str | None, figure: str | None, keep_design: bool, as_json: bool
+    file: str,
+    vary: str,
+    points: int,
+    csv_file: str | None,
+    figure: str | None,
+    keep_design: bool,
+    changes: tuple[str, ...],
+    force: bool,
+    as_json: bool,
 ) -> int:
     """Vary one fact over a range, and answer at every point.
 
-    Exit code 5 unless every point has a proven or checked answer.
+    A sweep that is stopped keeps its points in the --csv file.  Exit code 5 unless every point has a proven or
+    checked answer.
     """
-    from vibopt.cli.progress import Bar
-    from vibopt.study.sweep import sweep as run
-
-    table = checked_target(csv_file) if csv_file else None
-    picture = checked_target(figure, FORMATS) if figure else None
     path, low_high = split_range(vary)
-    scene = read_scene(file, "sweep", instead="Solve the file with several values of --set PATH=VALUE.")
-    with Bar() as bar:
-        result = run(scene, path, low_high, points, keep_design=keep_design, progress=bar)
+    scene = read_scene(file, "sweep", changes, "Solve the file with several values of --set PATH=VALUE.")
+    table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
+    picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
+    if table is not None and picture is not None and table.resolve() == picture.resolve():
+        raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
+    result = _run(scene, path, low_high, points, table, keep_design=keep_design)
     if table is not None:
         write_file(table, csv_text(result).encode())
     if picture is not None:
@@ -71,6 +83,24 @@ def sweep(
     return 0 if result.complete else UNPROVEN
 
 
+def _run(scene: Scene, path: str, low_high: str, points: int, table: Path | None, *, keep_design: bool) -> Sweep:
+    """The sweep, with every point in the table as soon as it is known."""
+    from vibopt.cli.progress import Bar
+    from vibopt.study.sweep import sweep as run
+
+    goal = scene.goal.name if scene.goal is not None and not keep_design else ""
+    growing = GrowingTable(table, scene, goal) if table is not None else None
+    answered = growing.add if growing is not None else None
+    try:
+        with Bar() as bar:
+            return run(scene, path, low_high, points, keep_design=keep_design, progress=bar, answered=answered)
+    except KeyboardInterrupt:
+        if growing is not None and growing.points:
+            count = len(growing.points)
+            complain(f"Stopped after {count} of {points} points; {shown_name(growing.target)} holds them.")
+        raise
+
+
 def split_range(given: str) -> tuple[str, str]:
     """Path and range text of --vary."""
     path, sign, low_high = given.partition("=")
@@ -83,51 +113,6 @@ def _points(result: Sweep) -> dict[str, Any]:
     from vibopt.design.jsonable import plain
 
     return {"goal": result.goal, "keep_design": result.keep_design, "points": plain(result.points)}
-
-
-def csv_text(result: Sweep) -> str:
-    """Points as comma-separated values: numbers in SI or dB, units in the head; margins as parts of the bound."""
-    from vibopt.design.jsonable import number
-
-    points = list(result.points)
-    units = {path: one.unit for point in points for path, one in point.variables.items()}
-    paths = list(units)
-    names = list(dict.fromkeys(name for point in points for name in point.margins))
-    goal = next((point.goal for point in points if point.goal is not None), None)
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    fact, asked = result.fact, result.scene.goal.response if result.scene.goal is not None else None
-    head = [_head(result.path, _unit(fact.unit, points[0].value.unit)), "status"]
-    goal_unit = _unit((asked.unit if asked else "") or "", goal.unit) if goal is not None else ""
-    head += [_head(result.goal or "goal", goal_unit)] if goal is not None else []
-    parts = list(dict.fromkeys(path for point in points for path in point.parts))
-    head += parts
-    writer.writerow([*head, *(_head(path, units[path]) for path in paths), *(f"margin of {name}" for name in names)])
-    for point in points:
-        goals = [] if goal is None else ["" if point.goal is None else _number(point.goal, goal_unit)]
-        chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in paths]
-        margins = ["" if name not in point.margins else number(point.margins[name]) for name in names]
-        bought = [point.parts.get(path, "") for path in parts]
-        writer.writerow([_number(point.value, fact.unit), point.status, *goals, *bought, *chosen, *margins])
-    return stream.getvalue()
-
-
-def _unit(users: str, si: str) -> str:
-    """Unit of a column: SI, but dB where the user counts in dB."""
-    return users if users == "dB" else si
-
-
-def _number(shown: Shown, unit: str) -> float | str | None:
-    from vibopt.design.jsonable import number
-    from vibopt.units import to_unit
-
-    if unit != "dB":
-        return number(shown.value)
-    return number(round(to_unit(shown.value, unit, "ratio"), 12)) if shown.value > 0.0 else None
-
-
-def _head(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit else name
 
 
 def _list(result: Sweep, console: Console) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import as_json, limited, method
+from vibopt.cli.options import Once, as_json, limited, method
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 DIFFERENT = 6
 
 
-@click.command()
+@click.command(cls=Once)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @method
 @limited

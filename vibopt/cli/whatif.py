@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import as_json, file, keep_design, limited, read_scene, rounding, split_change, value_of
+from vibopt.cli.options import Once, as_json, changes_of, file, keep_design, limited, read_scene, rounding
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from vibopt.study.whatif import WhatIf
 
 
-@click.command()
+@click.command(cls=Once)
 @file
 @click.option("--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated.")
 @keep_design
@@ -34,7 +34,7 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tup
     from vibopt.study.whatif import whatif as compare
 
     scene = read_scene(file, "whatif", instead="Solve the file twice, the second time with --set PATH=VALUE.")
-    new = {path: value_of(text) for path, text in map(split_change, changes)}
+    new = changes_of(changes)
     with Bar() as bar:
         result = compare(scene, new, keep_design=keep_design, rounding=rounding, progress=bar)
     if as_json:

@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.devices.matrix_contents import Archive, from_archive, from_matrix_market
 from vibopt.errors import QuantityError
+from vibopt.files.reading import FileFault, Kind, Stamp, content_of, shown_name, stamp_of
 
+MATRIX = Kind("a matrix file", 500_000_000, "", "Name a Matrix Market file (.mtx) or a NumPy file (.npz).")
 SYMMETRIC = 1e-10
 """Part of its greatest entry by which a matrix may differ from its transpose: rounding of an export."""
 _TINY = 1e-12
@@ -32,12 +35,9 @@ def matrix_of(file: FilePath, key: str = "") -> Any:
         The file or the matrix cannot be used; the text continues `path = "file" `.
     """
     try:
-        stamp = file.stat()
-    except OSError:
-        raise QuantityError(
-            f"is not there. vibopt looked for {file}; write it as seen from the problem file."
-        ) from None
-    return _matrix_at(file, key, stamp.st_mtime_ns, stamp.st_size)
+        return _matrix_at(file, key, stamp_of(file, MATRIX))
+    except FileFault as fault:
+        raise QuantityError(_fault(file, fault)) from None
 
 
 def keys_of(file: FilePath) -> set[str]:
@@ -50,14 +50,25 @@ def keys_of(file: FilePath) -> set[str]:
     """
     if file.suffix.lower() != ".npz":
         raise QuantityError('is no .npz file. Write mass = "m.mtx" and stiffness = "k.mtx" for single files.')
-    if not file.is_file():
-        raise QuantityError(f"is not there. vibopt looked for {file}; write it as seen from the problem file.")
-    names = _opened(file).keys()
-    return {key for key in WORDS if key in names or f"{key}_data" in names}
+    try:
+        return set(_keys_at(file, stamp_of(file, MATRIX)))
+    except FileFault as fault:
+        raise QuantityError(_fault(file, fault)) from None
 
 
 @lru_cache(maxsize=16)
-def _matrix_at(file: FilePath, key: str, changed: int, size: int) -> Any:
+def _keys_at(file: FilePath, stamp: Stamp) -> tuple[str, ...]:
+    names = Archive(content_of(file, MATRIX)).names
+    return tuple(key for key in WORDS if key in names or f"{key}_data" in names)
+
+
+def _fault(file: FilePath, fault: FileFault) -> str:
+    looked = f"vibopt looked for {shown_name(file)}; write it as seen from the problem file."
+    return f"{fault.text}{looked if fault.missing else ''}"
+
+
+@lru_cache(maxsize=16)
+def _matrix_at(file: FilePath, key: str, stamp: Stamp) -> Any:
     """The matrix of a file as it is now: a file that has changed is read again."""
     raw = _read(file, key)
     which = f"Its matrix {key}" if key else "It"
@@ -68,60 +79,12 @@ def _matrix_at(file: FilePath, key: str, changed: int, size: int) -> Any:
 def _read(file: FilePath, key: str) -> Any:
     ending = file.suffix.lower()
     if ending == ".npz":
-        return _from_npz(file, key)
+        return from_archive(Archive(content_of(file, MATRIX)), key)
     if ending != ".mtx":
         raise QuantityError(
             "is in no format that vibopt reads. Give a Matrix Market file (.mtx) or a NumPy file (.npz)."
         )
-    from scipy.io import mmread
-
-    try:
-        return mmread(file)
-    except (ValueError, TypeError, OverflowError, StopIteration) as error:
-        reason = str(error).rstrip(".") or "it is cut off"
-        raise QuantityError(
-            f"is no valid Matrix Market file: {reason}. Write it anew, for example with scipy.io.mmwrite."
-        ) from None
-
-
-def _opened(file: FilePath) -> dict[str, Any]:
-    try:
-        with file.open("rb") as raw, np.load(raw, allow_pickle=False) as held:
-            return {name: held[name] for name in held.files}
-    except (ValueError, OSError, EOFError, KeyError) as error:
-        if "pickle" in str(error):
-            raise QuantityError(
-                "holds Python objects, which vibopt does not open. Save each matrix with scipy.sparse.save_npz, or "
-                "as a dense array."
-            ) from None
-        raise QuantityError("is no valid .npz file. Write it anew with numpy.savez or scipy.sparse.save_npz.") from None
-    except Exception as error:  # a damaged archive raises what the archive reader likes
-        if type(error).__module__ in ("zipfile", "zlib"):
-            raise QuantityError(
-                "is no valid .npz file. Write it anew with numpy.savez or scipy.sparse.save_npz."
-            ) from None
-        raise
-
-
-def _from_npz(file: FilePath, key: str) -> Any:
-    from scipy.sparse import csc_array, load_npz
-
-    held = _opened(file)
-    if not key:
-        if "format" not in held:
-            raise QuantityError(
-                'holds no single sparse matrix. Save it with scipy.sparse.save_npz, or write file = "..." for a file '
-                "with the matrices M, K and C."
-            )
-        return load_npz(file)
-    if key in held:
-        return held[key]
-    names = [f"{key}_{part}" for part in ("data", "indices", "indptr", "shape")]
-    if any(name not in held for name in names):
-        raise QuantityError(f"has {key}_data, but not {key}_indices, {key}_indptr and {key}_shape with it.")
-    data, indices, indptr, shape = (held[name] for name in names)
-    rows, columns = (int(one) for one in np.ravel(shape))
-    return csc_array((data, indices, indptr), shape=(rows, columns))
+    return from_matrix_market(content_of(file, MATRIX))
 
 
 def _plain(raw: Any, which: str) -> Any:

@@ -17,6 +17,7 @@ from vibopt.errors import QuantityError
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.monomial import Monomial
+from vibopt.units.reading import LARGEST
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.fields import complaint
 
@@ -80,7 +81,7 @@ def _shape(given: object) -> object:
     if not isinstance(given, Mapping) or not given:
         raise complaint("names no point. Write shape = { midspan = 1.0, quarter = 0.7 }.")
     for name, value in given.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < LARGEST:
             raise complaint(f"gives {name} no number. Write shape = {{ {name} = 1.0 }}.")
     return {name: float(value) for name, value in given.items()}
 

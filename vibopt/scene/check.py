@@ -35,9 +35,9 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of the whole to `mistakes`; `broken` tables have been reported already."""
     check_names(scene, mistakes)
     check_links(scene, mistakes)
-    check_absorbers(scene, mistakes, broken)
+    check_absorbers(scene, mistakes)
     check_tolerances(scene, mistakes)
-    check_space(scene, mistakes, broken)
+    check_space(scene, mistakes)
     check_excitations(scene, mistakes)
     for path, response in _responses(scene):
         check_places(scene, path, response, mistakes, broken)

@@ -131,7 +131,7 @@ def _lines(scene: Scene) -> set[str]:
     return set(places.moving(scene)) - broken - places.turning(scene)
 
 
-def check_absorbers(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
+def check_absorbers(scene: Scene, mistakes: Mistakes) -> None:
     """What absorbers sit on and refer to."""
     good = sum(not _host(scene, name, one, mistakes) for name, one in scene.absorbers.items()) == 0
     if not good or _ring(scene, mistakes):
@@ -142,7 +142,7 @@ def check_absorbers(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
         if key:
             turns = one.host in places.turning(scene)
             _wrong_key(f"absorbers.{name}", ("absorbers", name, key), key, one.host, turns, mistakes)
-        elif one.tuning is not None and not any(x.startswith(("bodies", "links", "structures")) for x in broken):
+        elif one.tuning is not None and places.is_whole(scene):
             _tuned(scene, name, mistakes)
 
 

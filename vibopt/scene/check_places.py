@@ -106,7 +106,7 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
     if name in scene.links:
         missing = _missing_of_link(scene, key, name)
     elif name in scene.absorbers:
-        missing = _missing_of_absorber(scene, key, name, broken)
+        missing = _missing_of_absorber(scene, key, name)
     if missing:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but {missing}")
     lossy = [
@@ -142,7 +142,7 @@ def _missing_of_link(scene: Scene, key: str, name: str) -> str:
     return "" if there else f"links.{name} has no {key}. Add it, or ask for something else."
 
 
-def _missing_of_absorber(scene: Scene, key: str, name: str, broken: set[str]) -> str:
+def _missing_of_absorber(scene: Scene, key: str, name: str) -> str:
     one = scene.absorbers[name]
     viscous = any(getattr(one, word) is not None for word in _DAMPERS)
     no_spring = f"absorbers.{name} has no spring. Add one, or ask for something else."
@@ -156,7 +156,7 @@ def _missing_of_absorber(scene: Scene, key: str, name: str, broken: set[str]) ->
         return f"absorbers.{name} has no loss_factor. Add it, or ask for something else."
     if key == "mass_ratio" and (one.relative_to or one.host) not in {**scene.bodies, **scene.absorbers}:
         return f"{one.host} is a point without a mass of its own. Ask for the mass of the absorber."
-    if key == "tuning" and one.tuning is None and not broken:
+    if key == "tuning" and one.tuning is None and places.is_whole(scene):
         try:
             reference(scene, name)
         except NoReferenceError as error:

@@ -26,7 +26,7 @@ _OF_MOUNT = ("static_load", "travel", "stiffness", "damping", "loss_factor", "co
 _RATIOS = ("transmissibility", "isolation", "insertion_loss")
 
 
-def check_space(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
+def check_space(scene: Scene, mistakes: Mistakes) -> None:
     """Points, mounts, and what else ends at a body in space."""
     if not is_spatial(scene):
         return
@@ -54,8 +54,7 @@ def check_space(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
             f"structures.{name} and a body in space cannot be in one scene yet. Model the floor as a body of its own, "
             "with its mass on a link of its stiffness.",
         )
-    sound = not any(one.startswith(("bodies", "mounts", "links", "points", "excitations")) for one in broken)
-    if sound and len(mistakes.found) == before and not scene.structures and _held(scene, mistakes):
+    if places.is_whole(scene) and len(mistakes.found) == before and not scene.structures and _held(scene, mistakes):
         _outside(scene, mistakes)
 
 
@@ -81,7 +80,7 @@ def _held(scene: Scene, mistakes: Mistakes) -> bool:
     model = model_of(scene)
     rows = np.array([term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS])
     sizes = _sizes(scene, model)
-    rows = (rows * sizes).reshape(-1, model.n_free)
+    rows = rows.reshape(-1, model.n_free) * sizes
     _, values, vectors = np.linalg.svd(rows, full_matrices=True)
     rank = int((values > _RANK * values.max(initial=1e-300)).sum())
     seen = set()

@@ -9,14 +9,24 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError, shortened, way_out
+from vibopt.files.reading import FileFault, Kind, content_of, shown_name
+from vibopt.scene.locate import located
 
-LARGEST = 2_000_000
+PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
 FILES = ("mass", "stiffness", "damping", "file")
 """Keys of a structure that name a file."""
+_MOST_BITS = 1000
+"""Of a whole number; a float holds 1024."""
 _LETTERS = ("x", "y", "z")
 """Entries of a list of three, along the axes."""
 _PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
+_TABLE = re.compile(
+    r"^\s*\[\[?(?:bodies|bases|structures|absorbers|links|points|mounts|excitations|limits|measures|goal|planes|sensors|"
+    r"runs|influence|conventions|quality|masses|shaft|bearings|cylinders|engine|rotor)\b",
+    re.MULTILINE,
+)
+"""A heading that tells a problem file from any other text."""
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
 _HINTS = {
     "Expected newline or end of document after a statement": ' A text stands in quotation marks: mass = "300 kg".',
@@ -76,26 +86,24 @@ def _placed(table: Any, folder: FilePath) -> Any:
 def text_of(file: FilePath) -> str:
     """The text of a problem file; InputError where it cannot be read."""
     try:
-        if file.is_dir():
-            raise InputError(f"{file} is a folder. Name a problem file (.toml).")
-        size = file.stat().st_size
-        if size > LARGEST:
-            raise InputError(f"{file.name} has {size / 1e6:.1f} MB; a problem file has at most {LARGEST / 1e6:.0f} MB.")
-        return file.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{file} is not there. Name an existing problem file (.toml).") from None
+        return content_of(file, PROBLEM).decode("utf-8-sig")
+    except FileFault as fault:
+        name = file if fault.missing or fault.folder else file.name
+        raise InputError(f"{shown_name(name)} {fault.text}") from None
     except UnicodeDecodeError:
-        raise InputError(f"{file.name} is not a text in UTF-8. A problem file is a TOML text file.") from None
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
+        raise InputError(
+            f"{shown_name(file.name)} is not a text in UTF-8. A problem file is a TOML text file."
+        ) from None
 
 
 def parsed(text: str, name: str) -> dict[str, Any]:
     """The document of a TOML text; `name` stands in front of each message."""
     try:
-        document = tomllib.loads(text)
+        document = toml_of(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(_broken(text, name, str(error))) from None
+    except ValueError:
+        raise InputError(f"{name}: holds a whole number with more digits than any machine has. Write fewer.") from None
     except RecursionError:
         raise InputError(f"{name}: is nested too deeply for a problem file.") from None
     if not document:
@@ -103,17 +111,46 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     return document
 
 
+def toml_of(text: str) -> dict[str, Any]:
+    """A TOML text as a document.
+
+    Raises
+    ------
+    RecursionError
+        Keys or brackets go deeper than in any job; said before any work.
+    ValueError
+        It is no TOML, or a number in it has more digits than a float can have.
+    """
+    if located(text).too_deep:
+        raise RecursionError
+    document = tomllib.loads(text)
+    todo: list[Any] = [document]
+    while todo:
+        one = todo.pop()
+        todo += one.values() if isinstance(one, dict) else one if isinstance(one, list) else ()
+        if isinstance(one, int) and one.bit_length() > _MOST_BITS:
+            raise ValueError
+    return document
+
+
 def _broken(text: str, name: str, complaint: str) -> str:
-    """What is wrong with a text that is no TOML, at its line."""
+    """What is wrong with a text that is no TOML, at its line; of a text that is no problem file nothing is shown."""
     lines = text.splitlines()
     place = _PLACE.search(complaint)
     number = int(place[1]) if place and place[1] else len(lines)
     what = _PLACE.sub("", complaint)
     if what.startswith(_TWICE):
         named = re.search(r"key '(.*)'$", what)  # of an inline table
-        key = named[1] if named else lines[number - 1].split("=")[0].strip()
+        key = named[1] if named else _key_of(lines[number - 1])
+        key = shortened(key, 60) if _TABLE.search(text) else "a key"
         return f"{name} line {number}: {key} is given a second time. Keep one, or take another name."
     return f"{name} line {number}: is no valid TOML: {what}.{_HINTS.get(what, '')}"
+
+
+def _key_of(line: str) -> str:
+    """What a line of TOML names: a table in its brackets, or the key before the sign of equality."""
+    bare = line.strip()
+    return bare[: bare.rfind("]") + 1] if bare.startswith("[") and "]" in bare else bare.split("=")[0].strip()
 
 
 def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -4,9 +4,13 @@ import re
 import tomllib
 from bisect import bisect_right
 from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 Path = tuple[str | int, ...]
 
+DEEPEST = 30
+"""Most steps of a key, and of brackets within brackets: twice as many as any job has."""
 _BLANK = re.compile(r"(?:\s|#[^\n]*)*")
 _SPACE = re.compile(r"[ \t]*")
 _KEY = re.compile(r"""[^\s.=\[\]{}"'#,]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'""")
@@ -17,17 +21,33 @@ _STRING = re.compile(
 _BARE = re.compile(r"[^,\]}\n#]*")
 
 
+@dataclass(slots=True)
+class _Node:
+    """What is met at one path: its line, its tables where it is an array of tables, and what lies in it."""
+
+    line: int
+    tables: int = 0
+    inner: "dict[str | int, _Node]" = field(default_factory=dict)
+
+    def step(self, key: str | int, line: int) -> "_Node":
+        """What lies at a key of it; new ones stand at `line`."""
+        return self.inner.setdefault(key, _Node(line))
+
+
 class Locator:
     """Finds the line of a key, a table or an element of an array in the text of a problem file.
 
     Parameters
     ----------
     text
-        The whole file. Text that is no TOML does not raise: what cannot be followed is left out.
+        The whole file. Text that is no TOML does not raise: what cannot be followed is left out, and nothing is
+        followed beyond a place that lies deeper than `DEEPEST`.
     """
 
     def __init__(self, text: str) -> None:
-        self._lines = _Scan(text).lines
+        scan = _Scan(text)
+        self._top = scan.top
+        self.too_deep = scan.too_deep
 
     def line_of(self, path: Path) -> int | None:
         """Line (from 1) of `path`, else of its nearest parent in the file, else None.
@@ -37,27 +57,36 @@ class Locator:
         path
             Keys and indices from the top, as ("links", "mount", "stiffness") or ("expected", 0, "value").
         """
-        for length in range(len(path), 0, -1):
-            line = self._lines.get(path[:length])
-            if line is not None:
-                return line
-        return None
+        here, line = self._top, None
+        for step in path:
+            found = here.inner.get(step)
+            if found is None:
+                break
+            here, line = found, found.line
+        return line
+
+
+@lru_cache(maxsize=4)
+def located(text: str) -> Locator:
+    """The locator of a text; the same for the same text."""
+    return Locator(text)
 
 
 class _Scan:
-    """One pass over the text; `lines` maps the path of everything met to its line."""
+    """One pass over the text; `top` holds everything met, `too_deep` says that the pass ended at too deep a place."""
 
     def __init__(self, text: str) -> None:
-        self.lines: dict[Path, int] = {}
+        self.top = _Node(0)
+        self.too_deep = False
+        self._depth = 0
         self._text = text
         self._position = 0
         self._breaks = [found.start() for found in re.finditer("\n", text)]
-        self._sizes: dict[Path, int] = {}
         with suppress(RecursionError):
             self._document()
 
     def _document(self) -> None:
-        table: Path = ()
+        table = self.top
         self._take(_BLANK)
         while self._position < len(self._text):
             start = self._position
@@ -71,64 +100,60 @@ class _Scan:
             if self._position == start:
                 self._to_next_line()
 
-    def _header(self, *, repeated: bool) -> Path:
-        """Path of the table that starts here; names of arrays of tables on the way stand for their last table."""
-        line = self._line()
+    def _header(self, *, repeated: bool) -> _Node:
+        """The table that starts here; names of arrays of tables on the way stand for their last table."""
+        line, here = self._line(), self.top
         keys = self._keys()
-        path: Path = ()
         for depth, key in enumerate(keys, start=1):
-            path = (*path, key)
-            last = depth == len(keys)
-            self.lines.setdefault(path, line)
-            if repeated and last:
-                self._sizes[path] = self._sizes.get(path, 0) + 1
-            elif last:
-                self.lines[path] = line
-            if path in self._sizes:
-                path = (*path, self._sizes[path] - 1)
-                self.lines.setdefault(path, line)
+            here = here.step(key, line)
+            if depth == len(keys):
+                here.tables += repeated
+                here.line = here.line if repeated else line
+            if here.tables:
+                here = here.step(here.tables - 1, line)
         self._take(_SPACE)
         self._skip("]]" if repeated else "]")
-        return path
+        return here
 
-    def _pair(self, table: Path) -> None:
+    def _pair(self, table: _Node) -> None:
         """A key, dotted or not, and its value."""
-        line = self._line()
-        path = table
+        line, here = self._line(), table
         for key in self._keys():
-            path = (*path, key)
-            self.lines.setdefault(path, line)
+            here = here.step(key, line)
         self._take(_SPACE)
         if self._skip("="):
             self._take(_SPACE)
-            self._value(path)
+            self._value(here)
 
-    def _value(self, path: Path) -> None:
-        if self._skip("["):
-            self._array(path)
-        elif self._skip("{"):
-            self._inline_table(path)
+    def _value(self, here: _Node) -> None:
+        if self._text.startswith(("[", "{"), self._position):
+            if self._depth == DEEPEST:
+                self.too_deep = True
+                raise RecursionError
+            self._depth += 1
+            self._array(here) if self._skip("[") else self._inline_table(here)
+            self._depth -= 1
         elif not self._take(_STRING):
             self._take(_BARE)
 
-    def _array(self, path: Path) -> None:
+    def _array(self, here: _Node) -> None:
         index = 0
         self._take(_BLANK)
         while self._position < len(self._text) and not self._skip("]"):
             start = self._position
-            self.lines.setdefault((*path, index), self._line())
-            self._value((*path, index))
+            self._value(here.step(index, self._line()))
             self._take(_BLANK)
             index += self._skip(",")
             self._take(_BLANK)
             if self._position == start:
                 return
 
-    def _inline_table(self, path: Path) -> None:
+    def _inline_table(self, here: _Node) -> None:
+        self._skip("{")
         self._take(_BLANK)
         while self._position < len(self._text) and not self._skip("}"):
             start = self._position
-            self._pair(path)
+            self._pair(here)
             self._take(_BLANK)
             self._skip(",")
             self._take(_BLANK)
@@ -144,6 +169,9 @@ class _Scan:
             if not written:
                 return keys
             keys.append(_plain(written))
+            if len(keys) > DEEPEST:
+                self.too_deep, self._position = True, len(self._text)
+                return keys
             self._take(_SPACE)
             if not self._skip("."):
                 return keys

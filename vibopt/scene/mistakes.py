@@ -13,6 +13,8 @@ from vibopt.errors import InputError, way_out
 from vibopt.scene.locate import Locator
 
 Path = tuple[str | int, ...]
+MOST_SAID = 200
+"""Most mistakes of one file that are said at once."""
 
 
 def dotted(path: Path) -> str:
@@ -46,6 +48,11 @@ class Mistakes:
     locator: Locator | None = None
     found: list[tuple[int, str]] = field(default_factory=list)
 
+    @property
+    def full(self) -> bool:
+        """Whether so many mistakes are known that more would help nobody."""
+        return len(self.found) >= MOST_SAID
+
     def at(self, path: Path) -> str:
         """The beginning of a message: file and line."""
         line = self.locator.line_of(path) if self.locator is not None else None
@@ -55,7 +62,7 @@ class Mistakes:
         """A mistake at `path`; `sentence` follows the place and a colon."""
         line = (self.locator.line_of(path) or 0) if self.locator is not None else 0
         message = f"{self.at(path)}: {sentence}"
-        if (line, message) not in self.found:
+        if not self.full and (line, message) not in self.found:
             self.found.append((line, message))
 
     def value(self, path: Path, given: object, text: str) -> None:
@@ -64,6 +71,8 @@ class Mistakes:
 
     def unknown_key(self, path: Path, known: list[str]) -> None:
         """A key that this table does not have."""
+        if self.full:
+            return
         where = f" in {dotted(path[:-1])}" if len(path) > 1 else " at the top level"
         self.add(path, f'unknown key "{path[-1]}"{where}.{way_out(str(path[-1]), known)}')
 
@@ -73,7 +82,10 @@ class Mistakes:
 
     def raise_any(self) -> None:
         if self.found:
-            raise InputError([message for _, message in sorted(self.found, key=lambda one: one[0])])
+            said = [message for _, message in sorted(self.found, key=lambda one: one[0])]
+            raise InputError(
+                [*said, f"{self.name}: only the first {MOST_SAID} mistakes are said."] if self.full else said
+            )
 
 
 def take(

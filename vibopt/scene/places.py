@@ -89,6 +89,24 @@ def neighbours(scene: Scene) -> dict[str, set[str]]:
     return found
 
 
+def is_whole(scene: Scene) -> bool:
+    """Whether every table of a machine could be read and every name leads to something: then it can be built."""
+    for family in (*FAMILIES, "excitations"):
+        tables = scene.document.get(family, {})
+        if not isinstance(tables, Mapping) or any(name not in getattr(scene, family) for name in tables):
+            return False
+    known, masses = points(scene), {*scene.bodies, *scene.absorbers, None}
+    joined = [end for two in ends(scene).values() for end in two]
+    joined += [end for table in scene.mounts.values() for end in table.between]
+    joined += [one.on for one in scene.excitations.values()]
+    relative = [one.relative_to for one in scene.links.values()] + [one.relative_to for one in scene.absorbers.values()]
+    return (
+        all(end in known for end in joined)
+        and all(one.on in scene.bodies for one in scene.points.values())
+        and all(name in masses for name in relative)
+    )
+
+
 def turning(scene: Scene) -> set[str]:
     """Points that turn about an axis: bodies with an inertia, and the absorbers on them."""
     found = {name for name, body in scene.bodies.items() if body.turns}

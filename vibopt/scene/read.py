@@ -13,11 +13,12 @@ from vibopt.devices import FAMILIES
 from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
+from vibopt.files.reading import shown_name
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import Response
 from vibopt.scene.check import check
 from vibopt.scene.document import changed, parsed, placed, text_of
-from vibopt.scene.locate import Locator
+from vibopt.scene.locate import Locator, located
 from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.notes import tuning_notes
 from vibopt.scene.own_bounds import with_own_bounds
@@ -57,13 +58,13 @@ def read(path: str | FilePath) -> Scene:
         The file cannot be read, or what it says is wrong; the text lists all mistakes with lines.
     """
     file = FilePath(path)
-    text = text_of(file)
-    return from_dict(placed(parsed(text, file.name), file.parent), name=file.name, locator=Locator(text))
+    text, name = text_of(file), shown_name(file.name)
+    return from_dict(placed(parsed(text, name), file.parent), name=name, locator=located(text))
 
 
 def from_text(text: str, *, name: str = "scene") -> Scene:
     """The scene of a TOML text; `name` stands in front of each message."""
-    return from_dict(parsed(text, name), name=name, locator=Locator(text))
+    return from_dict(parsed(text, name), name=name, locator=located(text))
 
 
 def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None) -> Scene:
@@ -174,6 +175,7 @@ class _Parts:
     def _tables(self, family: str) -> dict[str, dict[str, Any]]:
         tables = self.document.get(family, {})
         if not isinstance(tables, Mapping):
+            self.broken.add(family)
             self.mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")
             return {}
         good = {}
@@ -181,6 +183,7 @@ class _Parts:
             if isinstance(table, Mapping):
                 good[name] = dict(table)
             else:
+                self.broken.add(f"{family}.{name}")
                 self.mistakes.value(
                     (family, name), table, f"is not a table. Write [{family}.NAME] and its keys below it."
                 )

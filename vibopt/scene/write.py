@@ -10,6 +10,7 @@ from numbers import Integral, Real
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
+from vibopt.files.writing import replace_file
 from vibopt.scene.scene import Scene
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -23,11 +24,7 @@ def write(scene: Scene, path: str | FilePath) -> None:
     InputError
         The file cannot be written.
     """
-    file = FilePath(path)
-    try:
-        file.write_bytes(to_toml(scene).encode())
-    except OSError as error:
-        raise InputError(f"{file} cannot be written: {error.strerror or error}.") from None
+    replace_file(FilePath(path), to_toml(scene).encode())
 
 
 def to_toml(scene: Scene) -> str:

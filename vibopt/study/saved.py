@@ -10,6 +10,7 @@ from typing import Any
 from vibopt.design.design import Design
 from vibopt.design.words import verdict
 from vibopt.errors import InputError
+from vibopt.files.marks import with_check
 from vibopt.scene.document import FileText
 from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import Scene
@@ -53,7 +54,7 @@ def design_file(design: Design, target: FilePath, *, kept: Scene | None = None, 
     if kept is None:
         kept = frozen(scene, design.x) if scene.variables or design.places or asked_positions(scene) else scene
     document = moved({key: one for key, one in kept.document.items() if key != "expected"}, target)
-    return f"{_comments(design, changes)}\n\n{document_toml(document)}"
+    return with_check(f"{_comments(design, changes)}\n\n{document_toml(document)}")
 
 
 def moved(document: Mapping[str, Any], target: FilePath) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from itertools import groupby
 from math import isfinite, nan
 
 import numpy as np
@@ -11,13 +10,12 @@ import numpy as np
 from vibopt.design.design import Shown
 from vibopt.design.strips import Line, Strip, Strips
 from vibopt.design.words import place_of, spoken
-from vibopt.forms import FloatArray
+from vibopt.study.edges import stretches
 from vibopt.study.points import DECIBEL, Point, in_unit
 from vibopt.study.sweep import Sweep
 from vibopt.units import best_unit
 from vibopt.units.spelling import split_detector
 
-GOOD = ("optimal", "feasible", "met")
 WORDS = {
     "infeasible": "no design meets all limits",
     "unbounded": "the goal has no best value",
@@ -40,7 +38,7 @@ def strips(sweep: Sweep) -> Strips:
         x=x,
         log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points)) if chosen else (_margins(points),),
-        shaded=tuple(_shaded(points, x)) if chosen else (),
+        shaded=tuple(_shaded(sweep)) if chosen else (),
     )
 
 
@@ -80,12 +78,8 @@ def _percent(margin: float) -> float:
     return max(100.0 * margin, -100.0) if isfinite(margin) else -100.0 if margin < 0 else nan
 
 
-def _shaded(points: list[Point], x: FloatArray) -> Iterable[tuple[float, float, str]]:
-    """Runs of points without a good answer; each reaches half way to its neighbours."""
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    start = 0
-    for status, run in groupby(points, key=lambda point: point.status):
-        count = len(list(run))
-        if status not in GOOD:
-            yield float(edges[start]), float(edges[start + count]), WORDS.get(status, status)
-        start += count
+def _shaded(sweep: Sweep) -> Iterable[tuple[float, float, str]]:
+    """Stretches without a good answer, in the unit of the fact."""
+    for one in stretches(sweep):
+        low, high = in_unit(np.array([one.low, one.high]), sweep.fact.unit, sweep.fact.dimension)
+        yield float(low), float(high), WORDS.get(one.status, one.status)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from vibopt.study.many.answers import columns
 from vibopt.study.points import DECIBEL, Columns, Point, Points, point_of
 from vibopt.units import Quantity, is_range, read_range, to_unit
 
+Answered = Callable[[FactAt, Point], None]
 MOST_POINTS = 100_000
 FEWEST_TOGETHER = 12
 """Fewer points than this are answered one by one."""
@@ -69,6 +70,7 @@ def sweep(
     *,
     keep_design: bool = False,
     progress: Progress | None = None,
+    answered: Answered | None = None,
 ) -> Sweep:
     """Answer the scene at evenly spaced values of one fact.
 
@@ -87,6 +89,9 @@ def sweep(
         Keep the design of the scene as it is, and measure it.
     progress
         Called now and then with a stage and the part that is done (0 to 1).
+    answered
+        Called with the fact, in the unit of the range, and each point as soon as it is known, in any order; not where
+        all are found together.
 
     Raises
     ------
@@ -108,10 +113,17 @@ def sweep(
             raise InputError(f"{scene.name}: there is no design to keep: {design.status}. Solve the scene first.")
         base = frozen(design.scene, design.x)
     name = scene.goal.name if scene.goal is not None and not keep_design else ""
-    return Sweep(scene, fact, _answered(base, fact, values, progress), name, keep_design)
+    return Sweep(scene, fact, _answered(base, fact, values, progress, answered), name, keep_design)
 
 
-def _answered(scene: Scene, fact: FactAt, values: FloatArray, progress: Progress | None) -> Points:
+def answer_at(sweep: Sweep, value: float) -> Point:
+    """The answer at one more value of the fact [SI], of a sweep that keeps no design."""
+    return _one(sweep.scene, sweep.fact, value)
+
+
+def _answered(
+    scene: Scene, fact: FactAt, values: FloatArray, progress: Progress | None, answered: Answered | None
+) -> Points:
     """All points together where that is possible, and one by one where it is not."""
 
     def tell(part: float) -> None:
@@ -121,18 +133,29 @@ def _answered(scene: Scene, fact: FactAt, values: FloatArray, progress: Progress
     apart = len(values) < FEWEST_TOGETHER or bool(uncertain(scene)) or bool(open_positions(scene))
     together = None if apart else columns(scene, fact, values, tell)
     single: dict[int, Point] = {}
+
+    def alone(index: int) -> None:
+        single[index] = _one(scene, fact, values[index])
+        if answered is not None:
+            answered(fact, single[index])
+
     if together is not None:
         for index in (0, len(values) // 2, len(values) - 1):
-            single[index] = _one(scene, fact, values[index])
+            alone(index)
         if not all(_agree(scene, together, index, point) for index, point in single.items()):
             together = None
     if together is None:
         together = Columns([""] * len(values), np.full((len(scene.variables), len(values)), np.nan), None, {})
     rest = [index for index, status in enumerate(together.status) if not status and index not in single]
+    points = Points(scene, fact, values, together, single)
+    if rest and answered is not None:
+        for index, status in enumerate(together.status):
+            if status and index not in single:
+                answered(fact, points[index])
     for done, index in enumerate(rest):
         tell(done / len(rest))
-        single[index] = _one(scene, fact, values[index])
-    return Points(scene, fact, values, together, single)
+        alone(index)
+    return points
 
 
 def _one(scene: Scene, fact: FactAt, value: float) -> Point:
@@ -186,4 +209,4 @@ def _by_ratios(unit: str, low: float, high: float) -> bool:
     return unit != DECIBEL and low > 0.0 and high > 100.0 * low
 
 
-__all__ = ["MOST_POINTS", "Point", "Points", "Sweep", "sweep"]
+__all__ = ["MOST_POINTS", "Point", "Points", "Sweep", "answer_at", "sweep"]

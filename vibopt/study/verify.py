@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, isinf, tau
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.design.design import Checked, Design, Shown
 from vibopt.errors import InputError, QuantityError, UnknownName, way_out
+from vibopt.files.reading import shown_name
 from vibopt.jobs import is_design, open_job
 from vibopt.responses import Response
 from vibopt.units import read_quantity, show, to_unit
@@ -100,16 +102,16 @@ def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:
     """Each file once, with the name that is shown for it."""
     found: dict[Path, str] = {}
     for given in map(Path, paths):
-        if given.is_dir():
+        if os.path.isdir(given):
             inside = sorted(one for one in given.rglob("*.toml") if one.is_file())
             if not inside:
-                raise InputError(f"{given} holds no problem file (.toml). Name another folder, or a file.")
+                raise InputError(f"{shown_name(given)} holds no problem file (.toml). Name another folder, or a file.")
             for one in inside:
                 found.setdefault(one.resolve(), str(one.relative_to(given)))
-        elif given.exists():
+        elif os.path.exists(given):
             found.setdefault(given.resolve(), given.name)
         else:
-            raise InputError(f"{given} is not there. Name a problem file (.toml) or a folder of them.")
+            raise InputError(f"{shown_name(given)} is not there. Name a problem file (.toml) or a folder of them.")
     return list(found.items())
 
 

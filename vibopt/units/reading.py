@@ -15,6 +15,8 @@ TO_PEAK: dict[Detector | None, float] = {None: 1.0, "pk": 1.0, "pp": 0.5, "rms":
 """Peak over the value written with each detector, for one sine."""
 
 LARGEST = 1e30
+_LONGEST = 300
+"""Most letters of a value."""
 BARE = ("ratio", "count")
 """Dimensions whose values may be bare numbers."""
 
@@ -60,6 +62,8 @@ def read_quantity(given: object, dimension: str, *, amplitude: bool = False, pla
 
 def split_value(text: str, dimension: str) -> tuple[str, str]:
     """Number and unit of a value as texts; QuantityError where there is not exactly one number in front."""
+    if len(text) > _LONGEST:
+        raise QuantityError("is longer than any value. Write one number and its unit.")
     tidy = text.replace("−", "-").strip()
     found = None if ".." in tidy else _VALUE.fullmatch(tidy)
     if found:

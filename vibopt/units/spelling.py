@@ -6,6 +6,8 @@ from functools import cache
 from vibopt.units.quantity import Detector
 from vibopt.units.registry import symbols
 
+LONGEST = 100
+"""Most letters of a unit."""
 _SIGNS = str.maketrans(
     {
         "·": "*",
@@ -40,7 +42,7 @@ _DETECTOR = re.compile(rf"[\s_-]*(?:\(({_WORDS})\)|({_WORDS}))$", re.IGNORECASE)
 @cache
 def split_detector(unit: str) -> tuple[str, Detector | None, str]:
     """Parts of a unit text such as "mm pp": the unit, the detector meant, and its word as written ("" if none)."""
-    found = _DETECTOR.search(unit)
+    found = _DETECTOR.search(unit) if len(unit) <= LONGEST else None
     if not found:
         return unit.strip(), None, ""
     word = found[1] or found[2]
@@ -53,7 +55,7 @@ def expression(unit: str) -> str | None:
 
     A space, `*`, `·` and `-` multiply; `^2`, `**2`, `²` and a plain 2, 3 or 4 behind a symbol are powers.
     """
-    tokens = _tokens(_ascii(unit))
+    tokens = _tokens(_ascii(unit)) if len(unit) <= LONGEST else None
     if tokens is None:
         return None
     written, operand_next, depth = "", True, 0

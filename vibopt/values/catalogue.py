@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -11,11 +10,12 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.files.reading import FileFault, Stamp, shown_name, stamp_of
 from vibopt.forms import FloatArray
 from vibopt.units.reading import LARGEST
 from vibopt.units.scales import Scale, scale_of
 from vibopt.values.fields import LEAST
-from vibopt.values.sheet import Sheet, letter, sheet_of
+from vibopt.values.sheet import SHEET, Sheet, heading_of, letter, sheet_of
 
 MOST_PARTS = 5000
 MOST_SAID = 12
@@ -52,7 +52,7 @@ _KINDS = (
     Kind("price", "price", True, ("price",)),
 )
 _BY_HEADING = {heading: kind for kind in _KINDS for heading in kind.headings}
-_HEADING = re.compile(r"(?P<name>.*?)\s*(?:[\[(](?P<unit>[^\])]*)[\])])?\s*")
+_KNOWN = {*_BY_HEADING, *(name for names in _TEXTS.values() for name in names)}
 _DAMPERS = ("damping", "loss_factor", "damping_ratio")
 _CLASHES = (_DAMPERS, ("static_stiffness", "dynamic_to_static"))
 _OPTIONAL = ("rated_min", "tolerance")
@@ -138,14 +138,24 @@ def catalogue_of(file: FilePath) -> Catalogue:
         It is not there, empty, or has mistakes; the texts say row and column.
     """
     try:
-        stamp = file.stat()
-    except OSError:
-        raise InputError(f"{file} is not there. Name the CSV file, relative to the problem file.") from None
-    return _read(file, stamp.st_mtime_ns, stamp.st_size)
+        found = _once(file, stamp_of(file, SHEET))
+    except FileFault as fault:
+        raise InputError(f"{shown_name(file if fault.missing else file.name)} {fault.text}") from None
+    if isinstance(found, Catalogue):
+        return found
+    raise InputError(found)
 
 
 @lru_cache(maxsize=32)
-def _read(file: FilePath, changed: int, size: int) -> Catalogue:
+def _once(file: FilePath, stamp: Stamp) -> Catalogue | tuple[str, ...]:
+    """The catalogue of a file as it is now, or its mistakes."""
+    try:
+        return _read(file)
+    except InputError as error:
+        return error.messages
+
+
+def _read(file: FilePath) -> Catalogue:
     sheet, said = sheet_of(file), _Said(file.name)
     if not sheet.rows:
         raise InputError(
@@ -166,6 +176,11 @@ def _quoted(text: str) -> str:
 
 
 def _columns(heads: tuple[str, ...], row: int, said: _Said) -> list[Column | None]:
+    if not any(_plain_name(heading) in _KNOWN for heading in heads):  # another file, of which nothing is shown
+        said.add(
+            row, None, "names no column of a catalogue. Name them: part, rated load max [N], stiffness [N/mm], ..."
+        )
+        return []
     columns = [_column(heading, index, row, said) for index, heading in enumerate(heads)]
     seen: dict[str, Column] = {}
     for one in columns:
@@ -190,19 +205,15 @@ def _columns(heads: tuple[str, ...], row: int, said: _Said) -> list[Column | Non
 def _column(heading: str, index: int, row: int, said: _Said) -> Column | None:
     """One heading; None, said, where it cannot be used."""
     place = Column(heading, letter(index), None, "")
-    found = _HEADING.fullmatch(heading)
-    if not heading or found is None:
-        if heading:
-            said.add(row, place, "is no heading that vibopt can read.")
+    if not heading:
         return None
-    name = " ".join(found["name"].lower().replace("_", " ").replace("-", " ").split())
-    unit = (found["unit"] or "").strip()
+    name, unit = _plain_name(heading), heading_of(heading)[1]
     for key, names in _TEXTS.items():
         if name in names:
             return Column(heading, place.letter, None, key)
     kind = _BY_HEADING.get(name)
     if kind is None:
-        said.add(row, place, f"is no column that vibopt knows.{_near(name)}")
+        said.add(row, place, f"is no column that vibopt knows.{_near(name) if len(said.found) < MOST_SAID else ''}")
         return None
     if not unit and kind.dimension != "ratio":
         said.add(row, place, f"has no unit. Write {_quoted(f'{name} [{_USUAL[kind.dimension]}]')}.")
@@ -215,6 +226,11 @@ def _column(heading: str, index: int, row: int, said: _Said) -> Column | None:
         said.add(row, place, str(error))
         return None
     return Column(heading, place.letter, kind, kind.key, unit, scale)
+
+
+def _plain_name(heading: str) -> str:
+    """The name in a heading, "Loss_Factor [%]" as "loss factor"."""
+    return " ".join(heading_of(heading)[0].lower().replace("_", " ").replace("-", " ").split())
 
 
 def _near(name: str) -> str:

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
+from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 
-LARGEST = 5_000_000
-_COMMA = re.compile(r"([+-]?\d*),(\d+)(?=\D|$)")
+SHEET = Kind("a CSV file", 5_000_000, "Name the CSV file, relative to the problem file.", "Name a CSV file.")
+MOST_COLUMNS = 10_000
+_COMMA = re.compile(r",(?=\d)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +42,7 @@ def sheet_of(file: FilePath) -> Sheet:
     InputError
         It is not there, too large, or no table.
     """
-    lines = text_of(file).splitlines()
+    lines = text_of(file).rstrip().splitlines()
     offset = 1 if lines and lines[0].lower().startswith("sep=") else 0
     if sum(line.count('"') for line in lines) % 2:
         row = next(number for number, line in enumerate(lines, start=1) if line.count('"') % 2)
@@ -50,6 +52,9 @@ def sheet_of(file: FilePath) -> Sheet:
         parsed = list(csv.reader(io.StringIO("\n".join(lines[offset:])), delimiter=sign))
     except csv.Error as error:
         raise InputError(f"{file.name} is no CSV file: {error}.") from None
+    widest = max(map(len, parsed), default=0)
+    if widest > MOST_COLUMNS:
+        raise InputError(f"{file.name} has {widest} columns, more than the {MOST_COLUMNS} that are read.")
     cells = [tuple(cell.strip() for cell in row) for row in parsed]
     return Sheet(tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row)), sign != ",")
 
@@ -57,19 +62,28 @@ def sheet_of(file: FilePath) -> Sheet:
 def text_of(file: FilePath) -> str:
     """The text of a file as spreadsheets write it: UTF-8 or UTF-16 with a mark, or Windows' own."""
     try:
-        if file.stat().st_size > LARGEST:
-            raise InputError(f"{file.name} is larger than {LARGEST / 1e6:.0f} MB.")
-        raw = file.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{file} is not there. Name the CSV file, relative to the problem file.") from None
-    except OSError as error:
-        raise InputError(f"{file} cannot be read: {error.strerror or error}.") from None
+        raw = content_of(file, SHEET)
+    except FileFault as fault:
+        raise InputError(f"{shown_name(file if fault.missing else file.name)} {fault.text}") from None
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw.decode("utf-16", errors="replace")
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         return raw.decode("cp1252", errors="replace")
+
+
+def heading_of(text: str) -> tuple[str, str]:
+    """Name and unit of a heading, "stiffness [N/mm]" or "stiffness (N/mm)"; the unit is "" where there is none."""
+    whole = text.strip()
+    if whole[-1:] not in ("]", ")"):
+        return whole, ""
+    inner = whole[:-1]
+    begin = max(inner.rfind("]"), inner.rfind(")")) + 1
+    opened = [place for place in (inner.find("[", begin), inner.find("(", begin)) if place >= 0]
+    if not opened:
+        return whole, ""
+    return whole[: min(opened)].strip(), inner[min(opened) + 1 :].strip()
 
 
 def separator(line: str) -> str:
@@ -79,7 +93,7 @@ def separator(line: str) -> str:
 
 def with_point(cell: str) -> str:
     """A cell with a decimal point for its decimal comma."""
-    return _COMMA.sub(r"\1.\2", cell) if cell.count(",") == 1 or "@" in cell else cell
+    return _COMMA.sub(".", cell) if cell.count(",") == 1 or "@" in cell else cell
 
 
 def letter(index: int) -> str:
@@ -92,4 +106,4 @@ def letter(index: int) -> str:
     return letters
 
 
-__all__ = ["Sheet", "letter", "separator", "sheet_of", "text_of", "with_point"]
+__all__ = ["SHEET", "Sheet", "heading_of", "letter", "separator", "sheet_of", "text_of", "with_point"]

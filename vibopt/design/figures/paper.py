@@ -5,6 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+from vibopt.files.marks import FIGURES
 from vibopt.units import plain
 
 if TYPE_CHECKING:
@@ -40,9 +41,8 @@ def saved(figure: Figure, form: str) -> bytes:
     import matplotlib
 
     stream = BytesIO()
-    metadata: dict[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form, {})
     with matplotlib.rc_context({"svg.hashsalt": "vibopt", "svg.fonttype": "path", "pdf.fonttype": 42}):
-        figure.savefig(stream, format=form, dpi=160, metadata=metadata)
+        figure.savefig(stream, format=form, dpi=160, metadata=FIGURES[form])
     return stream.getvalue()
 
 

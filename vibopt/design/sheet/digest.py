@@ -7,8 +7,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from vibopt.files.reading import FileFault, Kind, content_of
 from vibopt.scene.document import FileText
 from vibopt.scene.scene import Scene
+
+_ANY = Kind("a file", 1_000_000_000, "", "")
 
 
 def digests_of(path: str | Path, scene: Scene) -> dict[str, str]:
@@ -18,8 +21,8 @@ def digests_of(path: str | Path, scene: Scene) -> dict[str, str]:
     found = {}
     for name, file in files.items():
         try:
-            found[name] = sha256(file.read_bytes()).hexdigest()
-        except OSError:  # gone since it was read: nothing can be said of it
+            found[name] = sha256(content_of(file, _ANY)).hexdigest()
+        except FileFault:  # gone since it was read: nothing can be said of it
             continue
     return found
 

@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 from vibopt.errors import InputError
+from vibopt.files.marks import PDF_MARK
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 PATIENCE = 60.0
@@ -76,7 +77,7 @@ def pdf(page: str, program: str, target: str) -> bytes:
         except OSError as error:
             said = [str(error.strerror)]
         if printed.is_file():
-            return printed.read_bytes()
+            return printed.read_bytes() + PDF_MARK
     instead = str(Path(target).with_suffix(".html"))
     raise InputError(
         f"{target} cannot be written: {program} did not print it ({said[0] if said else 'it said nothing'}). Write "

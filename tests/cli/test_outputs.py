@@ -1,0 +1,229 @@
+"""What commands write: never over an input, never over a stranger's file, whole, and as it comes."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from vibopt.design.design import EXIT_CODES
+from vibopt.errors import InputError
+from vibopt.files import marks
+from vibopt.files.marks import is_ours, with_check
+from vibopt.files.reading import forget
+from vibopt.files.writing import checked_target, write_file
+
+Run = Callable[..., Any]
+ROOT = Path(__file__).parents[2]
+PRESS = str(ROOT / "problems" / "isolation" / "rao_9_34.toml")
+BOUND = "limits.force.at_most"
+FAN = """\
+title = "fan"
+[bodies.fan]
+mass = "100 kg"
+[links.mount]
+between = ["fan", "ground"]
+stiffness = { from = "10 kN/m", to = "1 MN/m" }
+[excitations.fan]
+kind = "force"
+on = "fan"
+amplitude = "100 N"
+speed = "1500 rpm"
+[limits.force]
+response = "transmitted_force"
+into = "ground"
+at_most = "20 N"
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+WRITERS: dict[str, tuple[tuple[str, ...], str]] = {
+    "solve": (("solve", "FILE", "--no-prices", "--save", "OUT"), ".toml"),
+    "plot svg": (("plot", "FILE", "-o", "OUT"), ".svg"),
+    "plot png": (("plot", "FILE", "-o", "OUT"), ".png"),
+    "plot pdf": (("plot", "FILE", "-o", "OUT"), ".pdf"),
+    "report": (("report", "FILE", "-o", "OUT"), ".html"),
+    "sheet": (("report", "FILE", "--sheet", "-o", "OUT"), ".html"),
+    "sweep": (("sweep", "FILE", "--vary", f"{BOUND}=10 N..30 N", "--points", "3", "--csv", "OUT"), ".csv"),
+    "sweep figure": (("sweep", "FILE", "--vary", f"{BOUND}=10 N..30 N", "--points", "3", "--figure", "OUT"), ".svg"),
+    "compare": (("compare", "FILE", PRESS, "--csv", "OUT"), ".csv"),
+    "new": (("new", "balance", "-o", "OUT"), ".toml"),
+}  # fmt: skip
+each = pytest.mark.parametrize(("words", "ending"), WRITERS.values(), ids=WRITERS)
+
+
+@pytest.fixture
+def fan(tmp_path: Path) -> Path:
+    """A problem file in a folder of its own."""
+    file = tmp_path / "in" / "fan.toml"
+    file.parent.mkdir()
+    file.write_text(FAN, encoding="utf-8")
+    return file
+
+
+def command(words: tuple[str, ...], file: Path, out: Path) -> list[str]:
+    return [{"FILE": str(file), "OUT": str(out)}.get(one, one) for one in words]
+
+
+@each
+def test_a_strangers_file_is_kept_without_force(
+    run: Run, fan: Path, tmp_path: Path, words: tuple[str, ...], ending: str
+) -> None:
+    out = tmp_path / f"out{ending}"
+    out.write_bytes(b"mine, not yours\n")
+    done = run(*command(words, fan, out))
+    assert (done.code, out.read_bytes()) == (2, b"mine, not yours\n")
+    assert done.err.startswith(f"{out} ")
+    assert "add --force." in done.err
+    forced = run(*command(words, fan, out), "--force")
+    assert forced.code == 0, forced.err
+    assert out.read_bytes() != b"mine, not yours\n"
+    assert sorted(os.listdir(tmp_path)) == ["in", out.name]
+
+
+@each
+def test_a_file_of_vibopt_is_written_over_until_somebody_changes_it(
+    run: Run, fan: Path, tmp_path: Path, words: tuple[str, ...], ending: str
+) -> None:
+    out = tmp_path / f"out{ending}"
+    assert run(*command(words, fan, out)).code == 0
+    again = run(*command(words, fan, out))
+    if words[0] == "new":  # it is made to be filled in
+        assert again.code == 2
+        return
+    assert again.code == 0, again.err
+    if ending in (".toml", ".csv"):
+        out.write_bytes(out.read_bytes().replace(b"e", b"E", 3) + b"x")
+        assert run(*command(words, fan, out)).code == 2
+
+
+@each
+@pytest.mark.parametrize("way", ["itself", "symbolic", "hard"])
+def test_an_input_is_never_written_over(run: Run, fan: Path, words: tuple[str, ...], ending: str, way: str) -> None:
+    """By whatever name it goes, and with --force too."""
+    if "FILE" not in words:
+        pytest.skip("reads nothing")
+    named = fan.with_name(f"fan{ending}")
+    if named != fan:
+        fan.rename(named)
+    out = named if way == "itself" else named.with_name(f"link{ending}")
+    if way != "itself":
+        (os.link if way == "hard" else os.symlink)(named, out)
+    for more in ((), ("--force",)):
+        done = run(*command(words, named, out), *more)
+        assert (done.code, named.read_text(encoding="utf-8")) == (2, FAN)
+        assert done.err == f"{out} cannot be written: it is read in this run. Name another file.\n"
+
+
+def test_a_catalogue_and_readings_are_inputs_too(run: Run, tmp_path: Path) -> None:
+    parts = "part;rated load max [N];stiffness [N/mm];price [EUR]\nA;2000;40;10\nB;2000;60;12\n"
+    (tmp_path / "parts.csv").write_text(parts)
+    wanted = 'stiffness = { from = "10 kN/m", to = "1 MN/m" }'
+    text = FAN.replace(wanted, 'part = { catalogue = "parts.csv" }').replace(
+        'maximise = "stiffness"', 'minimise = "price"'
+    )
+    text = text.removesuffix('of = "mount"\n')
+    (tmp_path / "fan.toml").write_text(text)
+    out = str(tmp_path / "parts.csv")
+    done = run("compare", str(tmp_path / "fan.toml"), PRESS, "--csv", out, "--force")
+    assert (done.code, done.err) == (2, f"{out} cannot be written: it is read in this run. Name another file.\n")
+    assert (tmp_path / "parts.csv").read_text() == parts
+
+
+def test_the_words_of_a_table_are_those_of_the_answers() -> None:
+    assert set(EXIT_CODES) - {"input_error", "internal_error"} <= marks._STATUSES
+
+
+def test_other_texts_are_nobodys(tmp_path: Path) -> None:
+    assert is_ours(b"")
+    assert is_ours(with_check("a = 1\n").encode())
+    strangers = (
+        b"a = 1\n", with_check("a = 1\n").replace("1", "2", 1).encode(), with_check("a\n").encode() + b"b\n",
+        b"x,status\n1,good\n", b"x,status\n1\n", b"kind,row,unit\n1,2\n", b"\xff\xfe", b"%PDF-1.4\n%%EOF\n",
+        b"<svg></svg>", b'time,status,"open\n',
+    )  # fmt: skip
+    assert [one for one in strangers if is_ours(one)] == []
+    file = tmp_path / "empty.csv"
+    file.touch()
+    assert checked_target(str(file)) == file
+
+
+def test_places_that_are_no_files_are_told(tmp_path: Path) -> None:
+    forget()
+    ring = tmp_path / "ring.csv"
+    ring.symlink_to(ring)
+    for name in ("", "a\0b.csv", "x" * 300 + ".csv", str(ring), str(tmp_path)):
+        with pytest.raises(InputError) as caught:
+            write_file(checked_target(name), b"content")
+        assert "cannot be written" in str(caught.value)
+        assert len(str(caught.value)) < 400
+
+
+def test_a_pipe_that_nobody_reads_is_no_wait(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_file(checked_target(str(tmp_path / "pipe")), b"content")
+
+
+def test_an_option_given_twice_is_refused(run: Run, fan: Path, tmp_path: Path) -> None:
+    done = run("sweep", str(fan), "--vary", f"{BOUND}=1 N..2 N", "--vary", "bodies.fan.mass=1 kg..2 kg")
+    assert done.code == 2
+    assert "--vary is given twice. A sweep varies one fact: change the other with --set." in done.err
+    out = str(tmp_path / "a.svg")
+    twice = run("solve", str(fan), "--set", f"{BOUND}=1 N", "--set", f"{BOUND}=2 N")
+    assert (twice.code, twice.err) == (2, f"--set {BOUND} is given twice. Give it once.\n")
+    assert "is given twice. Give it once." in run("plot", str(fan), "-o", out, "-o", out).err
+
+
+def test_two_outputs_in_one_file_are_refused(run: Run, fan: Path, tmp_path: Path) -> None:
+    (tmp_path / "a.svg").touch()
+    (tmp_path / "a.csv").symlink_to(tmp_path / "a.svg")
+    words = ("--csv", str(tmp_path / "a.csv"), "--figure", str(tmp_path / "a.svg"))
+    done = run("sweep", str(fan), "--vary", f"{BOUND}=1 N..2 N", *words)
+    assert (done.code, done.err) == (2, f"--csv and --figure name one file, {tmp_path / 'a.csv'}. Name two.\n")
+
+
+STOPPED = """
+import sys
+from vibopt.study import sweep as study
+from vibopt.cli.main import main
+alone, count = study._one, 0
+def third(*words):
+    global count
+    count += 1
+    if count == 3:
+        {how}
+    return alone(*words)
+study._one = third
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("how", "code"),
+    [("raise KeyboardInterrupt", 130), ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL)],
+    ids=["interrupted", "killed"],
+)
+def test_a_sweep_that_is_stopped_keeps_its_points(fan: Path, how: str, code: int) -> None:
+    out = fan.with_name("out.csv")
+    words = ["sweep", str(fan), "--vary", f"{BOUND}=10 N..30 N", "--points", "5", "--csv", str(out)]
+    program = [sys.executable, "-c", STOPPED.format(how=how), *words]
+    done = subprocess.run(program, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == code, done.stderr
+    rows = list(csv.reader(out.read_text(encoding="utf-8").splitlines()))
+    assert [row[:2] for row in rows] == [
+        ["limits.force.at_most [N]", "status"],
+        ["10.0", "optimal"],
+        ["15.0", "optimal"],
+    ]
+    assert sorted(os.listdir(fan.parent)) == ["fan.toml", "out.csv"]
+    if code == 130:
+        assert done.stderr == f"Stopped after 2 of 5 points; {out} holds them.\n"
+    assert is_ours(out.read_bytes())

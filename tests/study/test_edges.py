@@ -1,0 +1,75 @@
+"""Where the answers of a sweep begin and end: found between the points, and nothing good is shaded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vibopt.scene.read import from_text, read, with_changes
+from vibopt.solve import solve
+from vibopt.study.edges import CLOSE, GOOD, stretches
+from vibopt.study.strips import strips
+from vibopt.study.sweep import sweep
+from vibopt.units import to_unit
+
+PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_34.toml"
+COUNTED = """
+[bodies.fan]
+mass = "100 kg"
+[links.mount]
+between = ["fan", "ground"]
+stiffness = { from = "10 kN/m", to = "1 MN/m" }
+count = 4
+[excitations.fan]
+kind = "force"
+on = "fan"
+amplitude = "100 N"
+speed = "3000 rpm"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "20 N"
+[limits.stiff]
+response = "stiffness"
+of = "mount"
+at_least = "400 kN/m"
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+
+
+@pytest.mark.parametrize(("low_high", "points"), [("5 mm..30 mm", 4), ("0.2 mm..40 mm", 5)])
+def test_nothing_feasible_is_shaded_and_nothing_infeasible_is_left_out(low_high: str, points: int) -> None:
+    """Every place is solved anew, by the scene itself and not by the sweep."""
+    scene = read(PRESS)
+    found = sweep(scene, "limits.start_up.at_most", low_high, points)
+    (one,) = stretches(found)
+    beyond = one.high * (1.0 + CLOSE)
+    inside = [one.low, one.high, *np.random.default_rng(3).uniform(one.low, one.high, 6)]
+
+    def status(value: float) -> str:
+        text = f"{to_unit(value, 'mm', 'length'):.17g} mm"
+        return solve(with_changes(scene, {"limits.start_up.at_most": text}), explain=False).status
+
+    assert {status(value) for value in inside} == {"infeasible"}
+    assert status(beyond) in GOOD
+    ((low, high, _),) = strips(found).shaded
+    assert (low, high) == pytest.approx((1e3 * one.low, 1e3 * one.high), rel=1e-12)
+
+
+def test_between_whole_numbers_only_the_points_themselves_are_shaded() -> None:
+    found = sweep(from_text(COUNTED), "links.mount.count", "1..12", 12)
+    bad = [round(point.value.value) for point in found.points if point.status not in GOOD]
+    assert bad
+    assert [(round(one.low), round(one.high)) for one in stretches(found)] == [(min(bad), max(bad))]
+
+
+def test_points_are_told_as_they_come() -> None:
+    came: list[str] = []
+    found = sweep(
+        read(PRESS), "limits.start_up.at_most", "5 mm..30 mm", 5, answered=lambda fact, point: came.append(point.status)
+    )
+    assert came == [point.status for point in found.points]

@@ -1,0 +1,129 @@
+"""Files that are read: regular files of a stated size, and nothing that a name may lead to besides."""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+from vibopt.errors import VibOptError, shortened
+
+_SORTS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe, and only files are read"),
+    (stat.S_ISSOCK, "a socket, and only files are read"),
+    (stat.S_ISCHR, "a device, and only files are read"),
+    (stat.S_ISBLK, "a device, and only files are read"),
+)
+_LONGEST = 200
+"""Most letters of a file name in a message."""
+_read: set[tuple[int, int]] = set()
+"""Device and number of every file that this run has looked into."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What sort of file is read: its noun for messages, most bytes, and the way out where it is missing or no file."""
+
+    noun: str
+    largest: int
+    missing: str
+    way: str
+
+
+class FileFault(VibOptError):  # noqa: N818 - the file is at fault
+    """A file that cannot be read; `text` continues its name, as in "is a folder. Name a problem file (.toml)."
+
+    missing, folder
+        Whether there is nothing of that name, or a folder: then its whole path helps.
+    """
+
+    exit_code = 2
+
+    def __init__(self, text: str, *, missing: bool = False, folder: bool = False) -> None:
+        self.text, self.missing, self.folder = text, missing, folder
+        super().__init__(text)
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """What tells one content of a file from another, without looking into it."""
+
+    changed: int
+    size: int
+
+
+def stamp_of(file: str | Path, kind: Kind, *, counts: bool = True) -> Stamp:
+    """The state of a file, which from here on counts as read in this run unless said otherwise.
+
+    Raises
+    ------
+    FileFault
+        It is not there, no regular file, or too large.
+    """
+    if "\0" in str(file):
+        raise FileFault("has a sign of number 0 in its name, which no file name has. Take it out.")
+    try:
+        found = os.stat(file)
+    except OSError as error:
+        raise _fault(error, kind) from None
+    _check(found, kind)
+    if counts:
+        _read.add((found.st_dev, found.st_ino))
+    return Stamp(found.st_mtime_ns, found.st_size)
+
+
+def content_of(file: str | Path, kind: Kind, *, counts: bool = True) -> bytes:
+    """All bytes of a file, which counts as an input of this run unless said otherwise; errors as of `stamp_of`."""
+    stamp_of(file, kind, counts=counts)  # a device is not even opened: some act on that
+    flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        with os.fdopen(os.open(file, flags), "rb") as raw:
+            _check(os.fstat(raw.fileno()), kind)
+            content = raw.read(kind.largest + 1)
+    except OSError as error:
+        raise _fault(error, kind) from None
+    _check_size(len(content), kind)
+    return content
+
+
+def was_read(file: str | Path) -> bool:
+    """Whether this run has looked into the file, by whatever name."""
+    try:
+        found = os.stat(file)
+    except (OSError, ValueError):
+        return False
+    return (found.st_dev, found.st_ino) in _read
+
+
+def forget() -> None:
+    """A new run begins: nothing has been read."""
+    _read.clear()
+
+
+def shown_name(file: str | Path) -> str:
+    """A file name for messages and titles: signs that no terminal shows replaced, long ones cut in the middle."""
+    text = str(file).encode("utf-8", "replace").decode()
+    return shortened("".join(one if one.isprintable() else "?" for one in text), _LONGEST)
+
+
+def _check(found: os.stat_result, kind: Kind) -> None:
+    for is_one, word in _SORTS:
+        if is_one(found.st_mode):
+            raise FileFault(f"is {word}. {kind.way}", folder=is_one is stat.S_ISDIR)
+    _check_size(found.st_size, kind)
+
+
+def _check_size(size: int, kind: Kind) -> None:
+    if size > kind.largest:
+        raise FileFault(f"has {size / 1e6:.1f} MB; {kind.noun} has at most {kind.largest / 1e6:.0f} MB.")
+
+
+def _fault(error: OSError, kind: Kind) -> FileFault:
+    if isinstance(error, (FileNotFoundError, NotADirectoryError)):
+        return FileFault(f"is not there. {kind.missing}", missing=True)
+    return FileFault(f"cannot be read: {error.strerror or error}.")
+
+
+__all__ = ["FileFault", "Kind", "Stamp", "content_of", "forget", "shown_name", "stamp_of", "was_read"]
