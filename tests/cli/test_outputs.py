@@ -225,5 +225,5 @@ def test_a_sweep_that_is_stopped_keeps_its_points(fan: Path, how: str, code: int
     ]
     assert sorted(os.listdir(fan.parent)) == ["fan.toml", "out.csv"]
     if code == 130:
-        assert done.stderr == f"Stopped after 2 of 5 points; {out} holds them.\n"
+        assert done.stderr.strip() == f"Stopped after 2 of 5 points; {out} holds them."
     assert is_ours(out.read_bytes())

@@ -157,7 +157,7 @@ def test_what_no_file_can_hold_is_not_written(tmp_path: Path) -> None:
     scene = vo.from_dict({**document, "expected": []})
     with pytest.raises(vo.InputError) as caught:
         vo.write(scene, tmp_path)
-    assert str(caught.value) == f"{tmp_path} cannot be written: Is a directory."
+    assert str(caught.value) == f"{tmp_path} cannot be written: is a directory."
     assert "unit" not in vo.to_toml(scene)
 
 
