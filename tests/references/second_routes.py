@@ -107,17 +107,61 @@ def car_on_wavy_road() -> Answers:
     }
 
 
+CAR_MASS, CAR_STIFFNESS, WAVE, ROAD, FELT = mpf(1500), mpf(400_000), mpf(5), mpf("0.001"), mpf("0.002")
+"""9.1: the car, its springs, length and height of the waves, and the motion that is felt."""
+
+
+def quiet_car_speeds() -> Answers:
+    """9.1: |1 / (1 - r2)| = 2 at r2 = 1/2 and 3/2."""
+    assert FELT / ROAD == 2
+    resonance = sqrt(CAR_STIFFNESS / CAR_MASS) * WAVE / (2 * pi)
+    ends = (mpf(0), resonance * sqrt(mpf("0.5"))), (resonance * sqrt(mpf("1.5")), kilometres_per_hour(120))
+    return {"set": list(ends)}
+
+
+def stiffer_car() -> Answers:
+    """9.1: springs whose resonance lies so far above 120 km/h that r2 = 1/2 there; softer ones pass it."""
+    omega = 2 * pi * kilometres_per_hour(120) / WAVE
+    return {"status": "optimal", "variables.links.springs.stiffness": 2 * CAR_MASS * omega**2}
+
+
+def heavier_car() -> Answers:
+    """9.1: r2 = 3/2 at the speed at which the light car resonates."""
+    omega = 2 * pi * kilometres_per_hour("46.781808") / WAVE
+    mass = mpf("1.5") * CAR_STIFFNESS / omega**2
+    bounce = sqrt(CAR_STIFFNESS / mass)
+    return {"status": "optimal", "variables.bodies.car.mass": mass, "measures.bounce.value": bounce}
+
+
+def ever_heavier_car() -> Answers:
+    """9.1: every mass from 1500 kg up puts the resonance of the undamped car between 0 and 120 km/h."""
+    highest = sqrt(CAR_STIFFNESS / CAR_MASS) * WAVE / (2 * pi)
+    return {"status": "infeasible" if highest < kilometres_per_hour(120) else "optimal"}
+
+
+def damped_car() -> Answers:
+    """9.1: the damping ratio whose highest transmissibility is 2."""
+    zeta = findroot(lambda z: peak_ratio(z)[0] - FELT / ROAD, mpf("0.3"))
+    natural = sqrt(CAR_STIFFNESS / CAR_MASS)
+    return {
+        "status": "optimal",
+        "variables.links.springs.damping": 2 * zeta * sqrt(CAR_STIFFNESS * CAR_MASS),
+        "measures.ratio.value": zeta,
+        "limits.ride.worst_at": sqrt(peak_ratio(zeta)[1]) * natural * WAVE / (2 * pi),
+    }
+
+
 def rms_of_a_harmonic() -> Answers:
     """9.2: the peak amplitude; what is recorded as rms is read as peak over root two."""
     peak = mpf(300) / abs(mpf(10_000) - 1 * mpf(200) ** 2)
     return {"measures.peak.value": peak, "measures.rms.value": peak}
 
 
-def free_machine() -> Answers:
-    """9.26 a: a mount with next to no stiffness."""
+def free_machine(mass: Real, stiffness: Real) -> Answers:
+    """9.26 a: a mount that is nothing against the inertia above it."""
     force = mpf("2.5") * mpf("0.075") * rpm(600) ** 2
-    amplitude = force / abs(1 - 100 * rpm(600) ** 2)
-    return {"measures.motion.value": amplitude, "measures.floor_force.value": amplitude * 1}
+    amplitude = force / abs(stiffness - mass * rpm(600) ** 2)
+    return {"measures.motion.value": amplitude, "measures.floor_force.value": amplitude * stiffness}
 
 
 def fixed_machine() -> Answers:
@@ -154,6 +198,19 @@ def fan_through_resonance() -> Answers:
     }
 
 
+def fan_at_resonance() -> Answers:
+    """9.28 with 2.5 at r = 1: the damping ratio is one over the root of 21."""
+    mass, zeta = 800 / GRAVITY, 1 / sqrt(mpf(21))
+    assert abs(transmissibility(mpf(1), zeta) - mpf("2.5")) < mpf(10) ** -30
+    stiffness = stiffest(mass, rpm(600), mpf("0.1"), zeta)
+    return {
+        "status": "optimal",
+        MOUNT_STIFFNESS: stiffness,
+        MOUNT_DAMPING: 2 * zeta * sqrt(stiffness * mass),
+        "limits.at_resonance.value": zeta,
+    }
+
+
 def fan_as_printed() -> Answers:
     """9.28 with the mount of the print."""
     mass = 800 / GRAVITY
@@ -179,6 +236,53 @@ def compressor(zeta: Real) -> Answers:
         "measures.amplitude.value": unbalance * speed**2 / impedance(stiffness, damping, mass, speed),
         "measures.sag.value": mass * GRAVITY / stiffness,
     }
+
+
+def compressor_held(zeta: Real) -> Answers:
+    """9.29: the same mount, deflected by the rotating force at a speed of zero."""
+    stiffness = stiffest(mpf(500), rpm(300), mpf("0.1"), zeta)
+    return {MOUNT_STIFFNESS: stiffness, "measures.deflection.value": mpf("493.48022") / stiffness}
+
+
+def preferred_mount(of_mount: Callable[[Real], tuple[Real, Real, Real]]) -> Answers:
+    """9.29: the better damping ratio of 0 and 0.1; `of_mount` gives its goal, stiffness and amplitude."""
+    best = min((of_mount(zeta), zeta) for zeta in (mpf(0), mpf("0.1")))
+    (goal, stiffness, _), zeta = best
+    return {
+        "status": "optimal",
+        "variables.links.mount.damping_ratio": zeta,
+        MOUNT_STIFFNESS: stiffness,
+        "goal": goal,
+    }
+
+
+def amplitude_of_compressor(stiffness: Real, zeta: Real) -> Real:
+    """9.29: motion at 300 rpm."""
+    damping = 2 * zeta * sqrt(stiffness * 500)
+    return mpf("0.5") * rpm(300) ** 2 / impedance(stiffness, damping, mpf(500), rpm(300))
+
+
+def preferred_by_amplitude() -> Answers:
+    """9.29: least motion; above resonance the softest permitted mount moves least, and that sags 140 mm."""
+    softest = 500 * GRAVITY / mpf("0.14")
+    answers = preferred_mount(lambda zeta: (amplitude_of_compressor(softest, zeta), softest, mpf(0)))
+    zeta = answers["variables.links.mount.damping_ratio"]
+    ratio = transmissibility(500 * rpm(300) ** 2 / softest, zeta)
+    assert ratio <= mpf("0.1")
+    assert amplitude_of_compressor(softest * mpf("1.01"), zeta) > answers["goal"]
+    return {**answers, "measures.passed.value": ratio}
+
+
+def preferred_by_sag() -> Answers:
+    """9.29: least sag, each mount as stiff as a tenth of the force permits."""
+
+    def of_mount(zeta: Real) -> tuple[Real, Real, Real]:
+        stiffness = stiffest(mpf(500), rpm(300), mpf("0.1"), zeta)
+        return 500 * GRAVITY / stiffness, stiffness, amplitude_of_compressor(stiffness, zeta)
+
+    answers = preferred_mount(of_mount)
+    amplitude = of_mount(answers["variables.links.mount.damping_ratio"])[2]
+    return {**answers, "measures.amplitude.value": amplitude}
 
 
 def speeds_that_amplify() -> Answers:
@@ -356,6 +460,13 @@ def two_isolators() -> Answers:
     }
 
 
+def piece_of_spring() -> Answers:
+    """9.38: a piece may be as stiff as any mount may be; it is a piece, for it is stiffer than the whole spring."""
+    answers = necessary_stiffness()
+    assert answers[MOUNT_STIFFNESS] > mpf(1_000_000)
+    return {"status": "optimal", **answers}
+
+
 def engine_forces(stiffness: Real) -> tuple[Real, Real]:
     """9.39: amplitudes of the two harmonics of the transmitted force, in phase above resonance."""
     first = 18_000 * stiffness / (stiffness - 500 * mpf(300) ** 2)
@@ -478,6 +589,18 @@ def reciprocating_machine(stiffness: Real) -> Answers:
     return {"measures.floor_force.value": force * stiffness / abs(stiffness - mass * speed**2)}
 
 
+def better_mount() -> Answers:
+    """9.47: the mount of the two that passes less."""
+    forces = {k: reciprocating_machine(mpf(k))["measures.floor_force.value"] for k in (1_800_000, 4_400_000)}
+    best = min(forces, key=lambda k: forces[k])
+    return {"status": "optimal", MOUNT_STIFFNESS: mpf(best), "goal": forces[best]}
+
+
+def isolating_mount() -> Answers:
+    """9.47: nothing is amplified from root two times the natural frequency on."""
+    return {"status": "optimal", MOUNT_STIFFNESS: stiffest(mpf(1200), rpm(600), mpf(1), mpf(0))}
+
+
 def twentieth() -> Answers:
     """9.48"""
     return {MOUNT_STIFFNESS: stiffest(mpf(1), hertz(2), mpf("0.05"), mpf(0))}
@@ -500,16 +623,37 @@ def transmissibility_curves() -> Answers:
     return answers
 
 
+def transmissibility_table() -> Answers:
+    """9.65: five curves at every hundredth of the printed points, r = 0, 0.3, ..., 3."""
+    return {
+        f"measures.zeta_{name}_r_{tenths}.value": transmissibility((mpf(tenths) / 10) ** 2, mpf(name) / 100)
+        for name in ("0", "25", "50", "75", "100")
+        for tenths in range(0, 31, 3)
+    }
+
+
 ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_1": car_on_wavy_road,
+    "rao_9_1_speeds": quiet_car_speeds,
+    "rao_9_1_other_springs": stiffer_car,
+    "rao_9_1_dead_weight": heavier_car,
+    "rao_9_1_any_weight": ever_heavier_car,
+    "rao_9_1_shock_absorbers": damped_car,
     "rao_9_2": rms_of_a_harmonic,
-    "rao_9_26_a": free_machine,
+    "rao_9_26_a": lambda: free_machine(mpf(100), mpf(1)),
     "rao_9_26_b": fixed_machine,
+    "rao_9_26_a_heavy": lambda: free_machine(mpf(10) ** 7, mpf(10) ** 6),
+    "rao_9_26_a_rotor_alone": lambda: free_machine(mpf("2.5"), mpf(1)),
     "rao_9_27": instrument_on_panel,
     "rao_9_28": fan_through_resonance,
+    "rao_9_28_at_resonance": fan_at_resonance,
     "rao_9_28_printed_design": fan_as_printed,
     "rao_9_29_undamped": lambda: compressor(mpf(0)),
     "rao_9_29_damped": lambda: compressor(mpf("0.1")),
+    "rao_9_29_undamped_force_held": lambda: compressor_held(mpf(0)),
+    "rao_9_29_damped_force_held": lambda: compressor_held(mpf("0.1")),
+    "rao_9_29_preferred_by_amplitude": preferred_by_amplitude,
+    "rao_9_29_preferred_by_sag": preferred_by_sag,
     "rao_9_30_a": speeds_that_amplify,
     "rao_9_30_b": speeds_that_isolate,
     "rao_9_31": sixty_percent,
@@ -525,6 +669,8 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_38": stock_isolators,
     "rao_9_38_necessary_stiffness": necessary_stiffness,
     "rao_9_38_two_isolators": two_isolators,
+    "rao_9_38_cut_spring": piece_of_spring,
+    "rao_9_38_half_spring": two_isolators,
     "rao_9_39": engine,
     "rao_9_39_printed_design": engine_as_printed,
     "rao_9_40": driver_as_stated,
@@ -536,6 +682,9 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_46": table_on_floor,
     "rao_9_47_a": lambda: reciprocating_machine(mpf(1_800_000)),
     "rao_9_47_b": lambda: reciprocating_machine(mpf(4_400_000)),
+    "rao_9_47_better_mount": better_mount,
+    "rao_9_47_permitted_mounts": isolating_mount,
     "rao_9_48": twentieth,
     "rao_9_65": transmissibility_curves,
+    "rao_9_65_table": transmissibility_table,
 }

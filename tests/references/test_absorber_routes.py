@@ -16,8 +16,8 @@ from vibopt.study.verify import verify
 PROBLEMS = Path(__file__).parents[2] / "problems" / "absorbers"
 STEMS = sorted(ROUTES)
 PRINT_VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
-DIGITS = 1e-6
-"""A recorded answer carries at least six digits, whatever tolerance its file grants a solver."""
+DIGITS = 1e-7
+"""A recorded answer carries at least seven digits, whatever tolerance its file grants a solver."""
 
 SI = {
     "": 1.0,
@@ -28,6 +28,7 @@ SI = {
     "kN/m": 1e3,
     "MN/m": 1e6,
     "N s/m": 1.0,
+    "kN s/m": 1e3,
     "kg m2": 1.0,
     "N m/rad": 1.0,
     "kN m/rad": 1e3,
@@ -73,7 +74,7 @@ def test_recorded_value_equals_second_route(stem: str, record: dict[str, Any]) -
     answers = ROUTES[stem]() if stem in ROUTES else {}
     path = record["path"]
     assert path in answers, f"{stem}: {path} has no second route"
-    tolerance = min(record.get("rel_tol", 1e-4), DIGITS)
+    tolerance = min(record.get("rel_tol", DIGITS), DIGITS)
     assert agrees(record["value"], answers[path], tolerance), f"second route: {answers[path]}"
 
 
@@ -82,7 +83,7 @@ def test_record_judges_the_print_and_says_why(stem: str, record: dict[str, Any])
     assert ("printed" in record) == ("verdict" in record)
     if "verdict" in record:
         assert record["verdict"] in PRINT_VERDICTS
-        assert ("why" in record) == (record["verdict"] != "right")
+        assert "why" in record or record["verdict"] == "right"
 
 
 @pytest.mark.parametrize("stem", sorted(ROUTES))
