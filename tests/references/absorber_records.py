@@ -6,14 +6,17 @@ The problems come from `absorber_routes` (40 digits), the worked cases from `abs
 
 from collections.abc import Callable
 from functools import cache, partial
+from itertools import pairwise
 from typing import Any
 
-from mpmath import lu_solve, matrix, mpc, mpf, pi, sqrt
+from mpmath import findroot, lu_solve, matrix, mpc, mpf, pi, sqrt
 
 from absorber_cases import CASES
 from absorber_routes import (
     GRAVITY,
     PROBLEMS,
+    System,
+    agreed,
     amplitudes,
     damped_curves,
     fastest_decay,
@@ -100,6 +103,22 @@ def trial_pipe() -> Answers:
     return spring | both(frequencies, "measures.low.value", "measures.high.value")
 
 
+TRIAL_RATIO, TRIAL_TUNING = "goal", "variables.absorbers.trial.tuning"
+
+
+def identified_pipe() -> Answers:
+    """9.53: the trial of one kilogram as a part of the pipe, and its tuning."""
+    found = solved("9.53 both frequencies")
+    return proven({TRIAL_RATIO: 1 / found["main.mass"], TRIAL_TUNING: found["trial.tuning"] / rpm(800)})
+
+
+def pipe_of_one_frequency() -> Answers:
+    """9.53: the same with the trial at 800 rpm; both natural frequencies then multiply to the square of that."""
+    ratio = 1 / solved("9.53 as printed")["main.mass"]
+    upper = with_absorber(mpf(1), rpm(800) ** 2, ratio, ratio * rpm(800) ** 2)[1]
+    return proven({TRIAL_RATIO: ratio, "measures.high.value": agreed(upper, rpm(800) ** 2 / rpm(750))})
+
+
 def floor() -> Answers:
     found = solved("9.54")
     answers = {"measures.mass.value": found["mass"], "measures.ratio.value": found["ratio"]}
@@ -118,13 +137,23 @@ def printed_floor() -> Answers:
 def hollow_shaft(problem: str) -> Answers:
     found = solved(problem)
     return {
+        STATUS: "optimal",
         absorber("shaft.diameter"): found["outer"],
+        "measures.own.value": found["main.frequency"],
         "measures.first_shaft.value": found["main.stiffness"],
         "measures.first_disc.value": found["main.inertia"],
         "measures.second_disc.value": found["inertia"],
         "measures.second_shaft.value": found["stiffness"],
         **both(found["frequencies"], "measures.low.value", "measures.high.value"),
     }
+
+
+def quarter_below() -> Answers:
+    """9.57 with the lower natural frequency a quarter below, as the print chooses."""
+    found = solved("9.57")
+    low, high = found["printed_rule.frequencies"]
+    springs = {GOAL: found["printed_rule.inertia"], "measures.spring.value": found["printed_rule.stiffness"]}
+    return proven(springs | both([low, high]))
 
 
 def printed_rotor() -> Answers:
@@ -186,11 +215,20 @@ def best_curve(mu: str) -> Answers:
     return proven({GOAL: best["peak"] / 1000, **answers})
 
 
-RESPONSES = (
-    *(("0", g) for g in ("0.5", "0.6", "0.7", "0.9", "1.1")),
-    *(("0.1", g) for g in ("0.9", "1.1")),
-    *(("10", g) for g in ("1.7", "1.8", "1.9")),
-)
+def points_of_curves() -> Answers:
+    """9.66 at every hundredth of the printed points: motions over a static deflection of 1 mm."""
+    answers = {}
+    for zeta, mu in CURVES:
+        system = System(mpf(mu), mpf(1), 2 * mpf(zeta))
+        for tenths in range(6, 14):
+            x = (mpf(tenths) / 10) ** 2
+            name = f"{zeta[2:]}_{mu[2:]}_g_{tenths:02d}"
+            answers[f"measures.main_{name}.value"] = system.height(x) / 1000
+            answers[f"measures.absorber_{name}.value"] = system.height(x, motion="absorber") / 1000
+    return answers
+
+
+RESPONSES = tuple((zeta, f"{tenths / 10:.1f}") for zeta in ("0", "0.1", "10") for tenths in range(5, 20))
 
 
 def responses() -> Answers:
@@ -251,9 +289,17 @@ def undamped_bridge() -> Answers:
     found = solved("9.62")
     speeds = both(found["undamped.frequencies"], "measures.low.value", "measures.high.value")
     return {
+        absorber("stiffness"): found["undamped.stiffness"],
+        "measures.bridge.value": found["undamped.main.amplitude"],
         "measures.swing.value": found["undamped.absorber.amplitude"],
         "measures.own.value": found["main.frequency"],
     } | speeds
+
+
+def bridge_of_least_swing() -> Answers:
+    """9.62: a tuned absorber that carries all of the force swings by the force over its spring."""
+    stiffness = mpf(600) / mpf("0.1")
+    return proven({GOAL: stiffness / solved("9.62")["main.frequency"] ** 2, "measures.spring.value": stiffness})
 
 
 def motor_off_resonance() -> Answers:
@@ -270,6 +316,29 @@ def pulley() -> Answers:
         answers[f"measures.mass_{name}.value"] = found["main.amplitude"]
         answers[f"measures.rim_{name}.value"] = found["pulley.angle"] / 10
     return answers
+
+
+def pulley_quiet_speeds() -> Answers:
+    """9.64: frequencies up to 100 rad/s at which the mass moves by no more than 1 mm."""
+
+    def excess(speed: Real) -> Real:
+        return pulley_absorber(speed)["main.amplitude"] - mpf("0.001")
+
+    quiet = pulley_absorber()["quiet_at"]
+    grid = [mpf(step) / 10 for step in range(1, 1000)]
+    brackets = sorted([quiet, *grid])
+    values = [excess(speed) for speed in brackets]
+    pairs = zip(pairwise(brackets), pairwise(values), strict=True)
+    ends = [findroot(excess, ends, solver="anderson") for ends, (one, other) in pairs if one * other < 0]
+    low, high, last = ends
+    return {"set": [(low, high), (last, mpf(100))]}
+
+
+def pulley_spring() -> Answers:
+    """9.64: I0 w^2 = R^2 (K1 + K2) at 300 rpm; all of the force then stretches the rope of 1 kN/m."""
+    inertia, radius, rope = mpf("0.04"), mpf("0.1"), mpf(1000)
+    stiffness = inertia * rpm(300) ** 2 / radius**2 - rope
+    return {"variables.links.spring.stiffness": stiffness, GOAL: mpf(0), "measures.rim.value": 50 / rope}
 
 
 # --- the assignment --------------------------------------------------------------------------
@@ -326,6 +395,8 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_53_one_frequency": partial(tuned, "9.53 as printed"),
     "rao_9_53_printed_design": printed_pipe,
     "rao_9_53_trial": trial_pipe,
+    "rao_9_53_trial_identified": identified_pipe,
+    "rao_9_53_trial_read_as_printed": pipe_of_one_frequency,
     "rao_9_54": floor,
     "rao_9_55": partial(tuned, "9.55"),
     "rao_9_55_tuned_freely": partial(free, "9.55"),
@@ -334,6 +405,7 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_56_half_a_metre": partial(hollow_shaft, "9.56 half a metre"),
     "rao_9_57": partial(tuned, "9.57"),
     "rao_9_57_tuned_freely": partial(free, "9.57"),
+    "rao_9_57_quarter_below": quarter_below,
     "rao_9_57_printed_design": printed_rotor,
     "rao_9_58": ratios_table,
     "rao_9_59": quiet_range,
@@ -341,10 +413,14 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_61": least_on_beam,
     "rao_9_61_printed_design": printed_on_beam,
     "rao_9_62": damped_bridge,
-    "rao_9_62_printed_design": undamped_bridge,
+    "rao_9_62_undamped": undamped_bridge,
+    "rao_9_62_least_swing": bridge_of_least_swing,
     "rao_9_63": motor_off_resonance,
     "rao_9_64": pulley,
+    "rao_9_64_quiet_speeds": pulley_quiet_speeds,
+    "rao_9_64_spring": pulley_spring,
     "rao_9_66": curves,
+    "rao_9_66_table": points_of_curves,
     "rao_9_66_best_fifth": partial(best_curve, "0.2"),
     "rao_9_66_best_half": partial(best_curve, "0.5"),
     "rao_9_67_half_above": partial(stiff_table, "1.5"),
