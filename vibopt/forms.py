@@ -183,6 +183,28 @@ class ModeFrequency:
 
 
 @dataclass(frozen=True, slots=True)
+class ModeRatio:
+    """Motion over motion in undamped mode number `mode`, with its sign: (of . phi) / (to . phi); rows (n_coords,)."""
+
+    mode: int
+    of: FloatArray
+    to: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMotion:
+    """Motion row . u [m], with its sign, `after` a time [s] of free vibration.
+
+    row (n_coords,); displacements [m] and velocities [m/s] at the start, (n_free,).
+    """
+
+    row: FloatArray
+    displacements: FloatArray
+    velocities: FloatArray
+    after: float
+
+
+@dataclass(frozen=True, slots=True)
 class ModeDamping:
     """Damping ratio of the `mode`-th least damped mode (1 is the least)."""
 
@@ -233,6 +255,8 @@ Form = (
     | ModeFrequency
     | ModeGap
     | EnergyShare
+    | ModeRatio
+    | FreeMotion
     | ModeDamping
     | DecayRate
     | RootMeanSquare

@@ -9,7 +9,7 @@ from functools import cache, partial
 from itertools import pairwise
 from typing import Any
 
-from mpmath import findroot, lu_solve, matrix, mpc, mpf, pi, sqrt
+from mpmath import cos, findroot, lu_solve, matrix, mpc, mpf, pi, sqrt
 
 from absorber_cases import CASES
 from absorber_routes import (
@@ -351,7 +351,20 @@ def chain() -> Answers:
     lower, upper = mpc(k1, w * c1), mpc(k2, w * c2)
     moved = lu_solve(matrix([[lower + upper - m1 * w**2, -upper], [-upper, upper - m2 * w**2]]), matrix([lower, 0]))
     motions = {f"measures.motion_{i + 1}.value": abs(moved[i]) for i in range(2)}
-    return {"measures.first.value": first, "measures.second.value": second, **motions}
+    ratios = {f"measures.ratio_{i + 1}.value": solved("assignment 4 a")["mode_ratios"][i] for i in range(2)}
+    return {"measures.first.value": first, "measures.second.value": second, **ratios, **motions}
+
+
+def let_go() -> Answers:
+    """Assignment 4 a: the sum of both modes without damping."""
+    found = solved("assignment 4 a")
+    modes = list(zip(found["frequencies"], found["sizes"], found["phases"], found["mode_ratios"], strict=True))
+    answers = {}
+    for millis in (100, 400):
+        moved = [size * cos(w * mpf(millis) / 1000 + phase) for w, size, phase, _ in modes]
+        answers[f"measures.first_{millis}.value"] = sum(moved)
+        answers[f"measures.second_{millis}.value"] = sum(one * mode[3] for one, mode in zip(moved, modes, strict=True))
+    return answers
 
 
 def pendulum() -> Answers:
@@ -428,6 +441,7 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_67_four_and_a_half": partial(stiff_table, "4.5"),
     "rao_9_71": responses,
     "assignment_4a": chain,
+    "assignment_4a_let_go": let_go,
     "assignment_4b": pendulum,
     "assignment_4b_length": pendulum_length,
     "cabinet_after_a_knock": after_a_knock,

@@ -40,7 +40,8 @@ _PLAIN = {
 def place_of(response: Response) -> str:
     """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
     place = next((f"{key} {getattr(response, key)}" for key in PLACES if getattr(response, key, None)), "")
-    return f"{place}{_way(response)}"
+    other = getattr(response, "relative_to", None)
+    return f"{place}{f' relative to {other}' if other else ''}{_way(response)}"
 
 
 def _way(response: Response) -> str:

@@ -283,6 +283,20 @@ class Machine:
         K = B diag(k) B^T, so the frequencies are the singular values of M^-1/2 B diag(k)^1/2:
         no squares are taken and small ones keep their digits.
         """
+        return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
+
+    def mode_shapes(self) -> tuple[FloatArray, FloatArray]:
+        """Undamped natural frequencies, ascending (n_bodies,) [rad/s], and their shapes (n_bodies, n_modes)."""
+        left, values, _ = np.linalg.svd(self._spring_columns())
+        roots = np.sqrt(np.array(list(self.masses.values())))
+        return values[::-1], (left / roots[:, None])[:, ::-1]
+
+    def row(self, body: str) -> FloatArray:
+        """The row that reads the motion of a body, (n_bodies,)."""
+        return np.array([float(name == body) for name in self.masses])
+
+    def _spring_columns(self) -> FloatArray:
+        """M^-1/2 B diag(k)^1/2, (n_bodies, at least n_bodies)."""
         names = list(self.masses)
         columns = np.zeros((len(names), max(len(self.joints), len(names))))
         for j, joint in enumerate(self.joints):
@@ -290,7 +304,8 @@ class Machine:
                 if end in self.masses:
                     columns[names.index(end), j] = sign * np.sqrt(joint.stiffness)
         roots = np.sqrt(np.array([self.masses[name] for name in names]))
-        return np.sort(np.linalg.svd(columns / roots[:, None], compute_uv=False))
+        scaled: FloatArray = columns / roots[:, None]
+        return scaled
 
     def sag(self) -> dict[str, float] | None:
         """Displacement of every point under the weights [m], down positive; None when nothing holds it."""

@@ -14,9 +14,11 @@ from vibopt.forms import (
     EnergyShare,
     FloatArray,
     Form,
+    FreeMotion,
     ModeDamping,
     ModeFrequency,
     ModeGap,
+    ModeRatio,
     Modulus,
     Monomials,
     Output,
@@ -33,6 +35,7 @@ from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequenc
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
+from vibopt.program.free import free_value
 from vibopt.program.highest import highest, mount_count
 from vibopt.program.spatial import spatial_value
 
@@ -68,6 +71,8 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
         return (squeezed if form.signed else abs(squeezed)) * float(monomials(form.factor, x))
     if isinstance(form, StaticForce | ModeGap | EnergyShare):
         return spatial_value(model, form, x)
+    if isinstance(form, ModeRatio | FreeMotion):
+        return free_value(model, form, p)
     if isinstance(form, ModeFrequency):
         return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
     if isinstance(form, RootMeanSquare):

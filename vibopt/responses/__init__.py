@@ -3,8 +3,10 @@
 from vibopt.responses.absorbers import AbsorberMass, MassRatio, OwnFrequency, Stroke, Tuning
 from vibopt.responses.damping import DampingOfModes, LossFactor, ModeDampingRatio
 from vibopt.responses.decay_rate import DecayRateOfModes
+from vibopt.responses.free_displacement import FreeDisplacement
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.kind import HarmonicResponse, Response
+from vibopt.responses.mode_ratio import RatioInMode
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
 from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.responses.parameters import Count, Damping, Mass, Stiffness, TotalMass
@@ -58,6 +60,8 @@ KINDS: dict[str, type[Response]] = {
     "energy_share": EnergyShareOfBody,
     "frequency_separation": FrequencySeparation,
     "decay_rate": DecayRateOfModes,
+    "mode_ratio": RatioInMode,
+    "free_displacement": FreeDisplacement,
     "rms_displacement": RmsDisplacement,
     "rms_velocity": RmsVelocity,
     "rms_acceleration": RmsAcceleration,

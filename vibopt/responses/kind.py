@@ -55,7 +55,7 @@ class Response(Table):
     """A response with its place; `at_most` / `at_least` make it a limit.
 
     Class attributes of each kind: `dimension` of its value, `amplitude` (pk, pp, rms apply),
-    `complement` (the value is one minus the form's value).
+    `complement` (the value is one minus the form's value), `signed` (the value has a sign and is only measured).
     """
 
     response: str
@@ -67,6 +67,7 @@ class Response(Table):
     complement: ClassVar[bool] = False
     harmonic: ClassVar[bool] = False
     random: ClassVar[bool] = False
+    signed: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod

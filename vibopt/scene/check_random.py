@@ -26,7 +26,7 @@ TWINS = {
 def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
     """Add what is wrong between a response and the noises of the scene; whether the rest is worth checking."""
     if response.response == "decay_rate":
-        _lossy(scene, path, "decay rate of free vibration", mistakes)
+        check_lossy(scene, path, "decay rate of free vibration", mistakes)
     if not isinstance(response, HarmonicResponse | RandomResponse):
         return True
     if not _known(scene, path, response, mistakes, broken):
@@ -97,7 +97,7 @@ def _misfit(path: Path, response: HarmonicResponse | RandomResponse, name: str, 
     )
 
 
-def _lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None:
+def check_lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None:
     """A loss factor knows steady harmonic motion only."""
     lossy = [
         f"{family}.{name}"
@@ -114,7 +114,7 @@ def _lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None:
 
 def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mistakes, broken: set[str]) -> None:
     """What is infinite whatever the design, and what no noise reaches."""
-    _lossy(scene, path, "response to white noise", mistakes)
+    check_lossy(scene, path, "response to white noise", mistakes)
     names, key = names_for(scene, response), response.response
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
         return

@@ -6,7 +6,7 @@ does not have is refused by the reader of scenes, with a suggestion.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TypedDict, Unpack
 
 from vibopt.scene.language.limit import Measure
@@ -117,6 +117,16 @@ class Responses:
     def decay_rate(self, **words: Unpack[Shown]) -> Measure:
         """Least decay rate of all modes, rigid motion left out [1/s]."""
         return Measure("decay_rate", **words)
+
+    def mode_ratio(self, *, of: str, relative_to: str, mode: int | None = None, **words: Unpack[Shown]) -> Measure:
+        """Motion of a body over that of another in an undamped mode, with its sign; mode 1 without a `mode`."""
+        return Measure("mode_ratio", of=of, relative_to=relative_to, mode=mode, **words)
+
+    def free_displacement(
+        self, *, of: str, after: str, released: Mapping[str, Mapping[str, str]], **words: Unpack[Shown]
+    ) -> Measure:
+        """Motion of a body `after` a time of free vibration, with its sign; `released` says how it begins [m]."""
+        return Measure("free_displacement", of=of, after=after, released=released, **words)
 
     def insertion_loss(self, *, across: str, **words: Unpack[Looked]) -> Measure:
         """Motion of the receiver with the link rigid over that with the link; a ratio, usually in dB."""

@@ -1,0 +1,42 @@
+"""How two bodies move against each other in a natural mode."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import model_validator
+
+from vibopt.forms import Combine, Drive, Form, ModeRatio
+from vibopt.mechanics.free import shape_ratio
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import Model
+from vibopt.responses.kind import Response
+from vibopt.values import word
+
+
+class RatioInMode(Response):
+    """`response = "mode_ratio"`: motion `of` a body over that of `relative_to`, in undamped mode number `mode`.
+
+    Positive where both move the same way; infinite where the other stands still, or where the mode shares its
+    frequency with another, so that it has no shape of its own.
+    """
+
+    of: str
+    relative_to: str
+    mode: int = 1
+    signed: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _words(self) -> RatioInMode:
+        if self.mode < 1:
+            raise word("has a mode below 1. Modes are counted from 1, the lowest.")
+        return self
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "body"), "relative_to": (self.relative_to, "body")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return ModeRatio(self.mode, model.points[self.of], model.points[self.relative_to])
+
+    def measure_static(self, machine: Machine) -> float:
+        return shape_ratio(*machine.mode_shapes(), self.mode, machine.row(self.of), machine.row(self.relative_to))
