@@ -156,6 +156,13 @@ def quarter_below() -> Answers:
     return proven(springs | both([low, high]))
 
 
+def disc_at_rest() -> Answers:
+    """9.56 at the natural frequency of the first disc: all of the torque is in the second shaft."""
+    found = solved("9.56")
+    twist = {"measures.twist.value": 300 / found["stiffness"]}
+    return {absorber("shaft.diameter"): found["outer"], GOAL: mpf(0), **twist}
+
+
 def printed_rotor() -> Answers:
     """9.57 with the printed inertia and stiffness."""
     frequencies = with_absorber(mpf(15), mpf(600_000), mpf("5.1045"), mpf(204_200))
@@ -416,6 +423,7 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_55_printed_design": printed_floor,
     "rao_9_56": partial(hollow_shaft, "9.56"),
     "rao_9_56_half_a_metre": partial(hollow_shaft, "9.56 half a metre"),
+    "rao_9_56_held_at_rest": disc_at_rest,
     "rao_9_57": partial(tuned, "9.57"),
     "rao_9_57_tuned_freely": partial(free, "9.57"),
     "rao_9_57_quarter_below": quarter_below,
