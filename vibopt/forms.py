@@ -7,11 +7,13 @@ Speeds and frequencies are in rad/s, amplitudes are peak values in SI units.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     FloatArray = NDArray[np.float64]
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 else:  # numpy.typing is slow to load, and only a type checker reads it
     FloatArray = ComplexArray = BoolArray = IntArray = np.ndarray
 
+Values = TypeVar("Values", FloatArray, ComplexArray)
 Combine = Literal["sum", "rss", "peak"]
 Sense = Literal["greatest", "least"]
 
@@ -65,16 +68,26 @@ class Amplitude:
 
     def at(self, speed: FloatArray) -> FloatArray:
         """Amplitude at each speed [rad/s], shape of `speed`; signed factors allowed."""
-        speed = np.asarray(speed, dtype=float)
+        return self.by_piece(np.asarray(speed, dtype=float), Piece.at)
+
+    def by_piece(self, speed: FloatArray, function: Callable[[Piece, FloatArray], Values]) -> Values:
+        """A function of the piece that holds and of the speed, at each speed [rad/s]."""
         if len(self.pieces) == 1:
-            return self.pieces[0].at(speed)
+            return function(self.pieces[0], speed)
         ends = np.array([piece.band.high for piece in self.pieces[:-1]])
         which = np.searchsorted(ends, speed, side="left")
-        value = np.empty_like(speed)
-        for index, piece in enumerate(self.pieces):
-            chosen = which == index
-            value[chosen] = piece.at(speed[chosen])
+        parts = [(which == index, piece) for index, piece in enumerate(self.pieces)]
+        found = [(chosen, function(piece, speed[chosen])) for chosen, piece in parts]
+        value = np.empty(speed.shape, dtype=found[0][1].dtype)
+        for chosen, part in found:
+            value[chosen] = part
         return value
+
+    @property
+    def power_at_rest(self) -> int:
+        """Power of the speed as which the amplitude begins at standstill."""
+        first = self.pieces[0]
+        return first.power + (1 if first.constant == 0.0 and first.slope else 0)
 
     def breaks(self) -> tuple[float, ...]:
         """Speeds [rad/s] at which one piece ends and the next begins."""

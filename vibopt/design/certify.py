@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from vibopt.design.build import machine_of
 from vibopt.design.noise import rms_of
+from vibopt.design.rest import Orders, orders_of
 from vibopt.excitations import Excitation
-from vibopt.forms import Band, Combine, ComplexArray, FloatArray
+from vibopt.forms import Band, Combine, ComplexArray, FloatArray, Line
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import Extreme, greatest, least
@@ -22,13 +24,15 @@ from vibopt.mechanics.ties import foremost
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.natural_frequency import NaturalFrequency
-from vibopt.scene.drives import bands_for, combine_for, names_for
+from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.values import SpeedRange
 
 _OTHERS = (0.118, 0.382, 0.764)
 """Parts of a band at which a machine is also measured in full, whatever the worst speed."""
+_AS_REST = 1e-6
+"""Part of the reach of the orders at which a ratio of two motions is as at rest."""
 TOLERANCE = 1e-9
 """Part of a bound by which a design may miss it: rounding, and no more."""
 
@@ -92,7 +96,7 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     between = any(not band.is_point for band in bands)
     poles = machine.poles() if between else np.zeros(0, dtype=complex)
     if isinstance(response, InsertionLoss) and between:
-        poles = np.concatenate([poles, joined(machine, response.across).poles()])
+        poles = np.concatenate([poles, shaken.bolted.poles()])
     singular = np.concatenate([poles / line.order for line in lines])
     breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
     found = (least if want_least else greatest)(shaken, bands, singular, breaks)
@@ -125,25 +129,59 @@ class Shaken:
     def __call__(self, speed: FloatArray) -> FloatArray:
         """Combined peak amplitude, shape of `speed` [rad/s]; a ratio for normalised responses."""
         with np.errstate(all="ignore"):
-            value = self._size(self.machine, speed)
-            if isinstance(self.response, InsertionLoss):
-                value = self._size(joined(self.machine, self.response.across), speed) / value
+            if not isinstance(self.response, InsertionLoss):
+                value = self._size(self.machine, speed)
+            else:
+                moving = np.maximum(speed, _AS_REST * self._within)
+                value = self._size(self.bolted, moving) / self._size(self.machine, moving)
         return np.where(np.isnan(value), np.inf, value)
 
     def _size(self, machine: Machine, speed: FloatArray) -> FloatArray:
-        found: list[ComplexArray] = []
         lines = self.excitation.lines(np.ones(1))
-        place = self._place(machine)
-        for line in lines:
-            size = np.ones_like(speed) if self.response.normalised else line.amplitude.at(speed)
-            drive = line.vector[0] * size.astype(complex)
-            acts = self.excitation.acts if self.excitation.direction_known else {place: 1.0}
-            shaken = {key: weight * drive for key, weight in acts.items()}
-            forces = shaken if self.excitation.family == "bodies" else {}
-            bases = shaken if self.excitation.family == "bases" else {}
-            motion = machine.shake(line.order * speed, forces, bases)
-            found.append(self.response.measure(self.machine, motion))
+        found = [self._line(machine, line, speed) for line in lines]
         return combined(found, tuple(line.order for line in lines), self.combine)
+
+    def _line(self, machine: Machine, line: Line, speed: FloatArray) -> ComplexArray:
+        """One harmonic of the response; near standstill by orders, where a force or a base goes with no end of motion."""
+        amplitude = UNIT if self.response.normalised else line.amplitude
+        orders = self._orders(machine, line) if machine.loose or amplitude.power_at_rest < 0 else None
+        if orders is None or not (near := line.order * speed < orders.reach).any():
+            return self._steady(machine, line, line.order * speed, amplitude.at(speed))
+        moving = np.where(near, orders.reach / line.order, speed)
+        value = self._steady(machine, line, line.order * moving, amplitude.at(moving))
+        value[near] = orders.times(amplitude, line.order, speed[near])
+        return value
+
+    def _steady(self, machine: Machine, line: Line, omega: FloatArray, size: FloatArray) -> ComplexArray:
+        drive = line.vector[0] * size.astype(complex)
+        acts = self.excitation.acts if self.excitation.direction_known else {self._place(machine): 1.0}
+        shaken = {key: weight * drive for key, weight in acts.items()}
+        forces = shaken if self.excitation.family == "bodies" else {}
+        bases = shaken if self.excitation.family == "bases" else {}
+        return self.response.measure(self.machine, machine.shake(omega, forces, bases))
+
+    def _orders(self, machine: Machine, line: Line) -> Orders:
+        key = machine is self.machine, line.order, complex(line.vector[0])
+        if key not in self._known:
+            self._known[key] = orders_of(lambda w: self._steady(machine, line, w, np.ones(w.shape)), machine)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[tuple[bool, float, complex], Orders]:
+        return {}
+
+    @cached_property
+    def bolted(self) -> Machine:
+        assert isinstance(self.response, InsertionLoss)
+        return joined(self.machine, self.response.across)
+
+    @cached_property
+    def _within(self) -> float:
+        """A speed below which the orders of all lines hold [rad/s]; zero where none are needed."""
+        machines = (self.machine, self.bolted)
+        lines = self.excitation.lines(np.ones(1))
+        loose = [one for one in machines if one.loose]
+        return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
 
     def _place(self, machine: Machine) -> str:
         """Where the excitation acts; the receiver, where its body has been joined with it."""

@@ -55,6 +55,8 @@ def modal_of(model: Model, p: FloatArray) -> Modal | None:
     if model.n_free < WORTH:
         return None
     mass, damping, stiffness, hysteretic = free_matrices(model, p)
+    if not stiffness.any(axis=0).all():  # rigid motion
+        return None
     return decompose(mass, damping, stiffness + 1j * hysteretic)
 
 

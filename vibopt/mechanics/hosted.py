@@ -48,8 +48,11 @@ class Carrier:
         return Dashed(self.matrices, self.places, self.dash)
 
     def answer(self, omega: FloatArray, *, full: bool) -> ComplexArray:
-        """Receptances with the damper at each point, (n, p, p); `full` solves the matrices themselves."""
-        if full and self.matrices is not None:
+        """Receptances with the damper at each point, (n, p, p); `full` solves the matrices themselves.
+
+        At complex frequencies by the coordinates.
+        """
+        if full and self.matrices is not None and not np.iscomplexobj(omega):
             return self._dashed.receptances(omega)
         return self.coordinates.receptances(omega, self.dash)
 
@@ -82,7 +85,7 @@ class HostedMachine(Machine):
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`; rows of bodies are balances of forces, rows of points say u = H f."""
-        flat = np.ravel(np.asarray(omega, dtype=float))
+        flat = np.ravel(omega)
         names = list(self.places)
         stiff, load = self._joints(names, flat, bases)
         for name, force in forces.items():

@@ -99,8 +99,11 @@ class Machine:
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """Motion under forces [N] on bodies and motions [m] of bases, each of the shape of `omega`.
 
-        Solved in real arithmetic for the cosine and the sine part of every displacement.
+        Solved in real arithmetic for the cosine and the sine part of every displacement; a complex `omega` continues
+        it off the axis.
         """
+        if np.iscomplexobj(omega):
+            return self._shake_beside(omega, forces, bases)
         if len(self.masses) >= WORTH and omega.size > _MANY and self._modes is not None:
             return self._shake_modes(self._modes, omega, forces, bases)
         names = list(self.masses)
@@ -132,6 +135,22 @@ class Machine:
         self, modal: Modal, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
     ) -> Motion:
         """As `shake`, through complex modes: for many frequencies of a large machine."""
+        return self._motion(modal.motion(self._load(omega, forces, bases), omega), omega, forces, bases)
+
+    def _shake_beside(
+        self, omega: ComplexArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> Motion:
+        """As `shake`, at complex frequencies."""
+        mass, damping, stiffness, hysteretic = self.matrices()
+        w = omega[..., None, None]
+        load = self._load(omega, forces, bases)[..., None]
+        moved = np.linalg.solve(stiffness + 1j * hysteretic + 1j * w * damping - w**2 * mass, load)[..., 0]
+        return self._motion(moved, omega, forces, bases)
+
+    def _load(
+        self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> ComplexArray:
+        """Force on each body [N], shape (..., n): from outside, and from joints whose other ends are moved."""
         names = list(self.masses)
         load = np.zeros((*omega.shape, len(names)), dtype=complex)
         for name, force in forces.items():
@@ -141,8 +160,12 @@ class Machine:
                 if here in self.masses and there in bases:
                     stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping
                     load[..., names.index(here)] += stiff * bases[there]
-        moved = modal.motion(load, omega)
-        points = {name: moved[..., i] for i, name in enumerate(names)}
+        return load
+
+    def _motion(
+        self, moved: ComplexArray, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> Motion:
+        points = {name: moved[..., i] for i, name in enumerate(self.masses)}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
         return Motion(points, forces, omega)
@@ -277,6 +300,12 @@ class Machine:
         rates: ComplexArray = np.linalg.eigvals(state) * size
         return -1j * rates
 
+    @cached_property
+    def loose(self) -> int:
+        """Number of poles at zero: motions on which no spring, and again those on which no damper does any work."""
+        _, damping, stiffness, _ = self.matrices()
+        return _nullity(stiffness) + _nullity(stiffness, damping)
+
     def natural_frequencies(self) -> FloatArray:
         """Undamped natural frequencies, ascending [rad/s], shape (n_bodies,), by singular values.
 
@@ -323,6 +352,16 @@ class Machine:
             return None
         down = np.linalg.solve(flexibility_free, load)
         return dict(zip(names, down.tolist(), strict=True))
+
+
+def _nullity(*matrices: FloatArray) -> int:
+    """Directions along which none of some positive matrices (n, n) does work."""
+    scaled = []
+    for matrix in matrices:
+        size = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
+        scaled.append(matrix / size[:, None] / np.abs(matrix / size[:, None]).max(initial=1e-300))
+    rank = int(np.linalg.matrix_rank(np.concatenate(scaled), tol=1e-12))
+    return int(matrices[0].shape[0]) - rank
 
 
 def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:

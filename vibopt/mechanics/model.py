@@ -251,12 +251,23 @@ class Model:
             basis=whole,
         )
 
-    def carry(self, drive: Drive) -> Drive:
-        """An excitation written for the full coordinates, on these."""
-        if not self.basis.size:
-            return drive
-        lines = tuple(replace(line, vector=line.vector @ self.basis) for line in drive.lines)
-        return replace(drive, lines=lines)
+    def through(self, whole: FloatArray, nothing: float) -> Model:
+        """The model in as many other coordinates v, u = whole @ v, whole (n_coords, n_coords).
+
+        The last ones are those of the bases, as they were.  A sum below the part `nothing` of its terms is rounding.
+        """
+
+        def moved(row: FloatArray) -> FloatArray:
+            new = row @ whole
+            return np.asarray(np.where(np.abs(new) <= nothing * (np.abs(row) @ np.abs(whole)), 0.0, new))
+
+        return replace(
+            self,
+            points={name: moved(row) for name, row in self.points.items()},
+            terms=tuple(replace(term, vector=moved(term.vector)) for term in self.terms),
+            links={name: moved(row) for name, row in self.links.items()},
+            basis=self.basis @ whole if self.basis.size else whole,
+        )
 
 
 def factors(kinds: IntArray, omega: FloatArray) -> ComplexArray:

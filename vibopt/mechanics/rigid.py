@@ -207,14 +207,7 @@ class SpaceMachine(Machine):
                 if here in self.line and moved is not None:
                     z1 = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * flat * joint.damping
                     load[:, self.line.index(here)] += z1 * moved[:, 2]
-        mass, damping, stiffness, hysteretic = self._four
-        matrix = np.zeros((flat.size, 2 * n, 2 * n))
-        elastic = stiffness - flat[:, None, None] ** 2 * mass
-        dash = flat[:, None, None] * damping + hysteretic
-        matrix[:, :n, :n], matrix[:, n:, n:] = elastic, elastic
-        matrix[:, :n, n:], matrix[:, n:, :n] = -dash, dash
-        both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
-        state = (both[:, :n] + 1j * both[:, n:]).reshape(*omega.shape, n)
+        state = self._state(flat, load).reshape(*omega.shape, n)
         points = {name: state[..., i] for i, name in enumerate(self.line)}
         for name in (*self.rigid, *self.fixed):
             for k in range(3):
@@ -226,6 +219,21 @@ class SpaceMachine(Machine):
             for axis in _LETTERS:
                 points[f"{base}.{axis}"] = bases.get(f"{base}.{axis}", zero)
         return Motion(points, forces, omega)
+
+    def _state(self, omega: FloatArray, load: ComplexArray) -> ComplexArray:
+        """Coordinates under loads, each (n_speeds, n); in real arithmetic at real frequencies."""
+        mass, damping, stiffness, hysteretic = self._four
+        elastic = stiffness - omega[:, None, None] ** 2 * mass
+        dash = omega[:, None, None] * damping + hysteretic
+        if np.iscomplexobj(omega):
+            return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
+        n = load.shape[1]
+        matrix = np.zeros((omega.size, 2 * n, 2 * n))
+        matrix[:, :n, :n], matrix[:, n:, n:] = elastic, elastic
+        matrix[:, :n, n:], matrix[:, n:, :n] = -dash, dash
+        both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
+        state: ComplexArray = both[:, :n] + 1j * both[:, n:]
+        return state
 
     def _base(self, place: str, supports: Mapping[str, ComplexArray]) -> ComplexArray | None:
         """Motion of a base (n, 3); None where it does not move."""

@@ -109,8 +109,10 @@ class Linear:
         blocks = [block(np.flatnonzero(which.ravel() == g)) for g in range(len(table))]
         n = model.n_free
         change = np.eye(n + 1)
-        with contextlib.suppress(np.linalg.LinAlgError):
-            change[:n, :n] = mode_shapes(model, model.values(np.ones(model.n_vars)))[1]
+        p = model.values(np.ones(model.n_vars))
+        if model.matrix(STIFFNESS, p)[:n, :n].any(axis=0).all():  # else rigid motion, which stands by itself as it is
+            with contextlib.suppress(np.linalg.LinAlgError):
+                change[:n, :n] = mode_shapes(model, p)[1]
         whole = change.T @ np.array([*blocks, nothing], dtype=complex) @ change
         return cls(table[:, :-1], table[:, -1].astype(int), whole)
 

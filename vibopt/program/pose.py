@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Monomials, StaticLoad, StaticRow
+from vibopt.forms import Drive, FloatArray, Form, Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.mechanics.model import Model
+from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.program.reduce import reduced
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
@@ -103,20 +104,38 @@ def rated_name(link: str) -> str:
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:
     """The smallest exact model for a response, and its form on it."""
     form = form_of(scene, full, response)
-    if not reduce or full.n_free == 1:
-        return full, form
-    model = reduced(full, form)
-    return model, form if model is full else form_of(scene, model, response)
+    model = full if not reduce or full.n_free == 1 else reduced(full, form)
+    if not isinstance(form, Modulus):
+        return model, form if model is full else form_of(scene, model, response)
+    smooth = graded(model, form)
+    form = form if smooth is full else form_of(scene, smooth, response)
+    assert isinstance(form, Modulus)
+    return smooth, form if smooth is model else from_rest(smooth, form, _some_design(scene, smooth))
+
+
+def _some_design(scene: Scene, model: Model) -> FloatArray:
+    """A design in the middle of all ranges (n_vars,); ones where the model has other variables."""
+    ends = [[end for end in (v.low, v.high) if 0.0 < end < np.inf] or [1.0] for v in scene.variables]
+    found = np.array([np.exp(np.mean(np.log(one))) for one in ends])
+    return found if len(found) == model.n_vars else np.ones(model.n_vars)
 
 
 def form_of(scene: Scene, model: Model, response: Response) -> Form:
     """The form of one response on a model."""
     if isinstance(response, HarmonicResponse):
-        drives = drives_for(scene, response, model.points)
+        drives = tuple(_pushed(scene, model, one) for one in drives_for(scene, response, model.points))
         return response.form(model, drives, combine_for(scene, response))
     if isinstance(response, RandomResponse):
         return response.noise_form(model, noises_for(scene, response, model.points))
     return response.form(model, (), "sum")
+
+
+def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:
+    """A force acts on free coordinates alone, also where a body's row counts the base that it rides on."""
+    if scene.excitations[drive.name].family != "bodies":
+        return drive
+    acts = np.arange(model.n_coords) < model.n_free
+    return replace(drive, lines=tuple(replace(line, vector=np.where(acts, line.vector, 0.0)) for line in drive.lines))
 
 
 def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bool) -> list[Limit]:

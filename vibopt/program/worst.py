@@ -190,8 +190,8 @@ def rigid_model(model: Model, link: str) -> Model:
     """The model with the two ends of a link joined."""
     row = model.links[link][: model.n_free]
     basis = np.eye(model.n_free)
-    first, second = int(np.flatnonzero(row < 0)[0]), int(np.flatnonzero(row > 0)[0])
-    basis[first, second] = 1.0
+    first = int(np.abs(row).argmax())
+    basis[first] = -row / row[first]
     return model.on_basis(np.delete(basis, first, axis=1))
 
 

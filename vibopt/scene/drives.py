@@ -17,7 +17,7 @@ from vibopt.scene.scene import Scene
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import VEHICLE
 
-_UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
+UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
 
 
 def names_for(scene: Scene, response: HarmonicResponse | RandomResponse) -> tuple[str, ...]:
@@ -65,7 +65,7 @@ def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, Fl
         excitation = scene.excitations[name]
         lines = excitation.lines(row_of(excitation, points))
         if response.normalised:
-            lines = tuple(replace(line, amplitude=_UNIT) for line in lines)
+            lines = tuple(replace(line, amplitude=UNIT) for line in lines)
         drives.append(Drive(name, lines, bands_for(scene, response, name)))
     return tuple(drives)
 

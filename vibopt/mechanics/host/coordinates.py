@@ -53,7 +53,7 @@ class Coordinates:
         With a damper `dash` [N s/m] between every point and the ground, an undamped resonance stays finite.
         """
         rows = self.rows()
-        w = np.asarray(omega, dtype=float)
+        w = np.asarray(omega)
         stiff = self.stiffness * (1.0 + 1j * self.loss_factor) - w[:, None] ** 2 * self.mass
         damping = self.damping + dash * (rows.T @ rows)
         diagonal = np.diag(damping)

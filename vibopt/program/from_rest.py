@@ -1,0 +1,130 @@
+"""Responses from standstill on: coordinates in which nothing cancels there, and a first speed where 0 times infinity has a value.
+
+Motion that no spring calls back grows as 1/w^2 towards w = 0, and so does a base whose acceleration is given.  In
+coordinates of which some are just that motion, and the others move against it or against the base, every power of
+w stands by itself.  The modulus is even in w, so its limit is met at a speed far below every mode, to all digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.mechanics.model import DAMPING, INERTIA, Model
+from vibopt.mechanics.modes import poles
+from vibopt.program.worst import DriveResponse
+
+_NOTHING = 1e-12
+"""Part of its terms that a sum must have not to be rounding."""
+_FIRST = 1e-10
+"""First speed over that of the slowest mode, or over the highest speed."""
+
+
+def fades(model: Model, form: Modulus) -> bool:
+    """Whether a base's motion is said by its velocity or acceleration, and so has no end at standstill."""
+    lines = [line for drive in form.drives for line in drive.lines]
+    return any(line.amplitude.power_at_rest < 0 and line.vector[model.n_free :].any() for line in lines)
+
+
+def graded(model: Model, form: Modulus) -> Model:
+    """The model in coordinates for low speeds: rigid motions, those against dampers alone, and motion against these.
+
+    The same model where springs hold everything and no base's motion grows towards standstill.
+    """
+    n = model.n_free
+    springs, dampers = _rows(model, damped=False), _rows(model, damped=True)
+    rigid = _nothing_done(np.concatenate([springs, dampers])[:, :n])
+    loose = _beyond(_nothing_done(springs[:, :n]), rigid)
+    falls = fades(model, form)
+    if not falls and not rigid.shape[1] + loose.shape[1]:
+        return model
+    first = np.hstack([rigid, loose])
+    whole = np.eye(model.n_coords)
+    whole[:n, :n] = np.hstack([first, np.delete(np.eye(n), _pivots(first), axis=1)])
+    if falls:
+        whole[:n, n:] = _ride(springs, dampers, n)
+    return model.through(whole, _NOTHING)
+
+
+def from_rest(model: Model, form: Modulus, x: FloatArray) -> Modulus:
+    """The form with a first speed instead of standstill where the response has a limit there.
+
+    Parameters
+    ----------
+    model
+        In the coordinates of `graded`.
+    form
+        What is asked.
+    x
+        Some design, shape (n_vars,).
+    """
+    if not any(band.low == 0.0 for drive in form.drives for band in drive.bands):
+        return form
+    slowest = np.abs(poles(model, model.values(x)))
+    slowest = slowest[slowest > 1e-6 * slowest.max(initial=0.0)].min(initial=1e3)
+    return replace(form, drives=tuple(_begun(model, form, drive, x, float(slowest)) for drive in form.drives))
+
+
+def _begun(model: Model, form: Modulus, drive: Drive, x: FloatArray, slowest: float) -> Drive:
+    order = max(line.order for line in drive.lines)
+    tops = [band.high for band in drive.bands if 0.0 < band.high < np.inf]
+    first = _FIRST * min(slowest / order, *tops, np.inf)
+    here, above = DriveResponse(model, form, drive, x)(first * np.array([1.0, 10.0]))
+    if not here <= 2.0 * above:
+        return drive
+    bands = (Band(first, max(first, band.high)) if band.low == 0.0 else band for band in drive.bands)
+    return replace(drive, bands=tuple(bands))
+
+
+def _rows(model: Model, *, damped: bool) -> FloatArray:
+    """Vectors of the dampers, or of springs with and without loss, that are there, each of length one."""
+    chosen = (model.kinds == DAMPING) if damped else ~np.isin(model.kinds, (DAMPING, INERTIA))
+    rows = model.vectors[chosen & (model.scales > 0.0)]
+    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+    found: FloatArray = rows[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
+    return found
+
+
+def _nothing_done(rows: FloatArray) -> FloatArray:
+    """Motions (n, r) on which no row (m, n) does work, each with a one of its own where all others have a zero."""
+    n = rows.shape[1]
+    found = np.eye(n)
+    if len(rows):
+        _, sizes, across = np.linalg.svd(rows)
+        found = across[int((sizes > 1e-10 * sizes[0]).sum()) :].T
+    if not found.shape[1]:
+        return found
+    motions = found @ np.linalg.inv(found[_pivots(found)])
+    return np.asarray(np.where(np.abs(motions) < _NOTHING, 0.0, motions))
+
+
+def _beyond(motions: FloatArray, known: FloatArray) -> FloatArray:
+    """Of motions (n, r) those that complete the known ones (n, q) among them, (n, r - q)."""
+    kept = known
+    for motion in motions.T:
+        more = np.column_stack([kept, motion])
+        kept = more if np.linalg.matrix_rank(more / np.linalg.norm(more, axis=0), tol=1e-10) == more.shape[1] else kept
+    return kept[:, known.shape[1] :]
+
+
+def _pivots(motions: FloatArray) -> list[int]:
+    """Coordinates that tell independent motions (n, r) apart, the greatest first."""
+    rest, found = motions.copy(), []
+    for _ in range(motions.shape[1]):
+        row = int(np.argmax((rest**2).sum(axis=1)))
+        found.append(row)
+        along = rest[row] / np.linalg.norm(rest[row])
+        rest = rest - np.outer(rest @ along, along)
+    return found
+
+
+def _ride(springs: FloatArray, dampers: FloatArray, n: int) -> FloatArray:
+    """How the coordinates move with each base (n, n_bases) when no spring is strained, nor a damper if that can be."""
+    for rows in (np.concatenate([springs, dampers]), springs):
+        if len(rows):
+            ride = np.linalg.lstsq(rows[:, :n], -rows[:, n:], rcond=1e-10)[0]
+            if np.abs(rows[:, :n] @ ride + rows[:, n:]).max(initial=0.0) <= 1e-10:
+                return np.asarray(np.where(np.abs(ride - np.round(ride)) < _NOTHING, np.round(ride), ride))
+    return np.zeros((n, springs.shape[1] - n))
