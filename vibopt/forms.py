@@ -84,10 +84,9 @@ class Amplitude:
         return value
 
     @property
-    def power_at_rest(self) -> int:
-        """Power of the speed as which the amplitude begins at standstill."""
-        first = self.pieces[0]
-        return first.power + (1 if first.constant == 0.0 and first.slope else 0)
+    def grows_to_rest(self) -> bool:
+        """Whether it is a displacement whose velocity or acceleration is given."""
+        return self.pieces[0].power < 0
 
     def breaks(self) -> tuple[float, ...]:
         """Speeds [rad/s] at which one piece ends and the next begins."""

@@ -144,7 +144,7 @@ class Shaken:
     def _line(self, machine: Machine, line: Line, speed: FloatArray) -> ComplexArray:
         """One harmonic of the response; near standstill by orders, where a force or a base goes with no end of motion."""
         amplitude = UNIT if self.response.normalised else line.amplitude
-        orders = self._orders(machine, line) if machine.loose or amplitude.power_at_rest < 0 else None
+        orders = self._orders(machine, line) if machine.loose or amplitude.grows_to_rest else None
         if orders is None or not (near := line.order * speed < orders.reach).any():
             return self._steady(machine, line, line.order * speed, amplitude.at(speed))
         moving = np.where(near, orders.reach / line.order, speed)

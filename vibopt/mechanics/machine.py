@@ -18,6 +18,7 @@ from vibopt.mechanics.modal import WORTH, Modal, decompose
 
 GROUND = "ground"
 _MANY = 8
+_NUMBERS = ("stiffness", "damping", "loss_factor")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +46,14 @@ class Motion:
         Complex external force per body [N].
     omega
         Frequency [rad/s].
+    stretches
+        Second end less first per joint [m], where it is known better than from the points.
     """
 
     points: dict[str, ComplexArray]
     forces: dict[str, ComplexArray]
     omega: FloatArray
+    stretches: Mapping[str, ComplexArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +106,8 @@ class Machine:
         Solved in real arithmetic for the cosine and the sine part of every displacement; a complex `omega` continues
         it off the axis.
         """
-        if np.iscomplexobj(omega):
-            return self._shake_beside(omega, forces, bases)
+        if np.iscomplexobj(omega) or self.loose or (bases and len(self.masses) < WORTH):
+            return self._shake_stretched(omega, forces, bases)
         if len(self.masses) >= WORTH and omega.size > _MANY and self._modes is not None:
             return self._shake_modes(self._modes, omega, forces, bases)
         names = list(self.masses)
@@ -135,22 +139,6 @@ class Machine:
         self, modal: Modal, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
     ) -> Motion:
         """As `shake`, through complex modes: for many frequencies of a large machine."""
-        return self._motion(modal.motion(self._load(omega, forces, bases), omega), omega, forces, bases)
-
-    def _shake_beside(
-        self, omega: ComplexArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
-    ) -> Motion:
-        """As `shake`, at complex frequencies."""
-        mass, damping, stiffness, hysteretic = self.matrices()
-        w = omega[..., None, None]
-        load = self._load(omega, forces, bases)[..., None]
-        moved = np.linalg.solve(stiffness + 1j * hysteretic + 1j * w * damping - w**2 * mass, load)[..., 0]
-        return self._motion(moved, omega, forces, bases)
-
-    def _load(
-        self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
-    ) -> ComplexArray:
-        """Force on each body [N], shape (..., n): from outside, and from joints whose other ends are moved."""
         names = list(self.masses)
         load = np.zeros((*omega.shape, len(names)), dtype=complex)
         for name, force in forces.items():
@@ -160,15 +148,54 @@ class Machine:
                 if here in self.masses and there in bases:
                     stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping
                     load[..., names.index(here)] += stiff * bases[there]
-        return load
-
-    def _motion(
-        self, moved: ComplexArray, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
-    ) -> Motion:
-        points = {name: moved[..., i] for i, name in enumerate(self.masses)}
+        moved = modal.motion(load, omega)
+        points = {name: moved[..., i] for i, name in enumerate(names)}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
         return Motion(points, forces, omega)
+
+    def _shake_stretched(
+        self, omega: FloatArray | ComplexArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> Motion:
+        """As `shake`, in the stretches of a tree of joints: small ones keep their digits beside a large common motion."""
+        rows, n, flat = self._stretched, len(self.masses), np.ravel(omega)
+        own, extensions = (np.array([*kind.values()]).reshape(-1, n + len(self.bases)) for kind in rows)
+        own = own[:n]
+        stiff, dash, loss = (np.array([getattr(one, key) for one in self.joints]) for key in _NUMBERS)
+        spring, damper, lossy = ((extensions.T * one) @ extensions for one in (stiff, dash, stiff * loss))
+        heavy = (own.T * np.array([*self.masses.values()])) @ own
+        elastic = spring[:n] - flat[:, None, None] ** 2 * heavy[:n]
+        turned = flat[:, None, None] * damper[:n] + lossy[:n]
+        load = np.zeros((flat.size, n), dtype=complex)
+        for name, force in forces.items():
+            load += np.ravel(force)[:, None] * rows[0][name][:n]
+        still = np.zeros(flat.size, dtype=complex)
+        moved = np.array([np.ravel(bases[name]) if name in bases else still for name in self.bases]).reshape(-1, flat.size)
+        load -= ((elastic + 1j * turned)[:, :, n:] @ moved.T[..., None])[..., 0]
+        found = np.hstack([_harmonic(elastic[..., :n], turned[..., :n], load), moved.T])
+        points, apart = ({name: (found @ row).reshape(omega.shape) for name, row in kind.items()} for kind in rows)
+        return Motion(points, forces, np.asarray(omega), apart)
+
+    @cached_property
+    def _stretched(self) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        """Rows of points and extensions of joints over the stretches of a tree, and the bases.
+
+        The tree grows from the supports by the stiffest joint; what hangs on none has a root of its own.
+        """
+        unit = np.eye(len(self.masses) + len(self.bases))
+        number = {name: i for i, name in enumerate((*self.masses, *self.bases))}
+        rows = {name: unit[number[name]] for name in self.bases} | {GROUND: np.zeros(len(unit))}
+        order = sorted(self.joints, key=lambda one: (-one.stiffness, -one.damping))
+        while len(rows) <= len(unit):
+            leads = next((one for one in order if len({*one.ends} & {*rows}) == 1), None)
+            if leads is None:
+                new = next(name for name in self.masses if name not in rows)
+                rows[new] = unit[number[new]]
+                continue
+            known, new = leads.ends if leads.ends[0] in rows else leads.ends[::-1]
+            rows[new] = rows[known] + unit[number[new]]
+        points = {name: rows[name] for name in number}
+        return points, {one.name: rows[one.ends[1]] - rows[one.ends[0]] for one in self.joints}
 
     def _add_joint(
         self,
@@ -203,10 +230,16 @@ class Machine:
 
     def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Force of the whole joint on its second end [N], positive along the coordinate."""
-        a, b = (self.position(end, motion) for end in joint.ends)
         stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * motion.omega * joint.damping
-        force: ComplexArray = stiff * (a - b)
+        force: ComplexArray = -stiff * self.stretch_of(joint, motion)
         return force
+
+    def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
+        """Second end of a joint less its first [m]."""
+        if joint.name in motion.stretches:
+            return motion.stretches[joint.name]
+        first, second = joint.ends
+        return self.position(second, motion) - self.position(first, motion)
 
     def position(self, point: str, motion: Motion) -> ComplexArray:
         if point == GROUND or point not in motion.points:
@@ -362,6 +395,17 @@ def _nullity(*matrices: FloatArray) -> int:
         scaled.append(matrix / size[:, None] / np.abs(matrix / size[:, None]).max(initial=1e-300))
     rank = int(np.linalg.matrix_rank(np.concatenate(scaled), tol=1e-12))
     return int(matrices[0].shape[0]) - rank
+
+
+def _harmonic(elastic: FloatArray, dash: FloatArray, load: ComplexArray) -> ComplexArray:
+    """Solve (elastic + i dash) u = load for each frequency, (k, n, n) and (k, n); in real arithmetic where they are."""
+    n = load.shape[1]
+    if np.iscomplexobj(elastic):
+        return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
+    matrix = np.concatenate([np.concatenate([elastic, -dash], axis=2), np.concatenate([dash, elastic], axis=2)], axis=1)
+    both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
+    found: ComplexArray = both[:, :n] + 1j * both[:, n:]
+    return found
 
 
 def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _solve_real
+from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -225,15 +225,7 @@ class SpaceMachine(Machine):
         mass, damping, stiffness, hysteretic = self._four
         elastic = stiffness - omega[:, None, None] ** 2 * mass
         dash = omega[:, None, None] * damping + hysteretic
-        if np.iscomplexobj(omega):
-            return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
-        n = load.shape[1]
-        matrix = np.zeros((omega.size, 2 * n, 2 * n))
-        matrix[:, :n, :n], matrix[:, n:, n:] = elastic, elastic
-        matrix[:, :n, n:], matrix[:, n:, :n] = -dash, dash
-        both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
-        state: ComplexArray = both[:, :n] + 1j * both[:, n:]
-        return state
+        return _harmonic(elastic, dash, load)
 
     def _base(self, place: str, supports: Mapping[str, ComplexArray]) -> ComplexArray | None:
         """Motion of a base (n, 3); None where it does not move."""

@@ -25,7 +25,7 @@ _FIRST = 1e-10
 def fades(model: Model, form: Modulus) -> bool:
     """Whether a base's motion is said by its velocity or acceleration, and so has no end at standstill."""
     lines = [line for drive in form.drives for line in drive.lines]
-    return any(line.amplitude.power_at_rest < 0 and line.vector[model.n_free :].any() for line in lines)
+    return any(line.amplitude.grows_to_rest and line.vector[model.n_free :].any() for line in lines)
 
 
 def graded(model: Model, form: Modulus) -> Model:

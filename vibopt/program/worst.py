@@ -181,8 +181,8 @@ class DriveResponse:
                 modal = self.modal if model is self.model else None
                 h = transfer(model, p, output, vector, line.order * speed, modal)
                 size = line.amplitude.at(speed) / share
-                # complex infinity times a real number is not a number
-                found.append(np.where(np.isfinite(h) | (size == 0.0), h * size, np.inf))
+                value = np.where(np.isfinite(h) | (size == 0.0), h * size, np.inf)
+                found.append(np.where(np.isnan(value), np.inf, value))  # complex infinity times a real number
         return found
 
 

@@ -27,9 +27,7 @@ class Stroke(HarmonicResponse):
         return across_link(model, self.of)
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        host, own = machine.joint(self.of).ends
-        value: ComplexArray = motion.points[own] - motion.points[host]
-        return value
+        return machine.stretch_of(machine.joint(self.of), motion)
 
 
 class OfAbsorber(Response):

@@ -78,4 +78,4 @@ class RelativeDisplacement(HarmonicResponse):
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         joint = next(one for one in machine.joints if one.name == self.across)
-        return machine.position(joint.ends[1], motion) - machine.position(joint.ends[0], motion)
+        return machine.stretch_of(joint, motion)
