@@ -136,13 +136,15 @@ class Modulus:
     """Combined modulus of linear responses under equilibrium D(p) u = f, over bands of speeds.
 
     With `rigid_link` named, the value is the modulus with that link made rigid divided by the
-    modulus as it is (insertion loss).
+    modulus as it is (insertion loss).  `endless` names the drives under which it is infinite at standstill,
+    whatever the design.
     """
 
     output: Output
     drives: tuple[Drive, ...]
     combine: Combine
     rigid_link: str = ""
+    endless: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Responses from standstill on: coordinates in which nothing cancels there, and a first speed where 0 times infinity has a value.
+"""Responses from standstill on: coordinates in which nothing cancels, and a first speed in place of 0 times infinity.
 
 Motion that no spring calls back grows as 1/w^2 towards w = 0, and so does a base whose acceleration is given.  In
 coordinates of which some are just that motion, and the others move against it or against the base, every power of
@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.forms import Band, FloatArray, Modulus
 from vibopt.mechanics.model import DAMPING, INERTIA, Model
 from vibopt.mechanics.modes import poles
 from vibopt.program.worst import DriveResponse
@@ -49,7 +49,7 @@ def graded(model: Model, form: Modulus) -> Model:
 
 
 def from_rest(model: Model, form: Modulus, x: FloatArray) -> Modulus:
-    """The form with a first speed instead of standstill where the response has a limit there.
+    """The form with a first speed instead of standstill, and the names of drives under which it has no limit there.
 
     Parameters
     ----------
@@ -64,18 +64,17 @@ def from_rest(model: Model, form: Modulus, x: FloatArray) -> Modulus:
         return form
     slowest = np.abs(poles(model, model.values(x)))
     slowest = slowest[slowest > 1e-6 * slowest.max(initial=0.0)].min(initial=1e3)
-    return replace(form, drives=tuple(_begun(model, form, drive, x, float(slowest)) for drive in form.drives))
-
-
-def _begun(model: Model, form: Modulus, drive: Drive, x: FloatArray, slowest: float) -> Drive:
-    order = max(line.order for line in drive.lines)
-    tops = [band.high for band in drive.bands if 0.0 < band.high < np.inf]
-    first = _FIRST * min(slowest / order, *tops, np.inf)
-    here, above = DriveResponse(model, form, drive, x)(first * np.array([1.0, 10.0]))
-    if not here <= 2.0 * above:
-        return drive
-    bands = (Band(first, max(first, band.high)) if band.low == 0.0 else band for band in drive.bands)
-    return replace(drive, bands=tuple(bands))
+    drives, endless = [], []
+    for drive in form.drives:
+        order = max(line.order for line in drive.lines)
+        tops = [band.high for band in drive.bands if 0.0 < band.high < np.inf]
+        first = _FIRST * min(float(slowest) / order, *tops, np.inf)
+        here, above = DriveResponse(model, form, drive, x)(first * np.array([1.0, 10.0]))
+        begins = any(band.low == 0.0 for band in drive.bands)
+        endless += [drive.name] if begins and not here <= 2.0 * above else []
+        bands = (Band(first, max(first, band.high)) if band.low == 0.0 else band for band in drive.bands)
+        drives.append(replace(drive, bands=tuple(bands)))
+    return replace(form, drives=tuple(drives), endless=tuple(endless))
 
 
 def _rows(model: Model, *, damped: bool) -> FloatArray:

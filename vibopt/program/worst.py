@@ -95,6 +95,8 @@ def monomials(form: Monomials, x: FloatArray) -> FloatArray:
 
 
 def _modulus(model: Model, form: Modulus, x: FloatArray, least_wanted: bool) -> Worst:
+    if form.endless and not least_wanted:
+        return Worst(float("inf"), dict.fromkeys(form.endless, 0.0))
     found = {drive.name: drive_extreme(model, form, drive, x, least_wanted) for drive in form.drives}
     values = [one.value for one in found.values()]
     total = hypot(*values) if form.combine == "rss" else sum(values)

@@ -30,6 +30,9 @@ from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.physical import impossible
 from vibopt.solve.rows import direction
+from vibopt.solve.standstill import NAME as STANDSTILL
+from vibopt.solve.standstill import as_goal, endless_limit, no_design, without_goal
+from vibopt.solve.standstill import words as endless_words
 from vibopt.units import si_unit
 from vibopt.work import answering, metered, worked
 
@@ -119,7 +122,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _over_tolerances(scene, program, found, reason_text, clock, wish)
     if found.x is None or found.status == "unbounded":
         design = _nothing(scene, program, found, reason_text, clock, wish.explain)
-        if program.ties and wish.explain and found.status == "infeasible":
+        if program.ties and wish.explain and found.status == "infeasible" and found.method != STANDSTILL:
             design = _loosened(scene, program, design, found, None, wish.patience)
         return design
     return _something(scene, program, found, clock)
@@ -151,6 +154,13 @@ def answer(
     near: Sequence[float] | None = None,
 ) -> tuple[Found, str]:
     """What a method says, with the physical reason where there is one."""
+    limit = endless_limit(program)
+    if limit is not None:
+        return no_design(limit), endless_words(scene, limit)
+    plain = without_goal(program)
+    if plain is not None and program.aim is not None:
+        found, why = answer(plain, scene, method, progress, near)
+        return as_goal(found, program.aim.sense), why
     finite = closed(program)
     clash = impossible(finite)
     if clash is not None and method is None:
@@ -404,7 +414,7 @@ def _as_zero(goal: tuple[str, Shown] | None) -> tuple[str, Shown] | None:
 def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, explain: bool) -> Design:
     from vibopt.solve.impasse import conflict_of
 
-    asked = found.status == "infeasible" and explain and not program.ties
+    asked = found.status == "infeasible" and explain and not program.ties and found.method != STANDSTILL
     conflict = conflict_of(scene, program, found) if asked else None
     clock.stage("conflict")
     return Design(

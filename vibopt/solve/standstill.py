@@ -1,0 +1,66 @@
+"""What has no end at standstill whatever the design: said at once, and never searched."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from vibopt.forms import Modulus
+from vibopt.program.program import Limit, Program
+from vibopt.responses import HarmonicResponse
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Scene
+from vibopt.solve.method import Found
+
+NAME = "limit at standstill"
+
+
+def endless_limit(program: Program) -> Limit | None:
+    """The first limit that no design can keep, for it asks that something without end at standstill be small."""
+    broken = (one for one in program.limits if one.side == "at_most" and _endless(one.form))
+    return next(broken, None)
+
+
+def no_design(limit: Limit) -> Found:
+    """The answer where `endless_limit` names a limit."""
+    claim = f'proven by the orders of the speed: at standstill "{limit.name}" has no end, whatever the design'
+    return Found("infeasible", None, claim, NAME)
+
+
+def without_goal(program: Program) -> Program | None:
+    """The program without its goal where that has no end at standstill; None where it is as good as any."""
+    aims = (program.aim, *program.aim.others) if program.aim is not None else ()
+    return replace(program, aim=None) if any(_endless(one.form) for one in aims) else None
+
+
+def as_goal(found: Found, sense: float) -> Found:
+    """The answer to such a program, in words of its goal; `sense` is positive where little is wanted."""
+    told = "the goal has no end at standstill, whatever the design"
+    if found.status not in ("optimal", "feasible"):
+        return found
+    if sense < 0.0:
+        return replace(found, status="unbounded", claim=f"every limit holds, and {told}")
+    return replace(found, status="feasible", claim=f"every limit holds; {told}")
+
+
+def words(scene: Scene, limit: Limit) -> str:
+    """Why, and the way out."""
+    response = scene.limits[limit.name]
+    assert isinstance(response, HarmonicResponse)
+    assert isinstance(limit.form, Modulus)
+    name = next(one for one in names_for(scene, response) if one in limit.form.endless)
+    return (
+        f"{limit.name} looks at standstill, where {why(scene, name)}. Begin its range above standstill, or hold the "
+        "machine to the ground."
+    )
+
+
+def why(scene: Scene, excitation: str) -> str:
+    """Why a response to an excitation has no end at standstill, as half a sentence."""
+    one = scene.excitations[excitation]
+    if one.family == "bases":
+        return f"the motion of {one.on} that {excitation} says by its rate has no end"
+    return f"no spring holds what {excitation} pushes, and it drifts away"
+
+
+def _endless(form: object) -> bool:
+    return isinstance(form, Modulus) and bool(form.endless)
