@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import mpmath
@@ -41,7 +42,7 @@ class Floating:
         turns = not rides and bool(rng.random() < 0.5)
         row = [*(["base"] if rides else []), *names]
         links = {}
-        for i, (a, b) in enumerate(zip(row, row[1:], strict=False)):
+        for i, (a, b) in enumerate(pairwise(row)):
             damper_alone = rng.random() < 0.12
             k = 0.0 if damper_alone else float(10 ** rng.uniform(2, 4.5))
             c = float(10 ** rng.uniform(0, 2.5)) if damper_alone or rng.random() < 0.8 else 0.0
@@ -159,13 +160,10 @@ class Floating:
     def at_rest(self) -> dict[str, float]:
         """The limit of every reading towards standstill; infinite where it has none."""
         here, nearer = self.values(REST), self.values(REST / 100)
-        return {
-            name: float("inf") if nearer[name] > 5 * value else float(nearer[name])
-            for name, value in here.items()
-        }
+        return {name: float("inf") if nearer[name] > 5 * value else float(nearer[name]) for name, value in here.items()}
 
     def as_design(self, seed: int) -> dict[str, Any]:
-        """The problem file with one or two links open: the limits are met as the chain stands, a response is the goal."""
+        """The problem file with one or two links open: limits about as the chain stands, and a response as the goal."""
         rng = np.random.default_rng(seed)
         document = self.document(f"0..{TOP} rad/s")
         finite = [name for name, value in self.at_rest().items() if np.isfinite(value)]

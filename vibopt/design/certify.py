@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
@@ -142,7 +143,7 @@ class Shaken:
         return combined(found, tuple(line.order for line in lines), self.combine)
 
     def _line(self, machine: Machine, line: Line, speed: FloatArray) -> ComplexArray:
-        """One harmonic of the response; near standstill by orders, where a force or a base goes with no end of motion."""
+        """One harmonic of the response; near standstill by orders, where motion without end meets what fades."""
         amplitude = UNIT if self.response.normalised else line.amplitude
         orders = self._orders(machine, line) if machine.loose or amplitude.grows_to_rest else None
         if orders is None or not (near := line.order * speed < orders.reach).any():
@@ -163,7 +164,11 @@ class Shaken:
     def _orders(self, machine: Machine, line: Line) -> Orders:
         key = machine is self.machine, line.order, complex(line.vector[0])
         if key not in self._known:
-            self._known[key] = orders_of(lambda w: self._steady(machine, line, w, np.ones(w.shape)), machine)
+
+            def steady(omega: ComplexArray) -> ComplexArray:
+                return self._steady(machine, line, cast("FloatArray", omega), np.ones(omega.shape))
+
+            self._known[key] = orders_of(steady, machine)
         return self._known[key]
 
     @cached_property

@@ -68,7 +68,7 @@ def orders_of(steady: Callable[[ComplexArray], ComplexArray], machine: Machine) 
     parts = _parts(values, turns, _ORDERS)
     floor = max(_ROUNDING * float(np.abs(parts).max()), _NOISE * noise)
     kept = np.abs(parts) > floor
-    kept |= _ORDERS > _ORDERS[kept].min(initial=_ORDERS[-1])
+    kept |= _ORDERS[kept].min(initial=_ORDERS[-1]) < _ORDERS
     orders = _ORDERS[kept]
     return Orders(orders, parts[kept] / radius ** orders.astype(float), _REACH * radius)
 

@@ -155,9 +155,9 @@ class Machine:
         return Motion(points, forces, omega)
 
     def _shake_stretched(
-        self, omega: FloatArray | ComplexArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+        self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
     ) -> Motion:
-        """As `shake`, in the stretches of a tree of joints: small ones keep their digits beside a large common motion."""
+        """As `shake`, in the stretches of a tree of joints: small ones keep their digits beside a common motion."""
         rows, n, flat = self._stretched, len(self.masses), np.ravel(omega)
         own, extensions = (np.array([*kind.values()]).reshape(-1, n + len(self.bases)) for kind in rows)
         own = own[:n]
@@ -170,10 +170,15 @@ class Machine:
         for name, force in forces.items():
             load += np.ravel(force)[:, None] * rows[0][name][:n]
         still = np.zeros(flat.size, dtype=complex)
-        moved = np.array([np.ravel(bases[name]) if name in bases else still for name in self.bases]).reshape(-1, flat.size)
+        moved = np.array([np.ravel(bases[name]) if name in bases else still for name in self.bases]).reshape(
+            -1, flat.size
+        )
         load -= ((elastic + 1j * turned)[:, :, n:] @ moved.T[..., None])[..., 0]
         found = np.hstack([_harmonic(elastic[..., :n], turned[..., :n], load), moved.T])
-        points, apart = ({name: (found @ row).reshape(omega.shape) for name, row in kind.items()} for kind in rows)
+        points, apart = (
+            {name: np.asarray((found @ row).reshape(omega.shape), dtype=complex) for name, row in kind.items()}
+            for kind in rows
+        )
         return Motion(points, forces, np.asarray(omega), apart)
 
     @cached_property

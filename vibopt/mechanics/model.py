@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, Drive, FloatArray, IntArray
+from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
 
 K = TypeVar("K")

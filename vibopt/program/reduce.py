@@ -31,9 +31,8 @@ def reduced(model: Model, form: Form) -> Model:
         return model
     static = isinstance(form, StaticRow | StaticForce)
     root, operators, singles = _operators(model, static=static)
-    reach = closure(root.T @ np.array(_loads(model, form)).T[:n], operators, singles)
-    read = _read(model, form)
-    seen = reach.T @ (root.T @ np.array(read).T[:n])
+    reach = closure(root.T @ _table(model, _loads(model, form)), operators, singles)
+    seen = reach.T @ (root.T @ _table(model, _read(model, form)))
     kept = reach @ closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
     return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept, drop=True)
 
@@ -47,6 +46,11 @@ def reason(declared: int, used: int) -> str:
         return "every mode is excited and observed" if declared > 1 else ""
     modes = "1 mode is" if left == 1 else f"{left} modes are"
     return f"{modes} not excited or not observed"
+
+
+def _table(model: Model, rows: list[FloatArray]) -> FloatArray:
+    """Rows on the free coordinates as columns (n_free, n_rows); there may be none, where nothing is to be seen."""
+    return np.array(rows).reshape(-1, model.n_coords).T[: model.n_free]
 
 
 def _read(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> list[FloatArray]:

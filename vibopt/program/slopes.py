@@ -151,7 +151,7 @@ def _static_slope(model: Model, form: StaticRow, x: FloatArray) -> FloatArray:
     """The sag u solves K u = m g; its slope is r . K^-1 (dm g - dK u)."""
     n = model.n_free
     down = sag(model, x)
-    if down is None:
+    if down is None or not form.row @ down:
         return np.zeros(model.n_vars)
     p = model.values(x, static=True)
     stiff = model.matrix(STIFFNESS, p)[:n, :n]

@@ -267,6 +267,10 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
     if group:
         _of_mount(scene, path, response, str(name), group, mistakes)
         return True
+    for link in ("through", "across"):
+        if inside and getattr(response, link, None) == name:
+            mistakes.unknown_name((*path, link), str(name), "link or mount", places.links(scene))
+            return True
     if inside:
         _of_body(scene, path, response, str(name), mistakes)
         return True
@@ -282,12 +286,13 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
                 path, f'{where} asks for the {key} into {into} in no direction. Add direction = "z", or "x" or "y".'
             )
         return True
-    there = name in places.moving(scene) or into in places.points(scene)
-    if "direction" in response.model_fields_set and there and not _unread(scene, str(name)):
-        mistakes.add(
-            (*path, "direction"),
-            f"{where} has a direction, but {name or into} knows one line only. Remove direction.",
-        )
+    there = name in (*places.moving(scene), *places.ends(scene)) or into in places.points(scene)
+    for said, article, only in (("direction", "a", "line"), ("axis", "an", "axis")):
+        if said in response.model_fields_set and there and not _unread(scene, str(name)):
+            mistakes.add(
+                (*path, said),
+                f"{where} has {article} {said}, but {name or into} knows one {only} only. Remove {said}.",
+            )
     return False
 
 
@@ -317,7 +322,7 @@ def _of_body(scene: Scene, path: Path, response: Response, name: str, mistakes: 
         mistakes.add(path, f'{where} asks for the {key} of {name} in no direction. Add direction = "z", or "x" or "y".')
     elif key == "rotation" and getattr(response, "axis", None) is None:
         mistakes.add(path, f'{where} asks for the rotation of {name} about no axis. Add axis = "x", or "y" or "z".')
-    elif key not in (*_ALONG, *_OF_BODY, "rotation", "static_deflection", "mass", "transmitted_force") or (
+    elif key not in (*_ALONG, *_OF_BODY, "rotation", "static_deflection", "mass") or (
         key == "mass" and name in scene.points
     ):
         mistakes.add(path, f"{where} asks for the {key} of {name}, which moves in space. Ask for something else.")

@@ -17,7 +17,7 @@ from vibopt.forms import BoolArray, ComplexArray, DecayRate, FloatArray, ModeDam
 from vibopt.mechanics.model import Model
 from vibopt.program.poles import characteristic, rates_and_shapes
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import plain_slope
+from vibopt.program.slopes import local_extremes
 from vibopt.program.worst import plain_value
 
 _NEAR = (0.01, 0.03, 0.1, 0.2, 0.35, 0.6)
@@ -112,7 +112,7 @@ def _freedoms(y: FloatArray, low: FloatArray, high: FloatArray) -> list[BoolArra
     """Which variables may move: those off their ends; and all that are variables at all."""
     wide = high > low
     inside = wide & (y > low + 1e-6) & (y < high - 1e-6)
-    return [inside] if (inside == wide).all() else [inside, wide]
+    return [one for one in ([inside] if (inside == wide).all() else [inside, wide]) if one.any()]
 
 
 def _guesses(asked: Question, y: FloatArray) -> Iterator[tuple[tuple[Cluster, ...], float, float]]:
@@ -209,8 +209,9 @@ class _Meeting:
         if aim is None:
             wanted[count] = -1.0
         else:
-            slope = aim.sense * plain_slope(aim.model, aim.form, np.exp(self._design(v)))
-            wanted[:count] = slope[self.free]
+            x = np.exp(self._design(v))
+            worst = local_extremes(aim.model, aim.form, x, least_wanted=aim.sense < 0.0)[0]
+            wanted[:count] = aim.sense * worst.slope[self.free]
         return wanted
 
     def _best_step(

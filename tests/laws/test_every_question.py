@@ -1,0 +1,127 @@
+"""What `check` lets pass is answered: every response at every place, along and about every axis, on every motion."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from every_question import machine, questions
+from vibopt.errors import InputError
+from vibopt.responses import KINDS
+from vibopt.scene.read import from_dict
+from vibopt.solve import solve
+
+
+def dressed(question: dict[str, Any]) -> dict[str, Any]:
+    """The question with its excitation and speed, where it speaks of vibration."""
+    if not KINDS[question["response"]].harmonic:
+        return question
+    turns = {"disc", "shaft"} & {one for one in question.values() if isinstance(one, str)}
+    return {**question, "due_to": ["torque" if turns else "shaker"], "at": "15 Hz"}
+
+
+@pytest.mark.parametrize(("motion", "many"), [("space", 127), ("plane", 127), ("line", 91)])
+def test_every_question_about_a_machine_is_answered_or_refused(motion: str, many: int) -> None:
+    """All are asked in one file; those that a message names are taken out, and the file is then answered."""
+    asked = {f"q{i}": dressed(one) for i, one in enumerate(questions(KINDS))}
+    for _ in range(4):
+        try:
+            scene = from_dict({**machine(motion, opened=False), "measures": asked})
+            break
+        except InputError as error:
+            refused = [re.findall(r"measures\.(q\d+)", message) for message in error.messages]
+            assert all(refused), "a message names no question"
+            asked = {name: one for name, one in asked.items() if name not in {two for one in refused for two in one}}
+    design = solve(scene, explain=False)
+    assert design.status == "met"
+    assert len(design.measures) == many
+    assert not any(np.isnan(one.value.value) for one in design.measures.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["space", "plane", "line"])
+def test_every_goal_of_a_machine_is_answered_or_refused(motion: str) -> None:
+    count = 0
+    for question in questions(KINDS):
+        goal = dressed(question)
+        goal = {"minimise": goal["response"], **{key: one for key, one in goal.items() if key != "response"}}
+        try:
+            scene = from_dict({**machine(motion, opened=True), "goal": goal})
+        except InputError:
+            continue
+        assert solve(scene, explain=False).status in ("optimal", "feasible", "infeasible", "unproven", "unbounded")
+        count += 1
+    assert count > 60
+
+
+def test_a_direction_of_the_force_through_a_link_is_refused() -> None:
+    measure = {
+        "response": "transmitted_force",
+        "through": "girder",
+        "direction": "z",
+        "at": "15 Hz",
+        "due_to": ["shaker"],
+    }
+    with pytest.raises(InputError) as caught:
+        from_dict({**machine("space", opened=False), "measures": {"force": measure}})
+    assert str(caught.value).endswith(
+        "measures.force has a direction, but girder knows one line only. Remove direction."
+    )
+
+
+def test_an_axis_of_what_turns_about_one_is_refused() -> None:
+    measure = {"response": "rotation", "of": "disc", "axis": "y", "at": "15 Hz", "due_to": ["torque"]}
+    with pytest.raises(InputError) as caught:
+        from_dict({**machine("space", opened=False), "measures": {"turn": measure}})
+    assert str(caught.value).endswith("measures.turn has an axis, but disc knows one axis only. Remove axis.")
+
+
+def test_a_force_through_a_body_is_refused() -> None:
+    measure = {
+        "response": "transmitted_force",
+        "through": "pump",
+        "direction": "z",
+        "at": "15 Hz",
+        "due_to": ["shaker"],
+    }
+    with pytest.raises(InputError) as caught:
+        from_dict({**machine("space", opened=False), "measures": {"force": measure}})
+    assert str(caught.value).endswith(
+        'measures.force.through = "pump" names no link or mount of this scene. Known: girder, shaft, foot, foot.1, '
+        "foot.2, foot.3, foot.4, stay."
+    )
+
+
+def test_a_body_in_a_plane_moves_nothing_across_it() -> None:
+    measure = {"response": "travel", "of": "foot", "direction": "y", "at": "15 Hz", "due_to": ["shaker"]}
+    design = solve(from_dict({**machine("plane", opened=False), "measures": {"across": measure}}))
+    assert design.measures["across"].value.value == 0.0
+
+
+@pytest.mark.parametrize(
+    "response",
+    ["displacement", *(pytest.param(one, marks=pytest.mark.slow) for one in ("transmitted_force", "acceleration"))],
+)
+def test_a_decay_rate_beside_a_steady_goal_is_kept(response: str) -> None:
+    place = {"into": "ground"} if response == "transmitted_force" else {"of": "m"}
+    opened = {
+        "stiffness": {"from": "1 kN/m", "to": "1 MN/m"},
+        "damping": {"from": "1 N s/m", "to": "10 kN s/m"},
+    }
+    force = {"kind": "force", "on": "m", "amplitude": "30 N", "speed": "20 Hz", "varies": "constant"}
+    document = {
+        "title": "slow to die away",
+        "bodies": {"m": {"mass": "20 kg"}},
+        "links": {"s": {"between": ["m", "ground"], **opened}},
+        "excitations": {"shaker": force},
+        "limits": {"decay": {"response": "decay_rate", "at_least": "3 1/s"}},
+        "goal": {"minimise": response, **place, "at": "20 Hz"},
+    }
+    design = solve(from_dict(document), explain=False)
+    assert design.status in ("optimal", "feasible")
+    k, c = (one.value.value for one in design.variables.values())
+    poles = np.roots([20.0, c, k])
+    assert -poles.real.max() >= 3.0 * (1.0 - 1e-8)
