@@ -17,6 +17,7 @@ from vibopt.devices.symbols import Symbols
 from vibopt.forms import FloatArray
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
+from vibopt.mechanics.vectors import cross
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, Rule, complaint
 from vibopt.values.vectors import AXES, Span
@@ -311,11 +312,11 @@ def _frame(own: FloatArray, side: FloatArray | None) -> FloatArray:
         y = level / size if size > 1e-12 else np.array([0.0, 1.0, 0.0])
         if size > 1e-12 and y[np.abs(y).argmax()] < 0.0:
             y = -y
-        x = np.cross(y, own)
+        x = cross(y, own)
     else:
         x = side - own * float(own @ side)
         x = x / np.linalg.norm(x)
-        y = np.cross(own, x)
+        y = cross(own, x)
     return np.array([x, y, own])
 
 

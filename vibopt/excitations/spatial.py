@@ -9,6 +9,7 @@ from pydantic import model_validator
 
 from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
+from vibopt.mechanics.vectors import cross
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.vectors import AXES, Direction, Place, Vector
 
@@ -40,11 +41,11 @@ def turned(axis: Vector) -> tuple[FloatArray, FloatArray]:
     """Two directions at right angles to an axis, the second a quarter turn on about it."""
     own = np.array(axis)
     least = int(np.abs(own).argmin())
-    first = np.cross(own, np.eye(3)[least])
+    first = cross(own, np.eye(3)[least])
     if np.abs(own).max() > 1.0 - 1e-12:
         first = np.eye(3)[(int(np.abs(own).argmax()) + 1) % 3]
     first = first / math.sqrt(float(first @ first))
-    return first, np.cross(own, first)
+    return first, cross(own, first)
 
 
 class MomentHarmonic(Table):

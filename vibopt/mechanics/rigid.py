@@ -17,6 +17,7 @@ import numpy as np
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic
+from vibopt.mechanics.vectors import cross
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -127,14 +128,14 @@ class SpaceMachine(Machine):
         names, velocities, spins = self._motions
         moves = names == place
         arm = at - self.rigid[place].centre if place in self.rigid else np.zeros(3)
-        field_: FloatArray = moves[:, None] * (velocities + np.cross(spins, arm))
+        field_: FloatArray = moves[:, None] * (velocities + cross(spins, arm))
         return field_
 
-    def _against(self, place: str, at: FloatArray, force: FloatArray) -> FloatArray:
-        """Work of a force (3,) at a place on a body against each unit motion: by its sum and its moment; (n,)."""
+    def _against(self, place: str, at: FloatArray, forces: FloatArray) -> FloatArray:
+        """Work of forces (m, 3) at a place on a body against each unit motion: by sum and moment; (n, m)."""
         names, velocities, spins = self._motions
         arm = at - self.rigid[place].centre if place in self.rigid else np.zeros(3)
-        done: FloatArray = (names == place) * (velocities @ force + spins @ np.cross(arm, force))
+        done: FloatArray = (names == place)[:, None] * (velocities @ forces.T + spins @ cross(arm, forces).T)
         return done
 
     def _assembled(self, which: str) -> FloatArray:
@@ -144,13 +145,9 @@ class SpaceMachine(Machine):
         for mount in self.mounts:
             strength = getattr(mount, which)
             first, second = (self._moved(end, mount.at) for end in mount.ends)
-            for j in range(n):
-                stretch = mount.axes @ (second[j] - first[j])
-                if not stretch.any():
-                    continue
-                pull = (strength * stretch) @ mount.axes
-                whole[:, j] -= self._against(mount.ends[0], mount.at, pull)
-                whole[:, j] += self._against(mount.ends[1], mount.at, pull)
+            pulls = (strength * ((second - first) @ mount.axes.T)) @ mount.axes
+            whole -= self._against(mount.ends[0], mount.at, pulls)
+            whole += self._against(mount.ends[1], mount.at, pulls)
         for joint in self.joints:
             strength = {"hysteretic": joint.stiffness * joint.loss_factor}.get(which, getattr(joint, which, 0.0))
             at = [self.line.index(end) for end in joint.ends if end in self.line]
@@ -199,7 +196,7 @@ class SpaceMachine(Machine):
                     stretch = moved @ mount.axes.T
                     z = mount.stiffness * (1.0 + 1j * mount.loss_factor) + 1j * flat[:, None] * mount.damping
                     pull = (z * stretch) @ mount.axes
-                    basis = np.array([self._against(other, mount.at, one) for one in np.eye(3)])
+                    basis = self._against(other, mount.at, np.eye(3)).T
                     load += pull @ basis
         for joint in self.joints:
             for here, there in (joint.ends, joint.ends[::-1]):
@@ -259,7 +256,7 @@ class SpaceMachine(Machine):
         if axis.startswith("r"):
             return self._turn(place)[:, _LETTERS.index(axis[1])]
         body, at = self._body(place)
-        return self._against(body, at, np.eye(3)[_LETTERS.index(axis)])
+        return self._against(body, at, np.eye(3)[[_LETTERS.index(axis)]])[:, 0]
 
     def moved(self, place: str, way: tuple[float, float, float], motion: Motion, *, turn: bool = False) -> ComplexArray:
         """Motion of a place along a direction [m], or rotation about it [rad]."""
@@ -274,7 +271,7 @@ class SpaceMachine(Machine):
         if place in self.rigid:
             slide = np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
             turn = np.stack([motion.points[f"{place}.r{axis}"] for axis in _LETTERS], axis=-1)
-            moved: ComplexArray = slide + np.cross(turn, at - self.rigid[place].mark)
+            moved: ComplexArray = slide + cross(turn, at - self.rigid[place].mark)
             return moved
         if place in self.spatial:
             return np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
@@ -383,7 +380,7 @@ class SpaceMachine(Machine):
         for name in self.line:
             load[self.line.index(name)] += self.weights.get(name, 0.0) * GRAVITY
         for name, body in self.rigid.items():
-            load += self._against(name, body.centre, np.array([0.0, 0.0, body.mass * GRAVITY]))
+            load += self._against(name, body.centre, np.array([[0.0, 0.0, body.mass * GRAVITY]]))[:, 0]
         size = np.sqrt(np.abs(np.diag(stiff)))
         if not np.all(size > 0.0) or np.linalg.cond(stiff / np.outer(size, size)) > 1e14:
             return None
@@ -410,7 +407,7 @@ class SpaceMachine(Machine):
         velocity = (spin if turn else shapes.T @ self._row(body)) @ along
         momentum = own.mass * slide @ along
         if turn:
-            momentum = (spin @ own.tensor + np.cross(own.centre - own.mark, own.mass * slide)) @ along
+            momentum = (spin @ own.tensor + cross(own.centre - own.mark, own.mass * slide)) @ along
         omega = np.sqrt(np.maximum(squares, 0.0))
         best, start = 0.0, 0
         for stop in range(1, len(omega) + 1):
