@@ -57,7 +57,12 @@ STARTS: dict[str, tuple[Chain, list[float], list[float]]] = {
 }
 
 
-@pytest.mark.parametrize("case", STOCK, ids=lambda case: case.name)
+LONG = ("3 absorbers", "5 absorbers", "100 masses, 1 absorber")
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, id=case.name, marks=pytest.mark.slow if case.name in LONG else ()) for case in STOCK]
+)
 def test_each_reference_is_an_optimum_in_forty_digits(case: Case) -> None:
     """Peaks are equally high and no step lowers them all; that nothing else is lower is what the methods try."""
     chain, design, peaks = STARTS[case.name]

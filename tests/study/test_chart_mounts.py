@@ -21,6 +21,7 @@ from vibopt.scene.read import read
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.branch import Judge
+from vibopt.study.chart import kinds
 from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE
 from vibopt.study.chart.kinds import fidelity as charted_fidelity
 from vibopt.study.chart.kinds import speed_accuracy
@@ -239,14 +240,15 @@ def test_users_file_is_measured_choice_by_choice(tmp_path: Path) -> None:
     assert result.trials[0].error == 0.0
 
 
-def test_users_file_without_time_for_every_choice_says_what_the_truth_rests_on(
+def test_users_file_with_too_many_choices_says_what_the_truth_rests_on(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("vibopt.study.chart.mounts.own.QUICK_SECONDS", 0.0)
+    monkeypatch.setattr("vibopt.study.chart.mounts.own.QUICK_MOST", 5)
     result = on_file([bought(tmp_path)], quick=True)
     assert result.cases[0].known_by == "vibopt itself: proven: none of 6 combinations of parts is better"
     assert [one.status for one in result.trials] == ["optimal", "unproven", "feasible"]
-    assert result.trials[1].claim == "no time: 0 of 6 choices in 0 s"
+    words = "6 choices are more than the 5 that are measured one by one"
+    assert [(one.method, one.cut) for one in result.cut] == [("every choice", words)]
 
 
 def test_users_file_that_no_part_can_answer_is_infeasible_by_every_road(tmp_path: Path) -> None:
@@ -297,7 +299,9 @@ def test_open_places_and_tolerances_are_refused_in_a_sentence(tmp_path: Path) ->
     )
 
 
-def test_chart_of_stability_is_told_as_table_data_and_picture(tmp_path: Path) -> None:
+def test_chart_of_stability_is_told_as_table_data_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    result = kinds.stability(family="mounts", quick=True)
+    monkeypatch.setattr(kinds, "stability", lambda **_: result)
     picture = tmp_path / "stability.svg"
     told = run("stability", "--family", "mounts", "--quick", "--figure", str(picture))
     assert told.return_value == 0

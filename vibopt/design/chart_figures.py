@@ -21,12 +21,17 @@ FLOOR = 1e-15
 
 @dataclass(frozen=True, slots=True)
 class Dot:
-    """One method on one case: time over that of the default, true error, whether its claim is false."""
+    """One method on one case: time over that of the default, true error, whether its claim is false.
+
+    kernel
+        Time of its optimiser alone over that of the default; nan where it is not drawn.
+    """
 
     name: str
     ratio: float
     error: float
     wrong: bool
+    kernel: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +63,7 @@ def accuracy_figure(cases: Sequence[Scatter], default: str) -> Figure:
     rows = max(-(-len(cases) // columns), 1)
     figure = sheet(WIDTH * (1.25 if columns == 2 else 1.0), 1.0 + 2.9 * rows)
     axes: Any = figure.subplots(rows, columns, squeeze=False)
-    span = _span([dot.ratio for case in cases for dot in case.dots])
+    span = _span([ratio for case in cases for dot in case.dots for ratio in (dot.ratio, dot.kernel)])
     top = _top([dot.error for case in cases for dot in case.dots])
     drawn = []
     for index, case in enumerate(cases):
@@ -110,6 +115,9 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
             [dot.ratio], [y], ls="", marker="D" if own else "o", ms=9.5 if own else 5.5,
             mfc="none" if dot.wrong else colour, mec=RED if dot.wrong else colour, mew=1.6, zorder=5,
         )  # fmt: skip
+        if math.isfinite(dot.kernel):
+            panel.plot([dot.kernel, dot.ratio], [y, y], color=colour, lw=0.8, zorder=4)
+            panel.plot([dot.kernel], [y], ls="", marker="|", ms=9.0, mec=colour, mew=1.6, zorder=5)
         labels.append(_label(panel, dot.name, dot.ratio, y))
     points = np.array([(dot.ratio, min(max(dot.error, FLOOR), top / 3.0)) for dot in case.dots]).reshape(-1, 2)
     return labels, points
@@ -132,7 +140,8 @@ def _marks(default: str) -> list[Any]:
         return Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, mew=1.6, ms=6.5, label=words)
 
     return [
-        mark("D", INK, INK, f"{default}; with its check for isolation and mounts (numbers: sampled speeds)"),
+        mark("D", INK, INK, f"{default}, from the job to the checked answer (numbers: sampled speeds)"),
+        mark("|", INK, INK, f"{default}, its optimiser alone"),
         mark("o", BLUE, BLUE, "claim holds"),
         mark("o", "none", RED, "claims success and is wrong"),
         Line2D([], [], color=FAINT, ls=(0, (4, 3)), lw=0.8, label="a limit counts as broken above"),
@@ -202,7 +211,7 @@ def _cell(
         )
     )
     if not total:
-        axes.text(column, row, next(iter(count), "no time"), ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
+        axes.text(column, row, next(iter(count), "not asked"), ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
         return
     for name in classes:
         part = count.get(name, 0) / total * wide
@@ -297,5 +306,5 @@ def _top(errors: list[float]) -> float:
 
 def _seconds(value: float) -> str:
     if not math.isfinite(value):
-        return "no time"
+        return "no answer"
     return f"{value * 1e3:.3g} ms" if value < 1.0 else f"{value:.3g} s"

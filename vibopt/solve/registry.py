@@ -28,6 +28,8 @@ METHODS: dict[str, Callable[[], Method]] = {
     "slsqp": _late("rivals.slsqp", "Slsqp"),
     "slsqp_50": _late("rivals.slsqp", "Slsqp", speeds=50, name="slsqp_50"),
     "slsqp_1000": _late("rivals.slsqp", "Slsqp", speeds=1000, name="slsqp_1000"),
+    "slsqp_exchange": _late("rivals.exchange", "Exchange"),
+    "equal_peaks": _late("rivals.equal_peaks", "EqualPeaks"),
     "trust_constr": _late("rivals.trust_constr", "TrustConstr"),
     "trust_constr_50": _late("rivals.trust_constr", "TrustConstr", speeds=50, name="trust_constr_50"),
     "trust_constr_1000": _late("rivals.trust_constr", "TrustConstr", speeds=1000, name="trust_constr_1000"),

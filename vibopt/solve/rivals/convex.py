@@ -103,7 +103,7 @@ class Convex:
                 if knob is not None:
                     knob.value = np.array(value)
         try:
-            problem.solve(solver="CLARABEL", time_limit=20.0)
+            problem.solve(solver="CLARABEL")
         except cvxpy.SolverError:
             return np.inf, None, "solver error"
         if problem.status != "optimal":

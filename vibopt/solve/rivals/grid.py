@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +13,7 @@ from vibopt.program.worst import monomials
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import outside_rows, values_on
 from vibopt.solve.starts import log_box
+from vibopt.work import late
 
 _PER_AXIS = {1: 2000, 2: 121, 3: 25, 4: 11, 5: 7, 6: 5}
 
@@ -28,7 +28,6 @@ class Grid:
 
     per_axis: int = 0
     speeds: int = 200
-    seconds: float = 30.0
     name: str = "grid"
     summary: str = "grid search, limits on 200 sampled speeds"
 
@@ -39,11 +38,10 @@ class Grid:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Walk the grid; the goal decides the order, so the first point that holds is the best."""
-        deadline = time.perf_counter() + self.seconds
         points = self._points(program)
         points = points[np.argsort(self._goals(program, points), kind="stable")]
         for begin in range(0, len(points), 64):
-            if time.perf_counter() > deadline:
+            if late(f"{begin} points of a grid"):
                 return Found("unproven", None, f"time is over after {begin} of {len(points)} points", self.name)
             chunk = points[begin : begin + 64]
             good = self._holding(program, chunk)

@@ -26,6 +26,9 @@ class SampledRows:
         Sampled speeds per band, its ends among them.
     """
 
+    tolerance = 1e-9
+    """What SLSQP is asked for."""
+
     def __init__(self, program: Program, count: int) -> None:
         self.program, self.count = program, count
         self.low, self.high = log_box(program)
@@ -37,6 +40,10 @@ class SampledRows:
     def slopes(self, y: FloatArray) -> FloatArray:
         """Slopes of these rows, shape (n_rows, n_vars)."""
         return self._stacked(y)[1]
+
+    def speeds(self, drive: Drive) -> FloatArray:
+        """Speeds that are looked at [rad/s]."""
+        return sampled_speeds(drive, self.count)
 
     def goal(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows whose greatest is the goal to be minimised, and their slopes."""
@@ -83,7 +90,7 @@ class SampledRows:
         return np.clip(np.nan_to_num(values, nan=30.0), -60.0, 60.0), slopes
 
     def _drive(self, model: Model, form: Modulus, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        speeds = sampled_speeds(drive, self.count)
+        speeds = self.speeds(drive)
         with np.errstate(all="ignore"):
             if form.combine == "peak" and len(drive.lines) > 1:
                 return _by_differences(model, form, drive, x, speeds)

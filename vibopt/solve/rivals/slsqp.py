@@ -31,34 +31,38 @@ class Slsqp:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Run it once, and pass on its flag."""
-        import scipy.optimize
-
-        minimize: Any = scipy.optimize.minimize
-
         rows = SampledRows(program, self.speeds)
-        start = rows.start()
-        top = float(rows.goal(start)[0].max())
-        n = len(start)
-        bounds = [*zip(rows.low, rows.high, strict=True), (top - 100.0, top + 100.0)]
+        y, success, word = least(rows, rows.start())
+        return claimed(self.name, program, y, success=success, word=word, speeds=self.speeds)
 
-        def below(z: FloatArray) -> FloatArray:
-            return -np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
 
-        def below_slopes(z: FloatArray) -> FloatArray:
-            goal = rows.goal(z[:n])[1]
-            table = np.zeros((len(rows.limits(z[:n])) + len(goal), n + 1))
-            table[:, :n] = np.concatenate([rows.slopes(z[:n]), goal])
-            table[-len(goal) :, n] = -1.0
-            return -table
+def least(rows: SampledRows, start: FloatArray) -> tuple[FloatArray, bool, str]:
+    """Where SLSQP ends from `start`, in y = log x (n_vars,), whether it claims success, and its own word."""
+    import scipy.optimize
 
-        answer = minimize(
-            lambda z: z[n],
-            np.append(start, top),
-            jac=lambda z: np.eye(n + 1)[n],
-            method="SLSQP",
-            bounds=bounds,
-            constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
-            options={"ftol": 1e-9, "maxiter": 200},
-        )
-        word, success = str(answer.message), bool(answer.success)
-        return claimed(self.name, program, answer.x[:n], success=success, word=word, speeds=self.speeds)
+    minimize: Any = scipy.optimize.minimize
+    top = float(rows.goal(start)[0].max())
+    n = len(start)
+    bounds = [*zip(rows.low, rows.high, strict=True), (top - 100.0, top + 100.0)]
+
+    def below(z: FloatArray) -> FloatArray:
+        return -np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
+
+    def below_slopes(z: FloatArray) -> FloatArray:
+        goal = rows.goal(z[:n])[1]
+        limits = rows.slopes(z[:n])
+        table = np.zeros((len(limits) + len(goal), n + 1))
+        table[:, :n] = np.concatenate([limits, goal])
+        table[-len(goal) :, n] = -1.0
+        return -table
+
+    answer = minimize(
+        lambda z: z[n],
+        np.append(start, top),
+        jac=lambda z: np.eye(n + 1)[n],
+        method="SLSQP",
+        bounds=bounds,
+        constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
+        options={"ftol": rows.tolerance, "maxiter": 200},
+    )
+    return answer.x[:n], bool(answer.success), str(answer.message)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +13,7 @@ from vibopt.program.program import Program
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.claims import claimed, discrete
 from vibopt.solve.rivals.sampled import SampledRows
+from vibopt.work import late
 
 
 @dataclass
@@ -23,7 +23,6 @@ class TrustConstr:
     speeds: int = 200
     name: str = "trust_constr"
     iterations: int = 500
-    seconds: float = 15.0
 
     @property
     def summary(self) -> str:
@@ -40,7 +39,6 @@ class TrustConstr:
 
         optimize: Any = scipy.optimize
 
-        deadline = time.perf_counter() + self.seconds
         rows = SampledRows(program, self.speeds)
         start = rows.start()
         top = float(rows.goal(start)[0].max())
@@ -68,7 +66,7 @@ class TrustConstr:
                 bounds=optimize.Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),
                 constraints=[optimize.NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=optimize.BFGS())],
                 options={"gtol": 1e-8, "xtol": 1e-8, "maxiter": self.iterations},
-                callback=lambda z, state: time.perf_counter() > deadline,
+                callback=lambda z, state: late(f"{state.niter} iterations"),
             )
         success = answer.status in (1, 2) and answer.constr_violation <= 1e-6
         return claimed(self.name, program, answer.x[:n], success=success, word=str(answer.message), speeds=self.speeds)

@@ -19,10 +19,11 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
+from vibopt.study.chart.asking import Progress
 from vibopt.study.chart.cases import chain
-from vibopt.study.chart.speed_accuracy import Progress
+from vibopt.work import answering
 
-QUICK_SECONDS, FULL_SECONDS = 40.0, 240.0
+RUNS, QUICK_RUNS = 3, 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +37,13 @@ class Fidelity:
     measuring, measuring_full
         Seconds for measuring every limit at one design.
     solving, solving_full
-        Seconds for the answer; nan where there was no time.
+        Seconds for the answer; nan where there is none to be had.
     value_error
         Greatest difference of any limit's value between the two models over some designs, as a part of it.
     goal_error
         Difference of the best goals found on the two, as a part of it; nan where one is missing.
+    cut
+        Why less was asked than the chart promises; "" where all was.
     """
 
     case: str
@@ -53,6 +56,7 @@ class Fidelity:
     solving_full: float
     value_error: float
     goal_error: float
+    cut: str = ""
 
 
 def fidelity(
@@ -61,13 +65,12 @@ def fidelity(
     """Every scene posed twice, with and without reduction."""
     from vibopt.scene.read import from_text
 
-    deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
     stock = scenes or [from_text(text, name=name) for name, text in texts(quick=quick)]
     rows = []
     for number, scene in enumerate(stock):
         if progress:
             progress(scene.name, number / len(stock))
-        rows.append(_compared(scene, deadline, runs=1 if quick else 3))
+        rows.append(_compared(scene, QUICK_RUNS if quick else RUNS))
     return tuple(rows)
 
 
@@ -163,12 +166,11 @@ of = "mount"
 """
 
 
-def _compared(scene: Scene, deadline: float, runs: int) -> Fidelity:
+def _compared(scene: Scene, runs: int) -> Fidelity:
     small = closed(pose(scene))
     full = closed(pose(scene, reduce=False))
-    solving, goal, x = _solved(small, deadline, runs)
-    solving_full, goal_full, _ = _solved(full, deadline, runs)
-    points = _designs(small, x)
+    own, whole = _solved(small, runs), _solved(full, runs)
+    points = _designs(small, own.x)
     return Fidelity(
         case=scene.name.removesuffix(".toml"),
         declared=small.model.n_free,
@@ -176,30 +178,39 @@ def _compared(scene: Scene, deadline: float, runs: int) -> Fidelity:
         why=reason(small.model.n_free, small.used_dof),
         measuring=_measuring(small, points[0]),
         measuring_full=_measuring(full, points[0]),
-        solving=solving,
-        solving_full=solving_full,
+        solving=own.seconds,
+        solving_full=whole.seconds,
         value_error=max(_value_error(small, full, point) for point in points),
-        goal_error=abs(goal - goal_full) / max(abs(goal_full), 1e-300),
+        goal_error=abs(own.goal - whole.goal) / max(abs(whole.goal), 1e-300),
+        cut="; ".join(f"{name}: {one.cut}" for name, one in (("smaller model", own), ("full model", whole)) if one.cut),
     )
 
 
-def _solved(program: Program, deadline: float, runs: int) -> tuple[float, float, FloatArray | None]:
-    """Seconds, goal and design of the method that vibopt would choose."""
+@dataclass(frozen=True, slots=True)
+class _Solved:
+    """Seconds, goal and design of the method that vibopt would choose, and why there is less of it."""
+
+    seconds: float = math.nan
+    goal: float = math.nan
+    x: FloatArray | None = None
+    cut: str = ""
+
+
+def _solved(program: Program, runs: int) -> _Solved:
     times, goal, x = [], math.nan, None
     for _ in range(runs):
-        if time.perf_counter() > deadline:
-            break
-        begin = time.perf_counter()
-        try:
-            found = choose(program, None).solve(program)
-        except VibOptError:
-            break
-        times.append(time.perf_counter() - begin)
+        with answering() as limit:
+            begin = time.perf_counter()
+            try:
+                found = choose(program, None).solve(program)
+            except VibOptError as error:
+                return _Solved(cut=str(error))
+            times.append(time.perf_counter() - begin)
         if found.x is not None:
             goal, x = Judge(program).goal(found.x).value, found.x
-        if times[-1] > 3.0:
-            break
-    return (median(times) if times else math.nan), goal, x
+        if limit is not None and limit.ended:
+            return _Solved(median(times), goal, x, f"the time limit of {limit.seconds:g} s ended it")
+    return _Solved(median(times), goal, x)
 
 
 def _designs(program: Program, best: FloatArray | None) -> list[FloatArray]:

@@ -13,13 +13,14 @@ from vibopt.study.chart import speed_accuracy as isolation_speed
 from vibopt.study.chart import stability as isolation_stability
 from vibopt.study.chart.absorbers import charts as absorbers
 from vibopt.study.chart.absorbers import fidelity as absorbers_fidelity
+from vibopt.study.chart.asking import Progress
 from vibopt.study.chart.balancing import charts as balancing
 from vibopt.study.chart.balancing import fidelity as balancing_fidelity
 from vibopt.study.chart.fidelity import Fidelity
 from vibopt.study.chart.mounts import charts as mounts
 from vibopt.study.chart.mounts import fidelity as mounts_fidelity
 from vibopt.study.chart.mounts.own import has_parts
-from vibopt.study.chart.speed_accuracy import Progress, SpeedAccuracy
+from vibopt.study.chart.speed_accuracy import SpeedAccuracy
 from vibopt.study.chart.stability import Stability
 
 ISOLATION, ABSORBERS, BALANCING, MOUNTS = KINDS = ("isolation", "absorbers", "balancing", "mounts")
@@ -70,7 +71,6 @@ def speed_accuracy(
         tuple(case for one in parts for case in one.cases),
         _joined(parts),
         tuple(row for one in parts for row in one.trials),
-        tuple(pair for one in parts for pair in one.skipped),
     )
 
 
@@ -81,7 +81,6 @@ def stability(*, family: str | None = None, quick: bool = False, progress: Progr
         tuple(case for one in parts for case in one.cases),
         _joined(parts),
         tuple(row for one in parts for row in one.trials),
-        tuple(pair for one in parts for pair in one.skipped),
     )
 
 
@@ -103,10 +102,9 @@ def fidelity(
 
 
 def asked(result: Stability, family: str) -> tuple[str, ...]:
-    """Methods that a family of cases was given to, whether or not there was time."""
+    """Methods that a family of cases was given to."""
     names = {case.name for case in result.cases if case.family == family}
     given = {one.method for one in result.trials if one.case in names}
-    given |= {method for case, method in result.skipped if case in names}
     return tuple(method for method in result.methods if method in given)
 
 

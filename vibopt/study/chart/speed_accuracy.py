@@ -3,35 +3,30 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vibopt.scene.scene import Scene
+from vibopt.study.chart.asking import Progress, trials_of
 from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, QUICK, STOCK, Case
 from vibopt.study.chart.trial import DEFAULT, REFUSES, Trial, trial, warm_up
 
-Progress = Callable[[str, float], None]
-
 METHODS = (
-    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "trust_constr_50", "trust_constr",
-    "ipopt_sampled", "ipopt_sampled_1000", "cvxpy", "cvxpy_dpp",
+    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "slsqp_exchange", "trust_constr_50",
+    "trust_constr", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy", "cvxpy_dpp",
 )  # fmt: skip
 QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
-QUICK_SECONDS, FULL_SECONDS = 45.0, 270.0
+RUNS, QUICK_RUNS = 3, 2
 _PROOF_BOXES = 600_000
-PATIENCE = 10.0
-"""Seconds that a method with a time limit gets per run."""
 
 
 @dataclass(frozen=True, slots=True)
 class SpeedAccuracy:
-    """All trials; `skipped` names those for which there was no time (case, method)."""
+    """All trials, one for each method on each case."""
 
     cases: tuple[Case, ...]
     methods: tuple[str, ...]
     trials: tuple[Trial, ...]
-    skipped: tuple[tuple[str, str], ...]
 
     def of(self, case: str) -> list[Trial]:
         """Trials of one case that gave any answer to its question, in the order of the methods."""
@@ -41,6 +36,11 @@ class SpeedAccuracy:
         """Time over that of the default on the same case."""
         base = next((t.seconds for t in self.trials if t.case == one.case and t.method == DEFAULT), math.nan)
         return one.seconds / base
+
+    @property
+    def cut(self) -> tuple[Trial, ...]:
+        """Trials that were asked less than the chart promises."""
+        return tuple(one for one in self.trials if one.cut)
 
 
 def speed_accuracy(
@@ -63,24 +63,15 @@ def speed_accuracy(
         Fewer cases, methods and runs.
     """
     chosen = tuple(methods or (QUICK_METHODS if quick else METHODS))
-    runs = 2 if quick else 3
-    deadline = time.perf_counter() + (QUICK_SECONDS if quick else FULL_SECONDS)
+    runs = QUICK_RUNS if quick else RUNS
     warm_up(list(chosen))
     pairs = [(referenced(scene), scene) for scene in scenes] or [
         (case, case.scene()) for case in cases or (QUICK if quick else STOCK)
     ]
-    trials: list[Trial] = []
-    skipped: list[tuple[str, str]] = []
-    total = len(pairs) * len(chosen)
-    for case, scene in pairs:
-        for method in chosen:
-            if progress:
-                progress(f"{case.name}: {method}", (len(trials) + len(skipped)) / total)
-            if time.perf_counter() > deadline:
-                skipped.append((case.name, method))
-                continue
-            trials.append(trial(case, scene, method, runs, PATIENCE))
-    return SpeedAccuracy(tuple(case for case, _ in pairs), chosen, tuple(trials), tuple(skipped))
+    trials = trials_of(
+        [(pair[0].name, pair) for pair in pairs], chosen, lambda pair, method: trial(*pair, method, runs), progress
+    )
+    return SpeedAccuracy(tuple(case for case, _ in pairs), chosen, trials)
 
 
 def referenced(scene: Scene) -> Case:
@@ -99,7 +90,7 @@ def referenced(scene: Scene) -> Case:
     if found.status == "infeasible":
         return Case(name, "", INFEASIBLE, math.nan, "branch and bound: no design exists")
     if found.x is None:
-        return Case(name, "", FEASIBLE, math.nan, "not known: branch and bound found nothing in time")
+        return Case(name, "", FEASIBLE, math.nan, "not known: branch and bound found nothing")
     goal = Judge(program).goal(found.x).value
     left = abs(goal - found.bound) / max(abs(goal), 1e-300)
     words = (

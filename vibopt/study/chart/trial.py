@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
 
@@ -18,9 +19,10 @@ from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.registry import METHODS
 from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case
+from vibopt.work import answering
 
 DEFAULT = "vibopt"
-"""The method that `vibopt solve` chooses by itself, its check of the built machine included."""
+"""What `vibopt solve` does by itself, from the job as read to the answer that was checked."""
 
 BROKEN, OFF = 1e-6, 1e-3
 """Part of a bound by which a limit counts as broken, and part of the goal by which it counts as missed."""
@@ -37,11 +39,35 @@ MISSING = "not installed"
 
 
 @dataclass(frozen=True, slots=True)
+class Said:
+    """What one run of a method says, before anybody has judged it.
+
+    answer
+        Design, correction or parts; None where there is none.
+    kernel
+        Seconds in the optimiser alone; nan where the whole run is that.
+    seconds
+        Of the whole run, where the method leaves something out of it (reading its file); else nan.
+    cut
+        Why the run did less than the chart promises, in words; "" where it did all.
+    """
+
+    status: str
+    claim: str
+    answer: Any = None
+    kernel: float = math.nan
+    seconds: float = math.nan
+    cut: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Trial:
     """Outcome of one method on one case.
 
     seconds
-        Median of the runs, from the scene read to the answer.
+        Median of the runs, from the job as read to the answer.
+    kernel
+        The part of it that is the optimiser alone, without posing the question or checking its answer.
     status, claim
         What the method says.
     missed
@@ -54,11 +80,14 @@ class Trial:
         What is wrong although the method claims success; "" where nothing is.
     verdict
         One of the five classes of the chart of stability.
+    cut
+        Why less was asked than the chart promises; "" where all was.
     """
 
     case: str
     method: str
     seconds: float
+    kernel: float
     status: str
     claim: str
     missed: float
@@ -66,61 +95,69 @@ class Trial:
     error: float
     fault: str
     verdict: str
+    cut: str = ""
 
 
-def trial(case: Case, scene: Scene, method: str, runs: int, patience: float = math.inf) -> Trial:
-    """Run a method `runs` times on a scene, and judge its last answer.
+def trial(case: Case, scene: Scene, method: str, runs: int) -> Trial:
+    """Run a method `runs` times on a scene, and judge its last answer."""
+    said = timed(lambda: _said(scene, method), runs)
+    missed, off = (math.nan, math.nan) if said.answer is None else measured(case, pose(scene), said.answer)
+    return judged(case, method, said, missed, off)
 
-    A method with a time limit of its own is held to `patience` [s]; the default is not.  A method that
-    breaks down ends its own trial only.
+
+def timed(method: Callable[[], Said], runs: int) -> Said:
+    """What the last of the runs says, with the medians of their times.
+
+    A method that breaks down, or that the user's time limit ends, ends its own trial only.
     """
-    times: list[float] = []
-    answer: tuple[str, str, FloatArray | None] = ("error", "", None)
-    try:
-        for _ in range(max(runs, 1)):
+    times: list[tuple[float, float]] = []
+    said = Said("error", "")
+    for _ in range(max(runs, 1)):
+        with answering() as limit:
             begin = time.perf_counter()
-            answer = _answer(scene, method, patience)
-            times.append(time.perf_counter() - begin)
-            if times[-1] > 5.0 or answer[0] == REFUSES:
-                break
-    except Exception as error:
-        times.append(math.nan)
-        answer = ("error", f"{type(error).__name__}: {error}", None)
-    status, claim, x = answer
-    return _judged(case, pose(scene), method, float(median(times)), status, claim, x)
+            try:
+                said = method()
+            except Exception as error:
+                said = Said("error", f"{type(error).__name__}: {error}")
+            took = time.perf_counter() - begin
+        if said.status in ("error", REFUSES, MISSING):
+            return replace(said, seconds=math.nan, kernel=math.nan)
+        whole = took if math.isnan(said.seconds) else said.seconds
+        times.append((whole, whole if math.isnan(said.kernel) else said.kernel))
+        if limit is not None and limit.ended:
+            said = replace(said, cut=f"the time limit of {limit.seconds:g} s ended it after {limit.ended}")
+            break
+    whole, kernel = (float(median(column)) for column in zip(*times, strict=True))
+    return replace(said, seconds=whole, kernel=kernel)
 
 
-def _answer(scene: Scene, method: str, patience: float) -> tuple[str, str, FloatArray | None]:
-    """Status, claim and design; the status is REFUSES where the method does not take the scene."""
+def _said(scene: Scene, method: str) -> Said:
+    """What a method says of a scene; the status is REFUSES where it does not take it."""
     if method == DEFAULT:
         from vibopt.solve.solve import solve
 
         design = solve(scene, explain=False)
-        return design.status, f"{design.method}: {design.claim}", np.array(design.x) if design.x else None
+        x = np.array(design.x) if design.x else None
+        return Said(design.status, f"{design.method}: {design.claim}", x, design.timings.get("solve", math.nan))
     program = closed(pose(scene))
-    chosen: Any = METHODS[method]()
-    if hasattr(chosen, "seconds"):
-        chosen.seconds = min(chosen.seconds, patience)
+    chosen = METHODS[method]()
     refusal = chosen.refuses(program)
     if refusal is not None:
-        return REFUSES, refusal, None
+        return Said(REFUSES, refusal)
+    begin = time.perf_counter()
     found = chosen.solve(program)
-    return found.status, found.claim, found.x
+    return Said(found.status, found.claim, found.x, time.perf_counter() - begin)
 
 
-def _judged(
-    case: Case, program: Program, method: str, seconds: float, status: str, claim: str, x: FloatArray | None
-) -> Trial:
-    missed, off = (math.nan, math.nan) if x is None else measured(case, program, x)
-    return judged(case, method, seconds, status, claim, missed, off)
-
-
-def judged(case: Case, method: str, seconds: float, status: str, claim: str, missed: float, off: float) -> Trial:
+def judged(case: Case, method: str, said: Said, missed: float, off: float) -> Trial:
     """What is claimed against what is true; `missed` and `off` are nan where there is no design."""
     error = math.nan if math.isnan(missed) else max(missed, off, 0.0)
-    fault = _fault(case, status, missed, off)
-    verdict = _verdict(case, status, missed, off, fault)
-    return Trial(case.name, method, seconds, status, claim, missed, off, error, fault, verdict)
+    fault = _fault(case, said.status, missed, off)
+    verdict = _verdict(case, said.status, missed, off, fault)
+    return Trial(
+        case.name, method, said.seconds, said.kernel, said.status, said.claim, missed, off, error, fault, verdict,
+        said.cut,
+    )  # fmt: skip
 
 
 def measured(case: Case, program: Program, x: FloatArray) -> tuple[float, float]:
@@ -162,7 +199,7 @@ def warm_up(methods: list[str]) -> None:
     for case in WARM:
         scene = case.scene()
         for method in methods:
-            trial(case, scene, method, 1, 1.0)
+            trial(case, scene, method, 1)
 
 
 def as_row(one: Trial) -> dict[str, Any]:
@@ -179,9 +216,11 @@ __all__ = [
     "SAYS_SO",
     "SILENT",
     "UNPROVEN",
+    "Said",
     "Trial",
     "as_row",
     "judged",
+    "timed",
     "trial",
     "warm_up",
 ]

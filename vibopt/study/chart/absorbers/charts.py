@@ -6,13 +6,14 @@ from vibopt.study.chart import speed_accuracy as speed
 from vibopt.study.chart import stability as hard_ground
 from vibopt.study.chart.absorbers.cases import QUICK, STOCK
 from vibopt.study.chart.absorbers.hard import families
-from vibopt.study.chart.speed_accuracy import Progress, SpeedAccuracy
+from vibopt.study.chart.asking import Progress
+from vibopt.study.chart.speed_accuracy import SpeedAccuracy
 from vibopt.study.chart.stability import Stability
 
 
 def _taking(methods: tuple[str, ...]) -> tuple[str, ...]:
-    """No convex form of an absorber is known, so cvxpy would only refuse."""
-    return tuple(name for name in methods if not name.startswith("cvxpy"))
+    """Newton on equal peaks as well; no convex form of an absorber is known, so cvxpy would only refuse."""
+    return (*(name for name in methods if not name.startswith("cvxpy")), "equal_peaks")
 
 
 def speed_accuracy(*, quick: bool = False, progress: Progress | None = None) -> SpeedAccuracy:

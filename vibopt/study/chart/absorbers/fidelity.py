@@ -16,8 +16,8 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
+from vibopt.study.chart.asking import Progress
 from vibopt.study.chart.fidelity import Fidelity
-from vibopt.study.chart.speed_accuracy import Progress
 
 _SIZES, _QUICK_SIZES = (100, 1_000, 10_000, 100_000), (100, 1_000)
 _SPEEDS = 200

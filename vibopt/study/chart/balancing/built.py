@@ -7,9 +7,11 @@ the conditions of the optimum.  The programs are convex, so it is the best there
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from vibopt.balancing.job import RotorJob
 from vibopt.balancing.question import Goal, Question
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.study.chart.cases import FEASIBLE, Case
@@ -23,6 +25,13 @@ class Asked:
 
     case: Case
     question: Question
+
+    @cached_property
+    def job(self) -> RotorJob:
+        """The same as the problem file of a measured rotor, read."""
+        from vibopt.study.chart.balancing.rotor_file import job_of
+
+        return job_of(self.question, self.case.name or "question")
 
 
 def asked(name: str, question: Question, goal: float, known_by: str, family: str = "", truth: str = FEASIBLE) -> Asked:

@@ -10,9 +10,9 @@ from vibopt.balancing.holes import hole_options
 from vibopt.balancing.question import Question
 from vibopt.forms import FloatArray
 from vibopt.study.chart.balancing.built import BUILT, Asked, asked, least_squares, normal, plain, worst
+from vibopt.study.chart.balancing.rotor_file import HOLES, WEIGHTS
 
 SIZES, QUICK_SIZES = ((8, 2), (1000, 20), (5000, 8)), ((8, 2), (1000, 20))
-HOLES, WEIGHTS = 24, (0.1, 0.2, 0.3, 0.4, 0.5)
 
 
 def stock(*, quick: bool) -> list[Asked]:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question, Solved
 from vibopt.forms import ComplexArray
+from vibopt.study.chart.asking import Progress
 from vibopt.study.chart.balancing.built import normal, plain, worst
 from vibopt.study.chart.balancing.cutting import least_worst
 from vibopt.study.chart.fidelity import Fidelity
-from vibopt.study.chart.speed_accuracy import Progress
 
 ALIKE, BINDS = 1e-10, 1e-5
 """Share of a plane's effect that the others must leave for it to count, and of the goal within which a row binds."""

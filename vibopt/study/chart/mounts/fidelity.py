@@ -19,11 +19,11 @@ from vibopt.program.reduce import reason
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.shelf.method import Catalogue
+from vibopt.study.chart.asking import Progress
 from vibopt.study.chart.fidelity import Fidelity
 from vibopt.study.chart.mounts.machine import LINE, PLANE, SPACE, Machine
 from vibopt.study.chart.mounts.shelf import Shelf, drawn
 from vibopt.study.chart.mounts.truth import every_choice, floor_force, loads, peaks
-from vibopt.study.chart.speed_accuracy import Progress
 
 AUTOMATIC = "as vibopt chooses"
 _WORDS = {LINE: "one coordinate", PLANE: "three coordinates"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
@@ -20,17 +19,19 @@ from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.shelf.method import Catalogue
 from vibopt.solve.shelf.tree import Shelf, factors_of
+from vibopt.solve.solve import solve
+from vibopt.study.chart.asking import Progress
 from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case
 from vibopt.study.chart.mounts.asked import MOUNTS
-from vibopt.study.chart.speed_accuracy import Progress, SpeedAccuracy
-from vibopt.study.chart.trial import DEFAULT, Trial, judged, measured
+from vibopt.study.chart.speed_accuracy import SpeedAccuracy
+from vibopt.study.chart.trial import DEFAULT, Said, Trial, judged, measured, timed
+from vibopt.work import late
 
 EVERY, RANDOM = "every choice", "at random"
 METHODS = (DEFAULT, EVERY, RANDOM)
 DRAWS = 300
-QUICK_SECONDS, FULL_SECONDS = 15.0, 60.0
-"""For measuring every choice."""
-Answer = tuple[str, str, FloatArray | None]
+QUICK_MOST, MOST = 2_000, 20_000
+"""Choices of a file that are measured one by one."""
 
 
 def has_parts(scene: Scene) -> bool:
@@ -50,85 +51,87 @@ def on_file(scenes: Sequence[Scene], *, quick: bool = False, progress: Progress 
     for number, scene in enumerate(scenes):
         if progress:
             progress(scene.name, number / len(scenes))
-        case, found = _charted(scene, QUICK_SECONDS if quick else FULL_SECONDS)
+        case, found = _charted(scene, QUICK_MOST if quick else MOST)
         cases.append(case)
         trials += found
-    return SpeedAccuracy(tuple(cases), METHODS, tuple(trials), ())
+    return SpeedAccuracy(tuple(cases), METHODS, tuple(trials))
 
 
-def _charted(scene: Scene, patience: float) -> tuple[Case, list[Trial]]:
+def _charted(scene: Scene, most: int) -> tuple[Case, list[Trial]]:
     """The case with its truth, and the trials."""
     program = closed(pose(scene))
     refusal = Catalogue().refuses(program)
     if refusal is not None:
         raise InputError(f"{scene.name}: {refusal}")
-    roads: dict[str, Callable[[], Answer]] = {
-        DEFAULT: lambda: _by_vibopt(program),
-        EVERY: lambda: _every(program, patience),
+    roads: dict[str, Callable[[], Said]] = {
+        DEFAULT: lambda: _by_vibopt(scene, program),
+        EVERY: lambda: _every(program, most),
         RANDOM: lambda: _random(program),
     }
-    answers = {}
-    for name, road in roads.items():
-        began = time.perf_counter()
-        answer = road()
-        answers[name] = (time.perf_counter() - began, *answer)
-    case = _known(scene, program, answers[EVERY][1:], answers[DEFAULT][1:])
-    return case, [_judged(case, program, name, *answer) for name, answer in answers.items()]
+    answers = {name: timed(road, 1) for name, road in roads.items()}
+    case = _known(scene, program, answers[EVERY], answers[DEFAULT])
+    return case, [_judged(case, program, name, said) for name, said in answers.items()]
 
 
-def _known(scene: Scene, program: Program, every: Answer, own: Answer) -> Case:
-    """Measured choice by choice where there was time, else as proven by vibopt itself, which is then said."""
-    (status, _, x), road = every, "every choice measured"
-    if status == "unproven":
-        (status, _, x), road = own, f"vibopt itself: {own[1]}"
+def _known(scene: Scene, program: Program, every: Said, own: Said) -> Case:
+    """Measured choice by choice where there are few enough, else as proven by vibopt itself, which is then said."""
+    said, road = (
+        (own, f"vibopt itself: {own.claim}") if every.status == "unproven" else (every, "every choice measured")
+    )
     if uncertain(scene):
         road += ", without tolerances"
-    name = scene.name.removesuffix(".toml")
+    name, x = scene.name.removesuffix(".toml"), said.answer
     if x is None or program.aim is None:
-        return Case(name, "", INFEASIBLE if status == "infeasible" else FEASIBLE, math.nan, road, MOUNTS)
+        return Case(name, "", INFEASIBLE if said.status == "infeasible" else FEASIBLE, math.nan, road, MOUNTS)
     return Case(name, "", FEASIBLE, Judge(program).goal(x).value * program.aim.sense, road, MOUNTS)
 
 
-def _judged(
-    case: Case, program: Program, method: str, seconds: float, status: str, claim: str, x: FloatArray | None
-) -> Trial:
+def _judged(case: Case, program: Program, method: str, said: Said) -> Trial:
     """A choice that is not claimed to be the best is not wrong for being dearer."""
-    missed, off = (math.nan, math.nan) if x is None else measured(case, program, x)
-    found = judged(case, method, seconds, status, claim, missed, off)
-    return replace(found, fault="") if status == "feasible" and found.fault.startswith("goal off") else found
+    missed, off = (math.nan, math.nan) if said.answer is None else measured(case, program, said.answer)
+    found = judged(case, method, said, missed, off)
+    return replace(found, fault="") if said.status == "feasible" and found.fault.startswith("goal off") else found
 
 
-def _by_vibopt(program: Program) -> Answer:
-    found = Catalogue().solve(program)
-    return found.status, found.claim, found.x
+def _by_vibopt(scene: Scene, program: Program) -> Said:
+    """The answer certified; where tolerances are left out, the search alone, as no other machine was asked for."""
+    if uncertain(scene):
+        found = Catalogue().solve(program)
+        return Said(found.status, found.claim, found.x)
+    design = solve(scene, explain=False)
+    x = np.array(design.x) if design.x else None
+    return Said(design.status, design.claim, x, design.timings.get("solve", math.nan))
 
 
-def _every(program: Program, patience: float) -> Answer:
-    """Every choice measured with exact peaks, one by one."""
+def _every(program: Program, most: int) -> Said:
+    """Every choice measured with exact peaks, one by one; not asked where there are more than `most`."""
     shelf = Shelf(factors_of(program), len(program.axes))
+    size = shelf.root.size
+    if size > most:
+        why = f"{size} choices are more than the {most} that are measured one by one"
+        return Said("unproven", why, cut=why)
     entries = product(*(range(len(one.table)) for one in shelf.factors))
-    designs = (shelf.designs(np.array([one]))[0] for one in entries)
-    x, count = _best(program, designs, time.perf_counter() + patience)
-    if count < shelf.root.size:
-        return "unproven", f"no time: {count} of {shelf.root.size} choices in {patience:.0f} s", None
+    x, count = _best(program, (shelf.designs(np.array([one]))[0] for one in entries))
+    if count < size:
+        return Said("unproven", f"ended after {count} of {size} choices")
     if x is None:
-        return "infeasible", f"each of {count} choices breaks a limit", None
-    return "optimal", f"the best of all {count} choices", x
+        return Said("infeasible", f"each of {count} choices breaks a limit")
+    return Said("optimal", f"the best of all {count} choices", x)
 
 
-def _random(program: Program) -> Answer:
+def _random(program: Program) -> Said:
     """The best of 300 choices at random."""
     shelf, rng = Shelf(factors_of(program), len(program.axes)), np.random.default_rng(0)
     drawn = np.stack([rng.integers(0, len(one.table), DRAWS) for one in shelf.factors], axis=1)
-    x, _ = _best(program, iter(shelf.designs(drawn)), math.inf)
-    return ("unproven", "no draw keeps the limits", None) if x is None else ("feasible", "best of the draws", x)
+    x, _ = _best(program, iter(shelf.designs(drawn)))
+    return Said("unproven", "no draw keeps the limits") if x is None else Said("feasible", "best of the draws", x)
 
 
-def _best(program: Program, designs: Iterator[FloatArray], deadline: float) -> tuple[FloatArray | None, int]:
-    """The best of those that keep every limit, and how many were looked at before the deadline."""
+def _best(program: Program, designs: Iterator[FloatArray]) -> tuple[FloatArray | None, int]:
+    """The best of those that keep every limit, and how many were looked at before the user's time limit."""
     judge, best, least, count = Judge(program), None, math.inf, 0
     for x in designs:
-        if time.perf_counter() > deadline:
+        if late(f"{count} choices"):
             break
         count += 1
         if judge.feasible(x):

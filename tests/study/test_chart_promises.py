@@ -1,0 +1,191 @@
+"""What a chart promises: vibopt first and on every case, the same lists on every machine, and exit 5 for less."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibopt.cli.chart import chart
+from vibopt.study.chart import kinds, speed_accuracy, stability
+from vibopt.study.chart.absorbers import charts as absorbers
+from vibopt.study.chart.asking import trials_of
+from vibopt.study.chart.balancing import charts as balancing
+from vibopt.study.chart.cases import FEASIBLE, STOCK, WARM, Case
+from vibopt.study.chart.fidelity import Fidelity
+from vibopt.study.chart.mounts import charts as mounts
+from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, Said, Trial, judged, timed, trial
+
+FAN = STOCK[0]
+
+
+def answered(case: Case, method: str, cut: str = "") -> Trial:
+    return judged(case, method, Said("optimal", "", seconds=1.0, kernel=0.5, cut=cut), 0.0, 0.0)
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(chart, list(words), standalone_mode=False)
+
+
+@given(
+    names=st.lists(st.text("abc", min_size=1), unique=True, max_size=5),
+    methods=st.lists(st.sampled_from(["grid", DEFAULT, "nlp", "slsqp"]), unique=True, max_size=4),
+)
+def test_every_case_has_a_row_of_every_method_and_vibopt_is_asked_first(names: list[str], methods: list[str]) -> None:
+    asked: list[tuple[str, str]] = []
+
+    def ask(name: str, method: str) -> Trial:
+        asked.append((name, method))
+        return answered(replace(FAN, name=name), method)
+
+    rows = trials_of([(name, name) for name in names], methods, ask)
+    assert [(one.case, one.method) for one in rows] == [(name, method) for name in names for method in methods]
+    own = len(names) if DEFAULT in methods else 0
+    assert all(method == DEFAULT for _, method in asked[:own])
+    assert all(method != DEFAULT for _, method in asked[own:])
+
+
+def scripted(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str]]:
+    """Every road of the charts answered at once, and what was asked, in order."""
+    asked: list[tuple[str, str]] = []
+
+    def of_scene(case: Case, _: Any, method: str, runs: int) -> Trial:
+        asked.append((case.name, method))
+        return answered(case, method)
+
+    def of_question(one: Any, method: str, runs: int) -> Trial:
+        asked.append((one.case.name, method))
+        return answered(one.case, method)
+
+    def of_parts(one: Any, _: Any, method: str, runs: int, folder: Path) -> Trial:
+        asked.append((one.case.name, method))
+        return answered(one.case, method)
+
+    for room in (speed_accuracy, stability):
+        monkeypatch.setattr(room, "trial", of_scene)
+        monkeypatch.setattr(room, "warm_up", lambda _: None)
+    monkeypatch.setattr(balancing, "tried", of_question)
+    monkeypatch.setattr(mounts, "tried", of_parts)
+    return asked
+
+
+@pytest.mark.parametrize("family", kinds.KINDS)
+@pytest.mark.parametrize("chart_of", [kinds.speed_accuracy, kinds.stability])
+def test_quick_charts_have_a_row_of_vibopt_for_every_case(
+    monkeypatch: pytest.MonkeyPatch, family: str, chart_of: Any
+) -> None:
+    """The same list each time, and every rival on every case: which runs are done hangs on nothing but the list."""
+    asked = scripted(monkeypatch)
+    result = chart_of(family=family, quick=True)
+    cases = [case.name for case in result.cases]
+    assert [one.case for one in result.trials if one.method == DEFAULT] == cases
+    assert len(result.trials) == len(cases) * len(result.methods)
+    own = [pair for pair in asked if pair[0] in cases]
+    assert [name for name, method in own[-len(result.trials) :][: len(cases)]] == cases
+    assert {method for _, method in own[-len(result.trials) :][: len(cases)]} == {DEFAULT}
+    assert result.cut == ()
+
+
+def test_rivals_of_every_family_are_the_strongest_by_hand() -> None:
+    from vibopt.study.chart.balancing.methods import METHODS as BALANCING
+    from vibopt.study.chart.mounts.methods import METHODS as MOUNTS
+
+    for quick in (True, False):
+        isolation = speed_accuracy.QUICK_METHODS if quick else speed_accuracy.METHODS
+        assert "slsqp_exchange" in isolation
+        assert {"slsqp_exchange", "equal_peaks"} <= set(absorbers._taking(isolation))
+    assert "pruned" in BALANCING
+    assert "cheapest first" in MOUNTS
+
+
+def test_a_run_that_the_time_limit_ends_is_shown_and_ends_the_chart_with_5(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(speed_accuracy, "QUICK", (FAN,))
+    monkeypatch.setattr(speed_accuracy, "QUICK_METHODS", (DEFAULT, "grid"))
+    told = run("speed-accuracy", "--family", "isolation", "--quick", "--time-limit", "1e-9")
+    assert told.return_value == 5
+    words = "Less was asked than this chart promises, in 1 of 2 runs:\n  grid on fan, k: the time limit of 1e-09 s"
+    assert words in told.output
+    assert [line.split()[0] for line in told.output.splitlines() if line.startswith("  vibopt ")] == [DEFAULT]
+    data = json.loads(
+        run("speed-accuracy", "--family", "isolation", "--quick", "--time-limit", "1e-9", "--json").output
+    )
+    assert [(one["method"], bool(one["cut"])) for one in data["trials"]] == [(DEFAULT, False), ("grid", True)]
+    whole = run("speed-accuracy", "--family", "isolation", "--quick")
+    assert whole.return_value == 0
+    assert "Less was asked" not in whole.output
+
+
+def test_stability_that_was_asked_less_ends_with_5(monkeypatch: pytest.MonkeyPatch) -> None:
+    cut = "the time limit of 1 s ended it after 7 boxes"
+    case = replace(FAN, family="thin set")
+    made = stability.Stability((case,), (DEFAULT, "nlp"), (answered(case, DEFAULT), answered(case, "nlp", cut)))
+    monkeypatch.setattr(kinds, "stability", lambda **_: made)
+    told = run("stability")
+    assert told.return_value == 5
+    assert f"Less was asked than this chart promises, in 1 of 2 runs:\n  nlp on fan, k: {cut}.\n" in told.output
+
+
+def test_a_false_claim_of_vibopt_weighs_more_than_a_run_cut_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = judged(FAN, DEFAULT, Said("optimal", "", cut="short"), 1.0, 0.0)
+    made = stability.Stability((FAN,), (DEFAULT,), (wrong,))
+    monkeypatch.setattr(kinds, "stability", lambda **_: made)
+    assert run("stability").return_value == 6
+
+
+def test_fidelity_that_was_asked_less_ends_with_5(monkeypatch: pytest.MonkeyPatch) -> None:
+    row = Fidelity("hall", 5, 1, "", 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, "full model: the time limit of 1 s ended it")
+    monkeypatch.setattr(kinds, "fidelity", lambda *_, **__: (row,))
+    told = run("fidelity")
+    assert told.return_value == 5
+    assert "Less was asked than this chart promises: hall, full model: the time limit of 1 s ended it" in told.output
+
+
+def test_the_kernel_is_a_part_of_the_time_and_the_answer_is_checked() -> None:
+    one = trial(FAN, FAN.scene(), DEFAULT, 1)
+    assert 0.0 < one.kernel < one.seconds
+    assert "closed_form" in one.claim
+
+
+def test_a_method_that_breaks_down_ends_its_own_trial_only() -> None:
+    def breaks() -> Said:
+        raise ArithmeticError("no digits left")
+
+    said = timed(breaks, 3)
+    assert (said.status, said.claim) == ("error", "ArithmeticError: no digits left")
+
+
+def test_newton_on_equal_peaks_is_exact_and_refuses_what_it_does_not_know() -> None:
+    from vibopt.study.chart.absorbers.cases import STOCK as ABSORBERS
+
+    for case in ABSORBERS[:2]:
+        one = trial(case, case.scene(), "equal_peaks", 1)
+        assert (one.verdict, one.error < 1e-12) == (RIGHT, True)
+    for case in (ABSORBERS[2], ABSORBERS[5], *WARM):
+        one = trial(case, case.scene(), "equal_peaks", 1)
+        assert one.status == REFUSES
+        assert one.claim == (
+            "equal_peaks takes one absorber on one excited mass, for the least worst response, without limits."
+        )
+
+
+def test_exchange_is_as_exact_as_its_peaks_where_it_finds_the_best() -> None:
+    from vibopt.study.chart.absorbers.cases import STOCK as ABSORBERS
+
+    for case in (*STOCK[:4], *ABSORBERS[:2]):
+        one = trial(case, case.scene(), "slsqp_exchange", 1)
+        assert (case.truth, one.status) == (FEASIBLE, "feasible")
+        assert one.error < 1e-8
+
+
+def test_pruned_enumeration_of_weights_finds_the_best_of_all() -> None:
+    from vibopt.study.chart.balancing.cases import shelf
+    from vibopt.study.chart.balancing.methods import tried
+
+    for one in shelf():
+        assert (tried(one, "pruned", 1).status, tried(one, "pruned", 1).error) == ("optimal", 0.0)
