@@ -1,11 +1,39 @@
-"""One thread of linear algebra per process, as the tests run side by side; the same drawn examples every time."""
+"""One thread of linear algebra per process, as the tests run side by side; the same drawn examples every time.
+
+A law tries a part of its examples by default and all of them with `-m slow`, which takes the laws in as well.
+"""
 
 import os
 
-from hypothesis import settings
+import pytest
+from hypothesis import is_hypothesis_test, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 settings.register_profile("same", derandomize=True, database=None, deadline=None)
 settings.load_profile("same")
+
+PART, LEAST = 4, 2
+"""By default one example of so many is tried, and no fewer than the second."""
+_SETTINGS = "_hypothesis_internal_use_settings"
+"""Where a test keeps its settings; without it every law tries all of its examples."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Fewer examples, or with `-m slow` every law with all of them."""
+    slow = config.getoption("markexpr") == "slow"
+    seen = set()
+    for item in items:
+        law = getattr(item, "obj", None)
+        law = getattr(law, "__func__", law)
+        if not is_hypothesis_test(law):
+            continue
+        if slow:
+            item.add_marker(pytest.mark.slow)
+        elif id(law) not in seen and item.get_closest_marker("slow") is None:
+            seen.add(id(law))
+            own = getattr(law, _SETTINGS, None) or settings.default
+            fewer = min(own.max_examples, max(own.max_examples // PART, LEAST))
+            setattr(law, _SETTINGS, settings(own, max_examples=fewer))

@@ -6,10 +6,12 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ROOT = Path(__file__).parent.parent
 MODULES = {
@@ -113,9 +115,20 @@ def _wrong(module: str, imported: str) -> bool:
     return area != other and FLOOR.get(other, len(FLOORS)) >= FLOOR[area]
 
 
+@cache
+def _parsed(module: str) -> ast.Module:
+    return ast.parse(MODULES[module].read_text(encoding="utf-8"))
+
+
+@cache
+def _loads(module: str) -> tuple[tuple[int, str], ...]:
+    """Line and module of what is imported when it is run, not for types alone."""
+    return tuple(_imports(_parsed(module), types=False))
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_imports_point_downward(module: str) -> None:
-    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    tree = _parsed(module)
     wrong = [
         f"line {line}: {imported}"
         for line, imported in _imports(tree)
@@ -133,9 +146,9 @@ def test_every_area_has_its_floor() -> None:
 def test_large_libraries_stay_at_home(library: str) -> None:
     wrong = [
         f"{module} line {line}"
-        for module, file in MODULES.items()
+        for module in MODULES
         if not _under(module, HOMES[library])
-        for line, imported in _imports(ast.parse(file.read_text(encoding="utf-8")), types=False)
+        for line, imported in _loads(module)
         if _under(imported, (library,))
     ]
     assert not wrong, f"{library} is imported outside {', '.join(HOMES[library])}"
@@ -144,7 +157,7 @@ def test_large_libraries_stay_at_home(library: str) -> None:
 @pytest.mark.parametrize("module", MODULES)
 def test_no_clock_decides(module: str) -> None:
     """Clocks are read where time is shown, and for the user's own limit; solvers of others get no time limit."""
-    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    tree = _parsed(module)
     if _under(module, AROUND_CLOCKS):
         return
     reads = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in CLOCKS]
@@ -166,10 +179,23 @@ def test_no_clock_decides(module: str) -> None:
     assert not [*reads, *settings, *words, *wall], f"{module} lets a clock decide"
 
 
+def test_no_test_reads_a_clock_and_no_example_has_a_deadline() -> None:
+    """But one that sets the clocks; and what is timed for its own sake in tests/bench."""
+    files = [file for file in (ROOT / "tests").rglob("*.py") if file.parent.name != "bench"]
+    reading = {
+        file.name
+        for file in files
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute) and node.attr in CLOCKS
+    }
+    assert reading <= {"test_work.py"}
+    assert settings().deadline is None
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_docstrings(module: str) -> None:
     """Modules, public classes, and public functions of more than one statement say what they are for."""
-    tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
+    tree = _parsed(module)
     assert not tree.body or ast.get_docstring(tree), f"{module} has no docstring"
     silent = [
         node.name

@@ -165,10 +165,12 @@ def pump_flange() -> dict[str, float | str]:
     turning = np.array([0, 1, -1j])
     best = {}
     for number, x in enumerate((0.4, 0.55, 0.7), start=1):
+        unit = body.stiffness(corners(x, 0.25), [UP] * 4, 1.0, 0.6)
 
-        def held(k: float, w: float, x: float = x) -> Complex:
+        def held(k: float, w: float, unit: Complex = unit) -> Complex:
             c = 3e3
-            return body.stiffness(corners(x, 0.25), [UP] * 4, k + 1j * w * c, 0.6 * (k + 1j * w * c))
+            whole: Complex = (k + 1j * w * c) * unit
+            return whole
 
         def pipe(k: float, held: Callable[[float, float], Complex] = held) -> float:
             return peak(lambda w: abs(flange @ body.motion(held(k, w), w, at.T @ (0.04 * w**2 * turning))), 1.0, omega)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -27,8 +26,8 @@ ODD = [
     ["1 Hz", "2 Hz"], {"from": "1 N/m", "to": "2 N/m"}, {"from": 0, "to": 1}, {"one_of": ["1 kN/m", "2 kN/m"]},
     {"from": 1, "to": 5, "whole": True}, {"from": "0 rpm", "to": "100 Hz"}, "displacement", "insertion_loss", "count",
 ]  # fmt: skip
-SECONDS = 60.0
-"""Twice the promised time, for a busy machine."""
+WORK = 60_000.0
+"""Most work of one answer [nominal ms]."""
 
 few = settings(
     derandomize=True, database=None, deadline=None, max_examples=400, suppress_health_check=list(HealthCheck)
@@ -72,13 +71,12 @@ def mutants(draw: Callable[..., Any], *, deep: bool = False) -> dict[str, Any]:
 
 
 def try_one(document: dict[str, Any]) -> None:
-    began = time.perf_counter()
     try:
         design = solve(from_dict(document), explain=False)
     except InputError:
         return
     assert design.status in EXIT_CODES
-    assert time.perf_counter() - began < SECONDS
+    assert design.work < WORK
 
 
 @given(document=mutants())

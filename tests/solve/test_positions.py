@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.design.design import Design
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
@@ -48,6 +50,11 @@ def loads(shift: tuple[float, float], centre: float) -> Any:
     return STIFFNESS * shape.T @ sag
 
 
+@cache
+def _unmoved() -> Design:
+    return solve(machine(0.1, LEAST_LOAD, {"x": span(-0.3, 0.3)}))
+
+
 LEAST_TILT = {"minimise": "tilt", "of": "box", "axis": "y"}
 LEAST_LOAD = {"minimise": "static_load", "of": "foot"}
 
@@ -73,6 +80,7 @@ def test_no_position_of_a_dense_grid_beats_the_answer(centre: float, low: float,
     assert found.goal[1].value == pytest.approx(loads((at, 0.0), centre).max(), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_no_pair_of_shifts_of_a_dense_grid_beats_the_answer() -> None:
     """The greatest load has kinks where one foot takes over from another."""
     found = solve(machine(0.12, LEAST_LOAD, {"x": span(-0.2, 0.3), "y": span(-0.1, 0.15)}))
@@ -129,7 +137,7 @@ def test_a_range_that_shrinks_to_a_point_gives_what_the_place_gives() -> None:
 @given(moved=st.floats(-2.0, 2.0))
 def test_moving_the_origin_changes_nothing(moved: float) -> None:
     """Feet, centre of mass and axes moved together leave the shift as it was."""
-    here = solve(machine(0.1, LEAST_LOAD, {"x": span(-0.3, 0.3)}))
+    here = _unmoved()
     document = dict(machine(0.1, LEAST_LOAD, {"x": span(-0.3, 0.3)}).document)
     feet = [[f"{x + moved!r} m", f"{y!r} m", "0 m"] for x, y in zip(XS.tolist(), YS.tolist(), strict=True)]
     document["mounts"] = {"foot": document["mounts"]["foot"] | {"at": feet}}
@@ -150,7 +158,7 @@ def test_listed_stiffnesses_are_chosen_together_with_the_position() -> None:
 
     least = min(needed(float(x)) for x in np.linspace(-0.3, 0.3, 2001))
     document = dict(machine(0.2, LEAST_TILT, {"x": span(-0.3, 0.3)}, limits={"sag": limit}).document)
-    listed = [f"{part * least!r} N/m" for part in (0.98, 1.0005, 1.2)]
+    listed = [f"{part * least!r} N/m" for part in (0.98, 1.0005)]
     document["mounts"] = {"foot": document["mounts"]["foot"] | {"stiffness": {"one_of": listed}}}
     document["goal"] = {"minimise": "stiffness", "of": "foot"}
     found = solve(from_dict(document))

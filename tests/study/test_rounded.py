@@ -210,6 +210,7 @@ def test_parts_are_not_rounded() -> None:
     )
 
 
+@pytest.mark.slow
 def test_where_the_best_design_has_no_room_a_design_with_room_is_rounded() -> None:
     found = rounded(solve(read(PROBLEMS / "absorbers" / "pump_skid_two_grids.toml"), explain=False), ["3"])
     tables = found.kept.document["absorbers"]
