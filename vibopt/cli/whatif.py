@@ -158,13 +158,17 @@ def _say_thresholds(result: WhatIf, console: Console) -> None:
 
 def _thresholds(result: WhatIf) -> list[tuple[str, ...]]:
     return [
-        (one.path, one.now.shown, _edge(one, one.below, one.limits[0]), _edge(one, one.above, one.limits[1]))
+        (one.path, one.now.shown, edge_words(one, one.below, one.limits[0]), edge_words(one, one.above, one.limits[1]))
         for one in result.thresholds
         if not one.free
     ]
 
 
-def _edge(one: Threshold, value: Shown | None, limit: str) -> str:
+def edge_words(one: Threshold, value: Shown | None, limit: str) -> str:
+    """An end of what a fact may be and the limit that ends it; of whole numbers the last that holds, and the next."""
     if value is None:
         return "-"
+    if one.whole:  # the last that holds; the next number fails
+        last = value.value + (1.0 if value.value < one.now.value else -1.0)
+        return f"{last:.0f} ({value.shown} fails)\n  {limit}"
     return f"{'at once' if one.at_once(value) else value.shown}\n  {limit}"

@@ -43,6 +43,8 @@ class Threshold:
         First failing value downward and upward; None where none is found within a factor `REACH`.
     limits
         Names of the limits that break there: (below, above).
+    whole
+        Whether it is a whole number, which fails at the ends and holds beside them.
     """
 
     path: str
@@ -50,6 +52,7 @@ class Threshold:
     below: Shown | None
     above: Shown | None
     limits: tuple[str, str]
+    whole: bool = False
 
     @property
     def free(self) -> bool:
@@ -110,7 +113,9 @@ def _of(margins: Margins, extent: float) -> Threshold:
         down, up = _crossing(margins, _values(fact, extent, -1)), _crossing(margins, _values(fact, extent, 1))
     ends = [None if value is None else _apart(fact, float(value)) for value in (down, up)]
     names = ["" if value is None else margins.name(value) for value in (down, up)]
-    return Threshold(fact.path, _shown(fact, fact.value), ends[0], ends[1], (names[0], names[1]))
+    return Threshold(
+        fact.path, _shown(fact, fact.value), ends[0], ends[1], (names[0], names[1]), fact.dimension == "count"
+    )
 
 
 def _shown(fact: FactAt, value: float) -> Shown:

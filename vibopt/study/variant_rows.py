@@ -3,52 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vibopt.design.build import machine_of
-from vibopt.design.certify import measure
-from vibopt.design.checked import shown_value, usual_unit
 from vibopt.design.design import Checked, Design, Shown
 from vibopt.design.shelf import tied
 from vibopt.design.words import at_words, margin_words, place_of, spoken, state_words
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
-from vibopt.responses.price import TotalPrice
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
 from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
 from vibopt.study.nearby import goal_on
+from vibopt.study.variant_cells import SAME, Cell, Row, marked
+from vibopt.study.variant_prices import bought, comparable, price_of, price_words
 from vibopt.units import si_unit
+from vibopt.values.fields import Fact, rule_of
 
 MOST_MODES = 6
-_SAME = 1e-9
-
-
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """One entry: its number [SI] where it has one, and its text; `best` among those of its row."""
-
-    text: str
-    value: float | None = None
-    best: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One line of the table, an entry per variant; None where a variant has nothing there.
-
-    kind
-        "verdict", "goal", "chosen", "fact", "price", "limit", "measure", "frequency" or "reason".
-    unit
-        SI unit of the numbers.
-    """
-
-    kind: str
-    name: str
-    unit: str
-    cells: tuple[Cell | None, ...]
 
 
 def rows_of(designs: Sequence[Design]) -> list[Row]:
@@ -110,10 +83,13 @@ def _goal_name(goal: Goal) -> str:
 
 
 def _goal_row(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
+    sense = 1.0 if goal.sense == MAXIMISE else -1.0
+    if goal.response.response == "price":
+        return _price_row("goal", name, sense, designs)
     shown = [_goal_of(one, name, goal) for one in designs]
     unit = next((one.unit for one in shown if one is not None), "")
     cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
-    return Row("goal", name, unit, _marked(cells, 1.0 if goal.sense == MAXIMISE else -1.0, designs))
+    return Row("goal", name, unit, marked(cells, sense, [one.exit_code == 0 for one in designs]))
 
 
 def _goal_of(design: Design, name: str, goal: Goal) -> Shown | None:
@@ -138,8 +114,7 @@ def _measured_goal(scene: Scene, goal: Goal) -> Shown | None:
 def _chosen_rows(designs: Sequence[Design]) -> list[Row]:
     """Parts, places and values that any variant chooses, with what the others have there."""
     placed = dict.fromkeys(path for one in designs for path in one.places)
-    inner = {path for one in designs for path in one.variables if _of_part(path, one)}
-    free = dict.fromkeys(path for one in designs for path in one.variables if path not in inner)
+    free = dict.fromkeys(path for one in designs for path in one.variables if not _of_part(path, one))
     rows = [Row("chosen", path, "", tuple(_place_cell(one, path) for one in designs)) for path in placed]
     for path in free:
         cells = tuple(_value_cell(one, path) for one in designs)
@@ -157,12 +132,16 @@ def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
         if path not in known and len(set(names)) > 1:
             rows.append(Row("fact", path, "", tuple(None if name is None else Cell(name) for name in names)))
     for path in dict.fromkeys(path for one in said for path in one):
-        found = [one.get(path) for one in said]
-        values = {one.value for one in found if one is not None}
-        if path in known or path.startswith("limits.") or len(values) < 2:
+        if path in known or path.startswith("limits."):
             continue
-        unit = next(si_unit(one.dimension) for one in found if one is not None)
-        rows.append(Row("fact", path, unit, tuple(None if one is None else _fact_cell(one) for one in found)))
+        found = [one.get(path) for one in said]
+        cells = tuple(
+            _brought_cell(design, path) if one is None else _fact_cell(one)
+            for one, design in zip(found, designs, strict=True)
+        )
+        if len({one.value for one in cells if one is not None}) > 1:
+            unit = next(si_unit(one.dimension) for one in found if one is not None)
+            rows.append(Row("fact", path, unit, cells))
     return rows
 
 
@@ -170,11 +149,24 @@ def _fact_cell(one: FactAt) -> Cell:
     return Cell(Shown.of(one.value, one.dimension, "", one.unit, amplitude=one.amplitude).shown, one.value)
 
 
+def _brought_cell(design: Design, path: str) -> Cell | None:
+    """A number of a link that its part brings, chosen or fixed; None where it brings none."""
+    if path in design.variables:
+        chosen = design.variables[path].value
+        return Cell(chosen.shown, chosen.value)
+    family, name, *steps = path.split(".")
+    table = design.scene.links.get(name) if family == "links" else None
+    if table is None or len(steps) != 1 or steps[0] not in table.brought:
+        return None
+    value, rule = getattr(table, steps[0]), rule_of(type(table), steps[0])
+    if not isinstance(value, Fact) or rule is None:
+        return None
+    return Cell(Shown.of(value.value, rule.dimension, "", value.unit).shown, value.value)
+
+
 def _bought(scene: Scene) -> dict[str, str]:
     """Names of the parts that are fixed, by path."""
-    parts = {f"links.{name}.part": one.part for name, one in scene.links.items()}
-    parts |= {f"mounts.{name}.part": mount.part for name, mount in scene.mounts.items()}
-    return {path: part.name for path, part in parts.items() if part is not None and part.name is not None}
+    return {f"{path}.part": part.name for path, part in bought(scene).items() if part.name is not None}
 
 
 def _of_part(path: str, design: Design) -> bool:
@@ -198,30 +190,27 @@ def _value_cell(design: Design, path: str) -> Cell | None:
         value = design.variables[path].value
         return Cell(value.shown, value.value)
     found = (one for one in facts(design.scene) if one.path.removesuffix(".value") == path)
-    return next((_fact_cell(one) for one in found), None)
+    return next((_fact_cell(one) for one in found), None) or _brought_cell(design, path)
 
 
 def _price_rows(designs: Sequence[Design]) -> list[Row]:
     """What the bought parts cost together, where it is not the goal of any."""
-    if not any(_is_bought(one.scene) for one in designs):
-        return []
     if any((goal := goal_in(one.scene)) is not None and goal.response.response == "price" for one in designs):
         return []
-    response = TotalPrice(response="price")
-    shown = [
-        shown_value(response, measure(one.scene, _chosen(one), response).value, usual_unit(one.scene, response))
-        if has_machine(one) and _is_bought(one.scene)
-        else None
-        for one in designs
+    row = _price_row("price", "price of all parts", -1.0, designs)
+    return [row] if any(row.cells) else []
+
+
+def _price_row(kind: str, name: str, sense: float, designs: Sequence[Design]) -> Row:
+    """Prices of variants; of those that differ in what is bought none is the best."""
+    shown = [price_of(one, _chosen(one)) if has_machine(one) else None for one in designs]
+    cells = [
+        None if price is None else Cell(price_words(price, one, designs), price.value)
+        for one, price in zip(designs, shown, strict=True)
     ]
-    cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
-    return [Row("price", "price of all parts", "", _marked(cells, -1.0, designs))]
-
-
-def _is_bought(scene: Scene) -> bool:
-    return any(one.part is not None for one in scene.links.values()) or any(
-        one.part is not None for one in scene.mounts.values()
-    )
+    rivals = [one.exit_code == 0 and fair for one, fair in zip(designs, comparable(designs), strict=True)]
+    unit = next((one.unit for one in shown if one is not None), "")
+    return Row(kind, name, unit, marked(cells, sense, rivals))
 
 
 def _chosen(design: Design) -> dict[str, float]:
@@ -234,7 +223,11 @@ def _limit_rows(designs: Sequence[Design]) -> list[Row]:
     for name in names:
         checked = [one.limits.get(name) for one in designs]
         cells = [None if one is None else Cell(limit_words(one), one.margin) for one in checked]
-        rows.append(Row("limit", name, "", _marked(cells, 1.0)))
+        rivals = [one is not None and one.met for one in checked]
+        if any(one is not None and one.response == "price" for one in checked):
+            rivals = [met and fair for met, fair in zip(rivals, comparable(designs), strict=True)]
+        room = ["" if one is None else margin_words(one) for one in checked]
+        rows.append(Row("limit", name, "", marked(cells, 1.0, rivals, room, least=SAME)))
     return rows
 
 
@@ -273,23 +266,6 @@ def _mode_rows(designs: Sequence[Design]) -> list[Row]:
 
 def _modes(design: Design) -> FloatArray:
     return np.sort(np.asarray(machine_of(design.scene, _chosen(design)).natural_frequencies(), dtype=float))
-
-
-def _marked(
-    cells: Sequence[Cell | None], sense: float, designs: Sequence[Design] | None = None
-) -> tuple[Cell | None, ...]:
-    """The best of a row marked, where two or more differ; with `designs` only those that keep their limits count."""
-    good = [designs is None or designs[i].exit_code == 0 for i in range(len(cells))]
-    values = {i: sense * one.value for i, one in enumerate(cells) if one is not None and one.value is not None}
-    rivals = [value for i, value in values.items() if good[i]]
-    size = max(map(abs, values.values()), default=0.0) or 1.0
-    if len(values) < 2 or not rivals or max(values.values()) - min(values.values()) <= _SAME * size:
-        return tuple(cells)
-    best = max(rivals)
-    return tuple(
-        replace(one, best=good[i] and best - values[i] <= _SAME * size) if one is not None and i in values else one
-        for i, one in enumerate(cells)
-    )
 
 
 __all__ = ["Cell", "Row", "goal_in", "has_machine", "limit_words", "rows_of"]
