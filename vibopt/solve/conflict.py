@@ -45,12 +45,14 @@ def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) ->
     A limit is left out where no loosening of it alone helps.
     """
     found = []
-    for limit in conflict:
+    for limit in {(one.name, one.side): one for one in conflict}.values():
         if limit.side == "outside":
             continue
-        rest = tuple(one for one in program.limits if one is not limit)
+        alike = [one for one in program.limits if (one.name, one.side) == (limit.name, limit.side)]
+        rest = tuple(one for one in program.limits if one not in alike)
         sense = 1.0 if limit.side == "at_most" else -1.0
-        aim = Aim(limit.name, limit.model, limit.form, sense, limit.complement)
+        aims = [Aim(one.name, one.model, one.form, sense, one.complement) for one in alike]  # one limit, many places
+        aim = replace(aims[0], others=tuple(aims[1:]))
         best = answer(replace(program, limits=rest, aim=aim))
         if best.x is None or best.status not in ("optimal", "feasible"):
             continue

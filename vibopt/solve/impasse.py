@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 from vibopt.design.checked import shown_value
 from vibopt.design.design import Conflict, Shown
 from vibopt.program.program import Limit, Program
-from vibopt.responses import HarmonicResponse, Response
+from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
+from vibopt.solve.advice import Answer, confirmed_bound
 from vibopt.solve.box import closed
 from vibopt.solve.choose import modest
-from vibopt.solve.conflict import loosenings, outward, smallest_conflict
+from vibopt.solve.conflict import loosenings, smallest_conflict
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
-from vibopt.units import read_quantity, show, to_unit
+from vibopt.units import show
+from vibopt.work import late, metered
 
 
 def physical_words(scene: Scene, clash: Impossible) -> str:
@@ -24,13 +28,19 @@ def physical_words(scene: Scene, clash: Impossible) -> str:
     excitation = scene.excitations[names_for(scene, limit)[0]]
     load, heavy = ("moment", "inertia") if limit.dimension == "angle" else ("force", "mass")
     at = show(excitation.from_rotation(clash.speed), excitation.speed.unit, excitation.speed.dimension)
+    article = "a" if heavy == "mass" else "an"
     return (
         f"At {at} the machine is shaken by {show(clash.force, '', load)}. {force} lets at most "
         f"{show(clash.transmitted, '', load)} through, and {motion} lets inertia carry at most "
-        f"{show(clash.inertia, '', load)}: no stiffness and no damping can do it. "
-        f"{'An inertia' if heavy == 'inertia' else 'A mass'} of at least {show(clash.needed, '', heavy)} instead of "
-        f"{show(clash.mass, '', heavy)} could."
+        f"{show(clash.inertia, '', load)}: no stiffness and no damping can do it with {article} "
+        f"{heavy} below {show(_down(clash.needed), '', heavy)}; it is {show(clash.mass, '', heavy)}."
     )
+
+
+def _down(value: float) -> float:
+    """Rounded down to four digits, so that what is said of everything below it is true."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return math.floor(value / step * (1.0 + 1e-12)) * step
 
 
 def hopeless_words(scene: Scene, program: Program) -> str:
@@ -52,46 +62,65 @@ def hopeless_words(scene: Scene, program: Program) -> str:
     )
 
 
-def conflict_of(scene: Scene, program: Program, found: Found) -> Conflict | None:
-    """The limits that cannot hold together, and for each the smallest loosening that works."""
+def conflict_of(
+    scene: Scene, program: Program, found: Found, answer: Answer, *, most: float, names_only: bool = False
+) -> Conflict | None:
+    """The limits that cannot hold together, and for each the smallest loosening that works for the whole job.
+
+    Parameters
+    ----------
+    scene, program, found
+        The job, its question, and the answer that there is no design.
+    answer
+        Solves a scene.
+    most
+        Work [nominal ms] after which the limits that are left are named as not loosened.
+    names_only
+        Looks for no loosening.
+    """
     finite = closed(program)
-
-    def ask(part: Program) -> Found:
-        if part.aim is None and impossible(part) is not None:
-            return Found("infeasible", None, "", "physical bound")
-        return modest(part).solve(part)
-
-    bound = impossible(finite)
-    if bound is not None:
-        clash = tuple(limit for limit in finite.limits if limit.name in bound.limits)
-    else:
-        clash = smallest_conflict(finite, ask)
-    rows = []
-    for one in loosenings(finite, clash, ask):
-        response = scene.limits.get(one.limit.name)
-        if response is None:  # what a part is rated for is not loosened
-            continue
-        now, new = user_bound(one.limit, one.limit.bound), user_bound(one.limit, one.bound)
-        side = "at_most" if new > now else "at_least"
-        given = response.at_most if side == "at_most" else response.at_least
-        unit = getattr(given, "unit", "")
-        shown = outward_shown(response, new, unit, side)
-        rows.append((one.limit.name, shown_value(response, now, unit), shown))
+    clash = _clash(finite)
     names = tuple(dict.fromkeys(limit.name for limit in clash))
-    return Conflict(names, tuple(rows), found.claim) if names else None
+    if not names:
+        return None
+    rows: list[tuple[str, Shown, Shown]] = []
+    left: list[str] = []
+    guesses = {} if names_only else _guesses(finite, clash)
+    with metered() as meter:
+        for (name, side), guess in guesses.items():
+            response = scene.limits.get(name)
+            if response is None:  # what a part is rated for is not loosened
+                continue
+            if meter.done > most or late("the search for loosenings"):
+                left.append(name)
+            elif (enough := confirmed_bound(scene, name, side, guess, answer)) is not None:
+                given = getattr(response, side)
+                rows.append((name, shown_value(response, given.value, given.unit), enough))
+    return Conflict(names, tuple(rows), found.claim, tuple(dict.fromkeys(left)))
+
+
+def _ask(part: Program) -> Found:
+    if part.aim is None and impossible(part) is not None:
+        return Found("infeasible", None, "", "physical bound")
+    return modest(part).solve(part)
+
+
+def _clash(program: Program) -> tuple[Limit, ...]:
+    bound = impossible(program)
+    if bound is not None:
+        return tuple(limit for limit in program.limits if limit.name in bound.limits)
+    return smallest_conflict(program, _ask)
+
+
+def _guesses(program: Program, clash: tuple[Limit, ...]) -> dict[tuple[str, str], float]:
+    """By name and side the bound [SI] that should be enough."""
+    found: dict[tuple[str, str], float] = {}
+    for one in loosenings(program, clash, _ask):
+        now, new = user_bound(one.limit, one.limit.bound), user_bound(one.limit, one.bound)
+        found[one.limit.name, "at_most" if new > now else "at_least"] = new
+    return found
 
 
 def user_bound(limit: Limit, value: float) -> float:
     """A bound of the form as the user counts it."""
     return 1.0 - value if limit.complement else value
-
-
-def outward_shown(response: Response, value: float, unit: str, side: str, digits: int = 3) -> Shown:
-    """A bound rounded in the user's unit so that it still works [SI]."""
-    text_unit = unit or Shown.of(value, response.dimension, "", "").shown.split(" ", 1)[-1]
-    try:
-        rounded = outward(to_unit(value, text_unit, response.dimension), side, digits)
-        back = read_quantity(f"{rounded:.12g} {text_unit}".strip(), response.dimension, amplitude=response.amplitude)
-    except ValueError:
-        return shown_value(response, outward(value, side, digits), unit)
-    return shown_value(response, back.value, unit)

@@ -13,9 +13,9 @@ from vibopt.errors import InputError
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
+from vibopt.solve.advice import confirmed_bound
 from vibopt.solve.choose import modest
 from vibopt.solve.conflict import smallest_conflict
-from vibopt.solve.impasse import outward_shown
 from vibopt.solve.method import Found
 from vibopt.work import late, metered
 
@@ -73,8 +73,8 @@ def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row
     if best.goal is None or best.status not in ("optimal", "feasible"):
         return None
     given = getattr(response, sides[0])
-    shown = outward_shown(response, best.goal[1].value, given.unit, sides[0])
-    return name, shown_value(response, given.value, given.unit), shown
+    enough = confirmed_bound(scene, name, sides[0], best.goal[1].value, answer)
+    return None if enough is None else (name, shown_value(response, given.value, given.unit), enough)
 
 
 def with_conflict(design: Design, conflict: Conflict | None) -> Design:

@@ -121,7 +121,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if uncertain(scene):
         return _over_tolerances(scene, program, found, reason_text, clock, wish)
     if found.x is None or found.status == "unbounded":
-        design = _nothing(scene, program, found, reason_text, clock, wish.explain)
+        design = _nothing(scene, program, found, reason_text, clock, wish)
         if program.ties and wish.explain and found.status == "infeasible" and found.method != STANDSTILL:
             design = _loosened(scene, program, design, found, None, wish.patience)
         return design
@@ -231,7 +231,7 @@ def _over_tolerances(
     clock.stage("tolerances")
     if found.x is None:
         clash = wish.explain and nominal.status == "infeasible"
-        design = _nothing(scene, program, found, best.reason or reason_text, clock, clash)
+        design = _nothing(scene, program, found, best.reason or reason_text, clock, replace(wish, explain=clash))
         if wish.explain and found.status == "infeasible":
             design = _loosened(scene, program, design, found, best.program, wish.patience)
             clock.stage("conflict")
@@ -411,13 +411,23 @@ def _as_zero(goal: tuple[str, Shown] | None) -> tuple[str, Shown] | None:
     return name, replace(shown, value=0.0, shown=f"0 {shown.shown.partition(' ')[2]}".strip())
 
 
-def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, explain: bool) -> Design:
+def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, wish: _Wish) -> Design:
+    from vibopt.solve.advice import mass_words
     from vibopt.solve.impasse import conflict_of
+    from vibopt.solve.loosen import with_conflict
 
-    asked = found.status == "infeasible" and explain and not program.ties and found.method != STANDSTILL
-    conflict = conflict_of(scene, program, found) if asked else None
+    def again(one: Scene) -> Design:
+        return solve(one, explain=False)
+
+    conflict = None
+    if found.status == "infeasible" and wish.explain and not program.ties and found.method != STANDSTILL:
+        many = bool(uncertain(scene))  # then its loosenings are looked for over the tolerances
+        conflict = conflict_of(scene, program, found, again, most=wish.patience, names_only=many)
+        bound = impossible(closed(program))
+        advice = mass_words(scene, bound, again) if bound is not None else ""
+        reason_text = " ".join(filter(None, (reason_text, advice)))
     clock.stage("conflict")
-    return Design(
+    design = Design(
         scene=scene,
         status=found.status,
         claim=found.claim,
@@ -429,8 +439,8 @@ def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clo
         model=_used(program),
         method=found.method,
         timings=clock.seconds,
-        conflict=conflict,
         reason=reason_text,
         notes=tuple(scene.notes),
         details=found.details,
     )
+    return with_conflict(design, conflict)

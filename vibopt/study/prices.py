@@ -8,11 +8,12 @@ from dataclasses import replace
 from vibopt.design.checked import shown_value
 from vibopt.design.design import Checked, Design, Price, Shown
 from vibopt.design.words import THOROUGH
+from vibopt.responses import Response
 from vibopt.scene.facts import FactAt, fact_at
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
-from vibopt.solve.impasse import outward_shown
+from vibopt.units import read_quantity, to_unit
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
@@ -21,6 +22,8 @@ QUICK = 100.0
 
 STEP = 0.1
 """A sensible step: a tenth of the bound."""
+_NEAR = 0.05
+"""Part of the step by which rounding may change it."""
 
 
 def priced(design: Design, *, until: bool = False, thorough: bool = False) -> Design:
@@ -65,12 +68,26 @@ def _price(design: Design, row: Checked, until: bool) -> Price | None:
     aimed = fact.value * (1.0 + sign * STEP)
     if response.complement:
         aimed = 1.0 - (1.0 - fact.value) * (1.0 + STEP * (1.0 if row.side == "at_least" else -1.0))
-    loosened = outward_shown(response, aimed, fact.unit, row.side, digits=2)
+    loosened = _rounded(response, fact, aimed)
+    if loosened.value == fact.value:
+        return None
     goal = _goal_at(design, fact, loosened.value)
     if goal is None:
         return None
     end = _until(design, row, fact) if until else None
     return Price(loosened, goal, end, _words(design, row, loosened, goal, end))
+
+
+def _rounded(response: Response, fact: FactAt, aimed: float) -> Shown:
+    """A bound with as few digits as leave the step what it is: one that can be named as it is solved."""
+    step, unit = aimed - fact.value, fact.unit
+    for digits in range(1, 5):
+        number = float(f"{to_unit(aimed, unit, fact.dimension) if unit else aimed:.{digits - 1}e}")
+        text = f"{number:.12g} {unit}".strip()
+        value = read_quantity(text, fact.dimension, amplitude=fact.amplitude).value if unit else number
+        if abs(value - aimed) <= _NEAR * abs(step):
+            return shown_value(response, value, unit)
+    return shown_value(response, aimed, unit)
 
 
 def _asked(design: Design) -> Scene:

@@ -1,0 +1,150 @@
+"""What would help where there is no design: each piece of advice is solved as a whole job before it is given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vibopt.design.checked import shown_value
+from vibopt.design.design import Design, Shown
+from vibopt.errors import InputError
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.responses import Response
+from vibopt.scene.facts import FactAt, fact_at, facts
+from vibopt.scene.read import with_changes
+from vibopt.scene.scene import Scene
+from vibopt.solve.conflict import outward
+from vibopt.solve.physical import Impossible
+from vibopt.units import read_quantity, show, to_unit
+
+_DIGITS = 3
+"""Of a number that is advised."""
+_WIDER = (1.0, 1.01, 1.04, 1.16, 1.64, 3.56)
+"""Loosenings that are tried, as parts of the one that should do."""
+_GREATER = (1.0, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0)
+"""Masses that are tried, as parts of the least that a balance of forces allows."""
+
+Answer = Callable[[Scene], Design]
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """The whole job with one number of its file changed, by that number in the user's unit."""
+
+    scene: Scene
+    fact: FactAt
+    answer: Answer
+
+    def holds(self, number: float) -> bool:
+        """Whether there is a design."""
+        text: str | float = f"{number:.12g} {self.fact.unit}" if self.fact.unit else number
+        place = self.fact.place or self.fact.path
+        try:
+            found = self.answer(with_changes(self.scene, {place: text}))
+        except InputError:
+            return False
+        return found.status in ("optimal", "feasible")
+
+    def number(self, value: float) -> float:
+        """A value [SI] in the user's unit."""
+        return to_unit(value, self.fact.unit, self.fact.dimension) if self.fact.unit else value
+
+    def least(self, numbers: list[float]) -> float | None:
+        """The first of the numbers with which there is a design, brought as near to those without as three digits say.
+
+        numbers
+            From one without a design outward.  None where no other does.
+        """
+        sign = 1.0 if numbers[-1] > numbers[0] else -1.0
+        good = next((index for index, one in enumerate(numbers) if index and self.holds(one)), None)
+        if good is None:
+            return None
+        without, having = numbers[good - 1], numbers[good]
+        inside = having - sign * _step(having)
+        while sign * (inside - without) > 0.0:
+            if self.holds(inside):
+                having = inside
+            else:
+                without = inside
+            inside = _between(without, having)
+        return having
+
+
+def _step(number: float) -> float:
+    """One in the third digit of what lies next to a number, towards zero."""
+    return float(10.0 ** (math.floor(math.log10(abs(number) * (1.0 - 1e-9) or 1.0)) - _DIGITS + 1))
+
+
+def _between(without: float, having: float) -> float:
+    """The middle of two numbers in whole steps; the first where there is nothing between."""
+    step = _step(having)
+    middle = round(0.5 * (without + having) / step) * step
+    return middle if abs(having - without) > 1.5 * step else without
+
+
+def confirmed_bound(scene: Scene, name: str, side: str, guess: float, answer: Answer) -> Shown | None:
+    """The least loosening of a limit, to three digits, with which the whole job has a design.
+
+    Parameters
+    ----------
+    scene
+        Without a design.
+    name, side
+        The limit and its bound, "at_most" or "at_least".
+    guess
+        A bound that should be enough [SI].
+    answer
+        Solves a scene.
+
+    Returns
+    -------
+    Shown
+        It was solved, and so was a step less, which is not enough; None where none near the guess is enough.
+    """
+    fact, response = fact_at(scene, f"limits.{name}.{side}"), scene.limits[name]
+    trial, step = _Trial(scene, fact, answer), guess - fact.value
+    aimed = [outward(trial.number(fact.value + part * step), side, _DIGITS) for part in _WIDER]
+    now = trial.number(fact.value)
+    try:
+        found = trial.least([now, *[one for one in dict.fromkeys(aimed) if one != now]])
+    except ValueError:  # no such number in this unit: decibels of what is not positive
+        return None
+    return None if found is None else _bound(response, found, fact.unit)
+
+
+def _bound(response: Response, number: float, unit: str) -> Shown:
+    """A bound by its number in the user's unit."""
+    if not unit:
+        return shown_value(response, number, unit)
+    back = read_quantity(f"{number:.12g} {unit}", response.dimension, amplitude=response.amplitude)
+    return shown_value(response, back.value, unit)
+
+
+def mass_words(scene: Scene, clash: Impossible, answer: Answer) -> str:
+    """The least mass with which the whole job has a design, as a sentence; "" where the file says no mass."""
+    fact = _mass(scene)
+    if fact is None:
+        return ""
+    trial, per = _Trial(scene, fact, answer), GRAVITY if fact.dimension == "force" else 1.0
+    values = [fact.value + per * (part * clash.needed - clash.mass) for part in _GREATER]
+    numbers = [outward(trial.number(one), "at_most", _DIGITS) for one in values]
+    found = trial.least([trial.number(fact.value), *numbers])
+    key = fact.path.split(".")[2]
+    word = f"{'an' if key == 'inertia' else 'a'} {key}"
+    if found is None:
+        most = show(values[-1], fact.unit, fact.dimension, digits=_DIGITS)
+        return f"No {key} up to {most} was found with which every limit could hold."
+    now = show(fact.value, fact.unit, fact.dimension)
+    return f"With {word} of {f'{found:.12g} {fact.unit}'.strip()} instead of {now} every limit could hold."
+
+
+def _mass(scene: Scene) -> FactAt | None:
+    """The one mass, weight or inertia that the file gives; the greatest of a range is no fact."""
+    keys = ("mass", "weight", "inertia")
+    paths = {f"bodies.{name}.{key}" for name in scene.bodies for key in keys}
+    found = [one for one in facts(scene) if one.path.removesuffix(".value") in paths]
+    return found[0] if len(found) == 1 else None
+
+
+__all__ = ["Answer", "confirmed_bound", "mass_words"]
