@@ -235,14 +235,17 @@ class Noise:
     """One white noise.
 
     vector
-        Shape (n_coords,): force on free coordinates, acceleration of bases, for a noise of one.
+        Shape (n_coords,): force on free coordinates, motion of bases, for a noise of one.
     density
-        One-sided spectral density over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad].
+        One-sided spectral density over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad, m^2 s/rad].
+    displaced
+        Of a base: whether its displacement is the noise; its acceleration otherwise.
     """
 
     name: str
     vector: FloatArray
     density: float
+    displaced: bool = False
 
 
 @dataclass(frozen=True, slots=True)

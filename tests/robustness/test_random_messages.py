@@ -8,7 +8,10 @@ import pytest
 
 import vibopt as vo
 
-BOTH = 'Write "100 N²/Hz" for a force, or "0.01 (m/s²)²/Hz" for the acceleration of a base.'
+BOTH = (
+    'Write "100 N²/Hz" for a force, or "0.01 (m/s²)²/Hz" for the acceleration or "0.01 mm²/Hz" for the displacement of '
+    "a base."
+)
 DRIFT = (
     "is infinite whatever the design: a base whose acceleration is white noise (excitations.w) drifts away, and m with "
     "it. Ask for rms_relative_displacement across a link, or for rms_acceleration."
@@ -45,7 +48,22 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "force on a base": (
         {"excitations.w.on": "b"},
         'excitations.w.density = "1 N²/Hz" is a density of force, but b is a base. Write one of acceleration, for '
-        'example "0.01 (m/s²)²/Hz".',
+        'example "0.01 (m/s²)²/Hz", or of displacement, "0.01 mm²/Hz".',
+    ),
+    "displacement of a body": (
+        {"excitations.w.density": "1 mm²/Hz"},
+        'excitations.w.density = "1 mm²/Hz" is a density of displacement, but m is no base. Write one of force, for '
+        'example "100 N²/Hz".',
+    ),
+    "velocity of a body on the damper of a base that is displaced": (
+        {
+            "links.l.between": ["b", "m"],
+            "excitations.w": {"kind": "white_noise", "on": "b", "density": "1 mm²/Hz"},
+            "measures.x.response": "rms_velocity",
+        },
+        "measures.x is infinite whatever the design: a base whose displacement is white noise (excitations.w) moves "
+        "alike at every frequency, and of this response too much is left at high ones. Ask for rms_displacement of a "
+        "body that the base reaches through a spring or a damper, or give a density of acceleration.",
     ),
     "nowhere": ({"excitations.w.on": "x"}, 'excitations.w.on = "x" names no body of this scene. Known: m, t.'),
     "steady response to noise": (

@@ -26,6 +26,7 @@ _FAR = 40
 """Halvings of a panel towards a pole, at most."""
 
 DIRECT = "white noise holds every frequency, and its force moves {on} at once"
+HIGH = "white noise holds every frequency, and what is asked does not fall off fast enough above those of {on}"
 DRIFT = "what the noise of {name} pushes drifts away without end"
 RINGS = "an undamped mode at {at} is shaken by {name}, and nothing stops it"
 
@@ -54,7 +55,8 @@ class Spectrum:
             if self.noise.family == "bodies":
                 motion = self.machine.shake(omega, {on: one}, {})
             else:
-                motion = self.machine.shake(omega, {}, {on: np.asarray(-one / omega**2, dtype=complex)})
+                moved = one if self.noise.displaced else -one / omega**2
+                motion = self.machine.shake(omega, {}, {on: np.asarray(moved, dtype=complex)})
             value = np.abs(self.response.measure(self.machine, motion)) ** 2
         return np.where(np.isnan(value), np.inf, value)
 
@@ -97,7 +99,7 @@ def endless(spectrum: Spectrum) -> Infinite | None:
     if one > 10.0 * ten:
         return Infinite(DRIFT)
     one, ten = spectrum(top * np.array([1e3, 1e4]))
-    return Infinite(DIRECT) if ten > 0.1 * one > 0.0 else None
+    return Infinite(HIGH if spectrum.noise.displaced else DIRECT) if ten > 0.1 * one > 0.0 else None
 
 
 def _noise(scene: Scene, name: str) -> WhiteNoise:

@@ -1,4 +1,4 @@
-"""White noise: a force on a body, or the acceleration of a base, of the same density at every frequency."""
+"""White noise: a force on a body, or the acceleration or displacement of a base, of one density at every frequency."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pydantic import BeforeValidator, WithJsonSchema
 from vibopt.errors import QuantityError
 from vibopt.excitations.kind import Excitation
 from vibopt.forms import Band, FloatArray, Line
-from vibopt.units import read_quantity
+from vibopt.units import Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
 from vibopt.values.fields import complaint
 from vibopt.values.speeds import ROTATION
 
-FORCE, ACCELERATION = "force_density", "acceleration_density"
+FORCE, ACCELERATION, DISPLACEMENT = "force_density", "acceleration_density", "displacement_density"
 EVERYWHERE = SpeedRange((Band(0.0, math.inf),), ROTATION, "Hz")
 
 
@@ -25,23 +25,31 @@ def _no_speed(given: object) -> object:
     raise complaint("is a speed, but white noise shakes at every frequency at once. Leave it out.")
 
 
+def _read(given: object) -> Quantity:
+    """A density of force, else one of a motion; what is none of them is told the way out of all."""
+    for quantity in (ACCELERATION, DISPLACEMENT):
+        try:
+            return read_quantity(given, quantity)
+        except QuantityError:
+            continue
+    try:
+        return read_quantity(given, FORCE)
+    except QuantityError as error:
+        text = str(error).replace(
+            'Write a spectral density of force, for example "100 N²/Hz".',
+            'Write "100 N²/Hz" for a force, or "0.01 (m/s²)²/Hz" for the acceleration or "0.01 mm²/Hz" for the '
+            "displacement of a base.",
+        )
+        raise complaint(text) from None
+
+
 def _density(given: object) -> object:
-    """A density of force, else one of acceleration; what is neither is told the way out of both."""
+    """A fact, of a force or of a motion by its unit."""
     if isinstance(given, Fact):
         return given
     if isinstance(given, dict):
         raise complaint("is a choice, but this value must be a fact. Write one value.")
-    try:
-        found = read_quantity(given, FORCE)
-    except QuantityError as error:
-        try:
-            found = read_quantity(given, ACCELERATION)
-        except QuantityError:
-            text = str(error).replace(
-                'Write a spectral density of force, for example "100 N²/Hz".',
-                'Write "100 N²/Hz" for a force, or "0.01 (m/s²)²/Hz" for the acceleration of a base.',
-            )
-            raise complaint(text) from None
+    found = _read(given)
     if found.value <= 0.0:
         raise complaint('is not greater than zero. Write a positive value, for example "100 N²/Hz".')
     return Fact(found.value, found.unit, found.echo)
@@ -51,14 +59,14 @@ NoSpeed = Annotated[SpeedRange, BeforeValidator(_no_speed), WithJsonSchema({"not
 Density = Annotated[
     Any,
     BeforeValidator(_density),
-    WithJsonSchema({"type": "string", "description": "spectral density, for example 100 N²/Hz or 0.01 (m/s²)²/Hz"}),
+    WithJsonSchema({"type": "string", "description": "spectral density: 100 N²/Hz, 0.01 (m/s²)²/Hz, 0.01 mm²/Hz"}),
 ]
 
 
 class WhiteNoise(Excitation):
-    """`kind = "white_noise"`: one-sided spectral density, of a force on a body or of the acceleration of a base.
+    """`kind = "white_noise"`: one-sided spectral density, of a force on a body or of a motion of a base.
 
-    Inside, densities are over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad].
+    Inside, densities are over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad, m^2 s/rad].
     """
 
     density: Density
@@ -69,15 +77,22 @@ class WhiteNoise(Excitation):
     @property
     def quantity(self) -> str:
         """Dimension of the density, by its unit."""
-        try:
-            read_quantity(f"1 {self.density.unit}", FORCE)
-        except QuantityError:
-            return ACCELERATION
+        for quantity in (ACCELERATION, DISPLACEMENT):
+            try:
+                read_quantity(f"1 {self.density.unit}", quantity)
+            except QuantityError:
+                continue
+            return quantity
         return FORCE
 
     @property
-    def family(self) -> str:  # type: ignore[override]  # only the unit tells force from acceleration
-        """Where it acts: a force on bodies, an acceleration on bases."""
+    def displaced(self) -> bool:
+        """Whether the displacement of a base is the noise."""
+        return self.quantity == DISPLACEMENT
+
+    @property
+    def family(self) -> str:  # type: ignore[override]  # only the unit tells force from motion
+        """Where it acts: a force on bodies, a motion on bases."""
         return "bodies" if self.quantity == FORCE else "bases"
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:

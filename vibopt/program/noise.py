@@ -7,10 +7,12 @@ adjoint equation, with the slopes of A, B and c by complex steps.
 A base whose acceleration is white drifts away without end.  What follows it (relative motion, link
 forces) is written in coordinates that ride on the base.  Where ground holds the machine back, the base's
 acceleration drives the machine's own; a reading that feels no slow drift is that, integrated twice.
+A base whose displacement is white has a state of its own (`displaced`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 
 from vibopt.forms import FloatArray, Noise, Output, RootMeanSquare
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.program.displaced import decaying, reduced
 from vibopt.program.reduce import closure
 
 Numbers = NDArray[Any]
@@ -160,6 +163,8 @@ class _Frame:
 
 
 def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
+    if noise.displaced:
+        return _of_displacement(model, output, noise, p)
     frame = _frame(model, output, noise, p)
     if frame is None:
         return float("inf")
@@ -172,29 +177,81 @@ def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> f
     return float(np.pi * noise.density * (c @ _lyapunov(a, b) @ c))
 
 
+def _of_displacement(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
+    """The mean square where a base's displacement is the noise."""
+    n = model.n_free
+    found = reduced(model, output, noise, p)
+    if found is None:
+        return float("inf")
+    root = np.linalg.inv(np.linalg.cholesky(model.matrix(INERTIA, p)[:n, :n])).T
+    stiff, load = model.matrix(STIFFNESS, p)[:n, :n], model.matrix(STIFFNESS, p)[:n, n:] @ noise.vector[n:]
+    _, undamped = _split(model, root, stiff, p)
+    row = _row(model, output, p) @ root
+    if _rings(undamped, root.T @ stiff @ root, root.T @ load, row):
+        return float("inf")
+    kept = decaying(*found)
+    if kept is None:
+        return float("inf")
+    a, b, c = kept
+    return float(np.pi * noise.density * (c @ _lyapunov(a, b) @ c.conj()).real) if len(a) else 0.0
+
+
 def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:
     """d(mean square) / d log x, shape (n_vars,)."""
-    frame = _frame(model, output, noise, p)
-    assert frame is not None
-    a, b, c = frame.matrices(p)
+    matrices = _matrices_of(model, output, noise, p)
+    if matrices is None:
+        return _slope_by_steps(model, output, noise, p)
+    a, b, c = matrices(p)
     reach, seen = _lyapunov(a, b), _lyapunov(a.T, c)
     slope = np.zeros(model.n_vars)
     for i in range(model.n_vars):
-        da, db, dc = (one.imag / _STEP for one in frame.matrices(p * (1.0 + 1j * _STEP * model.exponents[:, i])))
+        da, db, dc = (one.imag / _STEP for one in matrices(p * (1.0 + 1j * _STEP * model.exponents[:, i])))
         slope[i] = 2.0 * (np.sum(seen * (da @ reach)) + b @ seen @ db + c @ reach @ dc)
     return np.asarray(np.pi * noise.density * slope)
 
 
-def _lyapunov(a: FloatArray, b: FloatArray) -> FloatArray:
-    """X with a X + X a^T + b b^T = 0."""
+def _matrices_of(
+    model: Model, output: Output, noise: Noise, p: FloatArray
+) -> Callable[[Numbers], tuple[Numbers, Numbers, Numbers]] | None:
+    """A, B, c as functions of the coefficients; None where states must be left out that change with them."""
+    if not noise.displaced:
+        frame = _frame(model, output, noise, p)
+        assert frame is not None
+        return frame.matrices
+    found = reduced(model, output, noise, p)
+    assert found is not None
+    kept = decaying(*found)
+    if kept is None or len(kept[0]) < len(found[0]):
+        return None
+
+    def matrices(at: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        made = reduced(model, output, noise, at)
+        assert made is not None
+        return made
+
+    return matrices
+
+
+def _slope_by_steps(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:
+    """d(mean square) / d log x by differences, shape (n_vars,)."""
+    ends = [
+        [_mean_square(model, output, noise, p * np.exp(step * model.exponents[:, i])) for step in (-1e-5, 1e-5)]
+        for i in range(model.n_vars)
+    ]
+    return np.array([(up - down) / 2e-5 for down, up in ends])
+
+
+def _lyapunov(a: Numbers, b: Numbers) -> Numbers:
+    """X with a X + X a^H + b b^H = 0."""
     from scipy.linalg import solve_continuous_lyapunov
 
-    found = np.asarray(solve_continuous_lyapunov(a, -np.outer(b, b)), dtype=float)
+    found = np.asarray(solve_continuous_lyapunov(a, -np.outer(b, b.conj())))
     size = np.sqrt(np.abs(np.diag(found)))
     if not (np.isfinite(size).all() and size.min() > 0.0):
         return found
-    scaled = solve_continuous_lyapunov(a * size / size[:, None], -np.outer(b / size, b / size))
-    return np.asarray(scaled * np.outer(size, size), dtype=float)  # once more, each state by its own size
+    load = b / size
+    scaled = solve_continuous_lyapunov(a * size / size[:, None], -np.outer(load, load.conj()))
+    return np.asarray(scaled * np.outer(size, size))  # once more, each state by its own size
 
 
 def _by_modes(frame: _Frame, p: FloatArray) -> float:

@@ -45,14 +45,15 @@ def wrong_density(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     noise = scene.excitations[name]
     if not isinstance(noise, WhiteNoise):
         return False
-    force = noise.family == "bodies"
+    force, what = noise.family == "bodies", "displacement" if noise.displaced else "acceleration"
     if noise.on not in (places.supports(scene) if force else places.moving(scene)):
         return False
     given = given_at(scene.document, ("excitations", name, "density"))
     text = (
-        f'is a density of force, but {noise.on} is a base. Write one of acceleration, for example "0.01 (m/s²)²/Hz".'
+        f'is a density of force, but {noise.on} is a base. Write one of acceleration, for example "0.01 (m/s²)²/Hz", '
+        'or of displacement, "0.01 mm²/Hz".'
         if force
-        else f'is a density of acceleration, but {noise.on} is no base. Write one of force, for example "100 N²/Hz".'
+        else f'is a density of {what}, but {noise.on} is no base. Write one of force, for example "100 N²/Hz".'
     )
     mistakes.value(("excitations", name, "density"), given, text)
     return True
@@ -132,6 +133,8 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
                 f"{dotted(path)} is infinite whatever the design: white noise holds every frequency, and the force of "
                 f"excitations.{name} accelerates {place} at once. Ask for rms_velocity or rms_displacement.",
             )
+        elif isinstance(noise, WhiteNoise) and noise.displaced:
+            _at_once(scene, path, response, name, mistakes)
         elif noise.family == "bases" and key in ("rms_displacement", "rms_velocity"):
             mistakes.add(
                 path,
@@ -139,6 +142,63 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
                 f"(excitations.{name}) drifts away, and {place} with it. Ask for rms_relative_displacement across a "
                 "link, or for rms_acceleration.",
             )
+
+
+def _at_once(scene: Scene, path: Path, response: RandomResponse, name: str, mistakes: Mistakes) -> None:
+    """A base whose displacement is white noise: what does not fall off with frequency is infinite whatever the design.
+
+    A spring passes a displacement on to a mass as its second integral, a damper as its first.
+    """
+    falls = _falls(scene, scene.excitations[name].on)
+    key = response.response
+    if key in ("rms_displacement", "rms_velocity", "rms_acceleration"):
+        order = falls[response.places()["of"][0]] - ("rms_displacement", "rms_velocity", "rms_acceleration").index(key)
+    else:
+        order = min(falls[end] - damped for end, damped in _read_links(scene, response))
+    if order < 1:
+        mistakes.add(
+            path,
+            f"{dotted(path)} is infinite whatever the design: a base whose displacement is white noise "
+            f"(excitations.{name}) moves alike at every frequency, and of this response too much is left at high ones. "
+            "Ask for rms_displacement of a body that the base reaches through a spring or a damper, or give a density "
+            "of acceleration.",
+        )
+
+
+def _falls(scene: Scene, base: str) -> dict[str, float]:
+    """Per point the power of the frequency with which its motion under that of a base falls off; inf if it stays."""
+    joined = [(*ends, 1 if _damped(scene, link) else 2) for link, ends in places.ends(scene).items()]
+    groups = [table.names for table in scene.structures.values()]
+    falls = {one: float("inf") for one in (*places.points(scene), GROUND)} | {base: 0.0}
+    for _ in falls:
+        for a, b, step in joined:
+            for one, other in ((a, b), (b, a)):
+                if one != GROUND and other in places.moving(scene):
+                    falls[other] = min(falls[other], falls[one] + step)
+        for names in groups:
+            falls |= {one: min(falls[other] for other in names) for one in names}
+    return falls
+
+
+def _damped(scene: Scene, link: str) -> bool:
+    """Whether a link has a damper, or may be given one."""
+    table = scene.links.get(link) or scene.absorbers.get(link)
+    for key in ("damping", "damping_ratio"):
+        given = getattr(table, key, None)
+        if given is not None and getattr(given, "value", 1.0) > 0.0:
+            return True
+    return False
+
+
+def _read_links(scene: Scene, response: RandomResponse) -> list[tuple[str, int]]:
+    """Ends of the links that are read, each with the power of the frequency by which the reading grows."""
+    ends = places.ends(scene)
+    across = getattr(response, "across", None)
+    if across is not None:
+        return [(one, 0) for one in ends[across]]
+    through, into = getattr(response, "through", None), getattr(response, "into", None)
+    names = [through] if through is not None else [link for link, two in ends.items() if into in two]
+    return [(one, 1 if _damped(scene, link) else 0) for link in names for one in ends[link]]
 
 
 def _acting(scene: Scene, names: tuple[str, ...]) -> bool:

@@ -33,7 +33,7 @@ def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, Floa
     for name in names_for(scene, response):
         excitation = scene.excitations[name]
         assert isinstance(excitation, WhiteNoise)
-        noises.append(Noise(name, points[excitation.on], excitation.density.value))
+        noises.append(Noise(name, points[excitation.on], excitation.density.value, excitation.displaced))
     return tuple(noises)
 
 

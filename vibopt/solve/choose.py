@@ -44,9 +44,11 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
         if exact.refuses(program) is None:
             return exact
     from vibopt.solve.nlp import Nlp, blind
+    from vibopt.solve.one_range import OneRange
 
     if blind(program):
-        return _begun(Nlp(), near)
+        line = OneRange()
+        return line if line.refuses(program) is None else _begun(Nlp(), near)
     from vibopt.solve.plane.method import DiscsOfOneLink
 
     discs = DiscsOfOneLink()

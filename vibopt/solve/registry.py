@@ -20,6 +20,7 @@ def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
 METHODS: dict[str, Callable[[], Method]] = {
     "closed_form": _late("outer", "OneVariable"),
     "closed_form_kc": _late("outer", "StiffnessAndDamping"),
+    "one_range": _late("one_range", "OneRange"),
     "discs": _late("plane.method", "DiscsOfOneLink"),
     "branch_and_bound": _late("global_search", "BranchAndBound"),
     "nlp": _late("nlp", "Nlp"),
@@ -40,5 +41,5 @@ METHODS: dict[str, Callable[[], Method]] = {
 }
 """Name and how to make the method."""
 
-OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "nlp", "catalogue")
+OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "nlp", "catalogue")
 """Those from which vibopt chooses by itself; the others only answer to --method."""

@@ -180,7 +180,14 @@ def answer(
         from vibopt.solve.global_search import BranchAndBound
 
         found, exact = BranchAndBound().solve(finite, progress), False
-    found = _open_ends(finite, found, exact=exact)
+    said = _open_ends(finite, found, exact=exact)
+    if method is None and said.status in ("feasible", "unproven"):
+        from vibopt.solve.one_range import OneRange
+
+        if OneRange().refuses(finite) is None:  # one variable is always decided
+            found = found if found.method == OneRange.name else OneRange().solve(finite, progress)
+            said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
+    found = said
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
@@ -191,7 +198,7 @@ def answer(
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
     """What half-open ranges mean for an answer: no best design at an open end, no proof beyond a far one."""
     opened = [axis for axis in program.axes if axis.open_high or axis.open_low]
-    if not opened:
+    if not opened or found.status == "unbounded":
         return found
     if found.x is None:
         if exact or found.status != "infeasible" or not any(axis.open_high for axis in opened):

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibopt.errors import InputError
-from vibopt.forms import FloatArray, ModeFrequency, ModeGap, Modulus
+from vibopt.forms import FloatArray
 from vibopt.mechanics.modes import natural_frequencies
+from vibopt.program.meetings import watched
 from vibopt.program.nature import around, hit, missed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -105,25 +106,12 @@ class Margins:
         program = self.program(value)
         if program is None:
             return None
-        asked = watched(program)
+        asked = watched(program.limits)
         model, axes = program.model, len(program.axes)
         if not len(asked) or not model.n_free:
             return np.zeros(0)
         modes = natural_frequencies(model, model.values(np.ones(axes)))
         return np.asarray(modes[:, None] - asked[None, :]).ravel()
-
-
-def watched(program: Program) -> FloatArray:
-    """Frequencies at which something begins or ends for a limit: orders of speeds, edges of forbidden bands [rad/s]."""
-    found: list[float] = []
-    for limit in program.limits:
-        if isinstance(limit.form, Modulus):
-            for drive in limit.form.drives:
-                ends = [end for band in drive.bands for end in (band.low, band.high)]
-                found += [line.order * end for line in drive.lines for end in ends if 0.0 < end < np.inf]
-        elif isinstance(limit.form, ModeFrequency | ModeGap):
-            found += [one for one in (limit.bound, limit.upper) if 0.0 < one < np.inf]
-    return np.array(list(dict.fromkeys(found)))
 
 
 def most_missed(scene: Scene) -> tuple[float, str]:
@@ -133,4 +121,4 @@ def most_missed(scene: Scene) -> tuple[float, str]:
     return here.most(0.0), here.name(0.0)
 
 
-__all__ = ["LARGE", "Margins", "most_missed", "watched"]
+__all__ = ["LARGE", "Margins", "most_missed"]

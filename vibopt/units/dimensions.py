@@ -160,6 +160,9 @@ _ALL = (
         "0.01 (m/s²)²/Hz",
         "(m/s²)²/Hz, (mm/s²)²/Hz, g²/Hz",
     ),
+    _dimension(
+        "displacement_density", "a spectral density of displacement", "m² s/rad", "0.01 mm²/Hz", "mm²/Hz, µm²/Hz, m²/Hz"
+    ),
     _dimension("decay_rate", "a decay rate", "1/s", "2 1/s", "1/s"),
     _dimension("ratio", "a ratio", "", "20 %", "%, dB", ((0.0, ""),)),
     _dimension("angle", "an angle", "rad", "30 deg", "deg, rad, mrad, rev"),

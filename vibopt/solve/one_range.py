@@ -1,0 +1,347 @@
+"""One variable, always decided: every limit and the goal are followed over its whole range.
+
+The range is cut into pieces.  On each the limits and the goal, measured exactly at the nodes, are polynomials
+to within what their last coefficients say; a piece is dropped where a limit is broken or the goal is no better
+on all of it, and halved until everything that matters there is known to the last digits.  Resonances can be
+narrower than any piece, so pieces end wherever a natural frequency meets a frequency that a limit looks at.
+"""
+
+from __future__ import annotations
+
+import heapq
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import brentq
+
+from vibopt.forms import FloatArray
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.program.meetings import watched
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.method import Found, Progress
+from vibopt.work import Budget
+
+_DEGREE = 8
+_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+"""Places of the nodes on a piece, from 0 to 1."""
+_FIRST = 16
+"""Pieces to begin with, at least; two for each factor e of the range."""
+_MODES = 96
+"""Places at which natural frequencies are followed."""
+_MET = 5e-10
+"""Violation [share of value and bound] that counts as none: half of what the judge lets pass."""
+_CLEAR = 1e-10
+"""Doubt of a limit or of the goal at which it is known."""
+_FLOOR = 1e-12
+_SAFETY = 4.0
+_NARROW = 1e-12
+"""Part of the range below which nothing is halved."""
+_PIECES = 20_000
+_GAP = 1e-9
+_SLOW = 1e-2
+"""Part of the goal that it may still gain towards an open end and yet come near to a best value there."""
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A part [low, high] of the range, measured at its nodes: rows are the limits and, last, the goal.
+
+    coefficients
+        Of Chebyshev's polynomials, shape (n_rows, degree + 1).
+    doubt
+        How far they may be wrong, shape (n_rows,).
+    """
+
+    low: float
+    high: float
+    coefficients: FloatArray
+    doubt: FloatArray
+
+    @property
+    def least(self) -> FloatArray:
+        """No row is less than this on the piece, shape (n_rows,)."""
+        return np.asarray(self.coefficients[:, 0] - np.abs(self.coefficients[:, 1:]).sum(axis=1) - self.doubt)
+
+    @property
+    def most(self) -> FloatArray:
+        """No row is greater than this on the piece, shape (n_rows,)."""
+        return np.asarray(self.coefficients[:, 0] + np.abs(self.coefficients[:, 1:]).sum(axis=1) + self.doubt)
+
+    @property
+    def matters(self) -> list[int]:
+        """Indices of limits that may be broken somewhere on the piece."""
+        return np.flatnonzero(self.most[:-1] > _MET).tolist()
+
+    @property
+    def known(self) -> bool:
+        """Whether what matters is known to the last digits, or nothing is left to halve."""
+        rows = [*self.matters, len(self.doubt) - 1]
+        return self.high - self.low <= _NARROW or bool(self.doubt[rows].max() <= _CLEAR)
+
+    def turns(self) -> Iterator[tuple[int, float]]:
+        """Row and place of every root of a limit that matters and of every level place of any row that matters."""
+        cheb = np.polynomial.chebyshev
+        for row in [*self.matters, len(self.doubt) - 1]:
+            values = np.trim_zeros(self.coefficients[row], "b")
+            lines = [cheb.chebder(values)] if len(values) > 1 else []
+            lines += [values] if row < len(self.doubt) - 1 else []
+            for line in lines:
+                roots = cheb.chebroots(line) if len(line) > 1 else np.zeros(0)
+                real = roots[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1.0)].real
+                yield from ((int(row), self.low + 0.5 * (one + 1.0) * (self.high - self.low)) for one in real)
+
+
+class OneRange:
+    """One continuous variable with limits and goal of any kind."""
+
+    name = "one_range"
+    summary = "every limit and the goal followed over the whole range of the one variable"
+
+    def refuses(self, program: Program) -> str | None:
+        if len(program.axes) != 1 or program.axes[0].values is not None:
+            return "there is not exactly one continuous variable."
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal", "infeasible" or "unbounded"; "feasible" or "unproven" where the pieces are used up."""
+        return _Run(program, progress).answer()
+
+
+@dataclass
+class _Run:
+    program: Program
+    progress: Progress | None
+    rows: dict[float, FloatArray] = field(default_factory=dict)
+    best: tuple[float, float] | None = None
+    """Goal as it is compared, and the place of the best design."""
+
+    def __post_init__(self) -> None:
+        self.judge = Judge(self.program)
+        self.budget = Budget(_PIECES, "pieces", _DEGREE * self.program.cost)
+        axis = self.program.axes[0]
+        low, high = float(axis.low), float(axis.high)
+        self.bend = low if low > 0.0 else high * (1e-15 if axis.open_high else 1e-6)
+        self.span = float(np.log1p((high - low) / self.bend))
+        self.size = 1.0
+
+    def x(self, place: float) -> FloatArray:
+        """Design at a place of the range, 0 to 1; even in logarithms."""
+        axis = self.program.axes[0]
+        if place in (0.0, 1.0):
+            return np.array([axis.low if place == 0.0 else axis.high], dtype=float)
+        inside = float(axis.low + self.bend * np.expm1(place * self.span))
+        return np.array([min(max(inside, axis.low), axis.high)])
+
+    def answer(self) -> Found:
+        if self.span == 0.0:
+            self.row(0.0)
+            return self._found("one value is all there is", proven=True)
+        ends = self._ends()
+        self._scale(ends)
+        heap = [(piece.least[-1], index, piece) for index, piece in enumerate(map(self._piece, ends, ends[1:]))]
+        heapq.heapify(heap)
+        count = len(heap)
+        while heap:
+            goal, _, piece = heapq.heappop(heap)
+            if self._done(goal):
+                heap = []
+            elif not self._broken(piece):
+                if self.budget.over:
+                    return self._found(f"{self.budget} did not settle it", proven=False)
+                if self.progress is not None:
+                    self.progress("one range", self.budget.part)
+                if piece.known:
+                    self._settle(piece)
+                else:
+                    for half in self._halves(piece):
+                        heapq.heappush(heap, (half.least[-1], count, half))
+                        count += 1
+        return self._found(f"{count} pieces", proven=True)
+
+    def _done(self, goal: float) -> bool:
+        """Whether nothing from here on is better: pieces come with the least goal first."""
+        if self.best is None:
+            return False
+        return self.program.aim is None or goal >= self.best[0] - _GAP * max(abs(self.best[0]), 1e-3)
+
+    @staticmethod
+    def _broken(piece: _Piece) -> bool:
+        return bool((piece.least[:-1] > 1.2 * _MET).any())
+
+    def _halves(self, piece: _Piece) -> list[_Piece]:
+        middle = 0.5 * (piece.low + piece.high)
+        return [self._piece(piece.low, middle), self._piece(middle, piece.high)]
+
+    def _piece(self, low: float, high: float) -> _Piece:
+        self.budget.spend()
+        places = low + (high - low) * _NODES
+        places[0], places[-1] = low, high
+        values = np.array([self.row(float(one)) for one in places])
+        coefficients = (_TO_CHEBYSHEV @ values).T
+        doubt = _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR
+        return _Piece(low, high, coefficients, doubt)
+
+    def row(self, place: float) -> FloatArray:
+        """Violations, each from -1 to 1, and the goal as it is compared; a feasible design is kept if it is best."""
+        if place not in self.rows:
+            self.rows[place] = self._measured(place)
+        return self.rows[place]
+
+    def _measured(self, place: float) -> FloatArray:
+        x, missed, shown = self.x(place), [], []
+        with warnings.catch_warnings():  # far ends have matrices without digits; what comes of it is no design
+            warnings.simplefilter("ignore")
+            for limit in self.program.limits:
+                part, found = self.judge.limit(limit, x)
+                missed.append(part if np.isfinite(found.value) or found.value > 0.0 else np.inf)
+                shown.append(_violation(limit, part, found.value))
+            goal = self._compared(self.judge.goal(x).value)
+        good = not np.isnan(goal) and max(missed, default=-1.0) <= self.judge.tolerance
+        if good and (self.best is None or goal < self.best[0]):
+            self.best = goal, place
+        return np.array([*shown, 1.0 if np.isnan(goal) else goal])
+
+    def _compared(self, value: float) -> float:
+        """The goal between -1 and 1, in the same order."""
+        return float(np.sign(value)) if np.isinf(value) else value / (abs(value) + self.size)
+
+    def _scale(self, ends: list[float]) -> None:
+        """Take the size of the goal from its values."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            values = np.abs([self.judge.goal(self.x(one)).value for one in ends])
+        good = values[np.isfinite(values) & (values > 0.0)]
+        self.size = float(np.exp(np.log(good).mean())) if len(good) else 1.0
+
+    def _ends(self) -> list[float]:
+        """Ends of the first pieces: evenly spread, and where a natural frequency meets one that is looked at."""
+        count = max(_FIRST, int(np.ceil(2.0 * self.span)))
+        return sorted({*np.linspace(0.0, 1.0, count + 1).tolist(), *self._meetings()})
+
+    def _meetings(self) -> list[float]:
+        """Places at which a natural frequency of a machine meets one that is looked at there."""
+        found: list[float] = []
+        for model, asked in self._watched():
+            places = np.linspace(0.0, 1.0, max(_MODES, int(np.ceil(4.0 * self.span))) + 1)
+
+            def above(place: float, model: Model = model, asked: FloatArray = asked) -> FloatArray:
+                modes = natural_frequencies(model, model.values(self.x(place)))
+                return np.asarray((modes[:, None] - asked).ravel())
+
+            signs = np.array([above(float(one)) for one in places])
+            for index, column in np.argwhere(signs[:-1] * signs[1:] < 0.0).tolist():
+
+                def gap(place: float, column: int = column) -> float:
+                    return float(above(place)[column])
+
+                found.append(float(brentq(gap, places[index], places[index + 1], xtol=1e-15, rtol=1e-14)))
+        return found
+
+    def _watched(self) -> list[tuple[Model, FloatArray]]:
+        """Models, each with the frequencies that matter on it."""
+        every: list[Limit | Aim] = [*self.program.limits]
+        every += self.program.aim.pieces if self.program.aim is not None else ()
+        groups: dict[int, list[Limit | Aim]] = {}
+        for part in every:
+            groups.setdefault(id(part.model), []).append(part)
+        found = [(parts[0].model, watched(parts)) for parts in groups.values()]
+        return [(model, asked) for model, asked in found if len(asked) and model.n_free]
+
+    def _settle(self, piece: _Piece) -> None:
+        """Measure every design of a known piece that could be the best on it."""
+        for row, place in piece.turns():
+            self.row(place)
+            if row < len(self.program.limits):
+                self._cross(row, place, piece)
+
+    def _cross(self, row: int, place: float, piece: _Piece) -> None:
+        """Where one limit is just met, near a place at which its polynomial is zero."""
+        reach = max(1e-4 * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
+        low, high = max(place - reach, piece.low), min(place + reach, piece.high)
+        if self.row(low)[row] * self.row(high)[row] < 0.0:
+            self.row(float(brentq(lambda one: float(self.row(one)[row]), low, high, xtol=1e-17, rtol=1e-15)))
+
+    def _found(self, count: str, *, proven: bool) -> Found:
+        path = self.program.axes[0].path
+        details: dict[str, float] = {"pieces": self.budget.spent, "settled": proven and self._settled()}
+        claim = f"decided over the whole range of {path}: every limit and the goal were followed over it in {count}"
+        if not proven:
+            claim = f"the limits and the goal were followed over the range of {path}, but {count}"
+        if self.best is None:
+            return Found("infeasible" if proven else "unproven", None, claim, OneRange.name, details=details)
+        end, near = self._open_end(), 1e-6
+        if end and not self._within(near) and not self._within(near := _SLOW):
+            claim = f"every limit holds and the goal keeps improving as {path} {end}"
+            return Found("unbounded", self.x(self.best[1]), claim, OneRange.name)
+        if end:
+            claim = f"the goal nears its best value as {path} {end}, less than {near:.0e} of it away here; {claim}"
+        return self._designed(claim, details, proven=proven)
+
+    def _designed(self, claim: str, details: dict[str, float], *, proven: bool) -> Found:
+        assert self.best is not None
+        x = self.x(self.best[1])
+        value = self.judge.goal(x).value
+        details["goal"] = value * (self.program.aim.sense if self.program.aim is not None else 1.0)
+        if value == -np.inf:
+            return Found("unbounded", x, "the goal is infinite: an undamped resonance lies within reach", OneRange.name)
+        if value == np.inf:
+            claim = f"the goal is infinite at every design that meets the limits; {claim}"
+        bound = value if proven else float("nan")
+        return Found("optimal" if proven else "feasible", x, claim, OneRange.name, bound, details)
+
+    def _open_end(self) -> str:
+        """Which end that only stands for one the best design lies at, in words; "" for none."""
+        assert self.best is not None
+        axis = self.program.axes[0]
+        if self.program.aim is None:
+            return ""
+        if axis.open_high and self.best[1] >= 1.0 - 0.01 / self.span:
+            return "grows without end"
+        return "goes to zero" if axis.open_low and self.best[1] <= 0.01 / self.span else ""
+
+    def _within(self, near: float) -> bool:
+        """Take the design farthest inside from an open end that is hardly worse; whether the goal settles there."""
+        assert self.best is not None
+        way = -1.0 if self.best[1] > 0.5 else 1.0
+        best, inside = self.judge.goal(self.x(self.best[1])).value, self.best[1]
+        for step in range(1, int(4.0 * self.span)):
+            there = self.best[1] + way * 0.25 * step / self.span
+            x = self.x(there)
+            if not self.judge.feasible(x) or not self.judge.goal(x).value <= best + near * abs(best):
+                break
+            inside = there
+        if abs(inside - self.best[1]) * self.span < 2.0:
+            return False
+        self.best = self.best[0], inside
+        return True
+
+    def _settled(self) -> bool:
+        """Whether a limit is broken towards an end that stands for infinity, and hardly changes there any more."""
+        if not self.program.axes[0].open_high:
+            return True
+        far = np.array([self.row(1.0 - part / self.span)[:-1] for part in (0.0, 2.0, 4.0, 6.0)])
+        return bool(((far.min(axis=0) > _FLOOR) & (np.ptp(far, axis=0) <= 0.1 * far[0])).any())
+
+
+def _violation(limit: Limit, missed: float, value: float) -> float:
+    """By how much a limit is broken, as a share of value and bound: -1 to 1, without jumps, positive where broken."""
+    if limit.side == "outside":
+        return float(np.clip(missed, -1.0, 1.0))
+    if not np.isfinite(value):
+        return 1.0 if np.isnan(value) or ((value > 0.0) == (limit.side == "at_most")) else -1.0
+    sign = 1.0 if limit.side == "at_most" else -1.0
+    return sign * (value - limit.bound) / (abs(value) + (abs(limit.bound) or 1.0))
+
+
+def _matrix() -> FloatArray:
+    """Values at the nodes to coefficients of Chebyshev's polynomials."""
+    return np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _NODES - 1.0, _DEGREE)))
+
+
+_TO_CHEBYSHEV = _matrix()
+
+__all__ = ["OneRange"]
