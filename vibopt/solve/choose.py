@@ -54,9 +54,13 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
     discs = DiscsOfOneLink()
     if discs.refuses(program) is None:
         return discs
+    from vibopt.solve.each_listed import EachListed
     from vibopt.solve.global_search import BranchAndBound, provable
 
     search = BranchAndBound() if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES)
+    each = EachListed()
+    if each.refuses(program) is None and (search.refuses(program) is not None or not provable(program)):
+        return each
     refusal = search.refuses(program)
     if refusal is None:
         return search

@@ -20,6 +20,7 @@ def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
 METHODS: dict[str, Callable[[], Method]] = {
     "closed_form": _late("outer", "OneVariable"),
     "closed_form_kc": _late("outer", "StiffnessAndDamping"),
+    "each_listed": _late("each_listed", "EachListed"),
     "one_range": _late("one_range", "OneRange"),
     "discs": _late("plane.method", "DiscsOfOneLink"),
     "branch_and_bound": _late("global_search", "BranchAndBound"),
@@ -41,5 +42,5 @@ METHODS: dict[str, Callable[[], Method]] = {
 }
 """Name and how to make the method."""
 
-OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "nlp", "catalogue")
+OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "each_listed", "nlp", "catalogue")
 """Those from which vibopt chooses by itself; the others only answer to --method."""
