@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import combinations_with_replacement, product
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from vibopt.design.design import Design
 from vibopt.design.jsonable import as_json
 from vibopt.scene.read import from_dict
+from vibopt.scene.settle import settled
 from vibopt.solve import solve
 from vibopt.study.explain import explain
 from vibopt.study.whatif import whatif
@@ -88,3 +90,74 @@ def test_an_analysis_with_nothing_but_a_place_to_choose_is_answered() -> None:
     absorber = {**DOCUMENT["absorbers"]["tmd"], "frequency": "3 Hz"}
     design = solve(from_dict({**DOCUMENT, "absorbers": {"tmd": absorber}}))
     assert (design.status, design.places["absorbers.tmd.on"].value) == ("optimal", "high")
+
+
+FLOORS = ("low", "middle", "high")
+
+
+def _storeys(count: int, **changes: Any) -> dict[str, Any]:
+    """Three floors and some absorbers, all alike but for what is changed by name."""
+    one = {"on": {"one_of": list(FLOORS)}, "mass": "2 t", "frequency": "2 Hz", "damping_ratio": 0.1}
+    names = [f"tmd{n}" for n in range(count)]
+    return {
+        "bodies": {name: {"mass": "100 t"} for name in FLOORS},
+        "links": {
+            f"storey{n}": {"between": list(two), "stiffness": "90 MN/m", "damping": "100 kN s/m"}
+            for n, two in enumerate((("ground", "low"), ("low", "middle"), ("middle", "high")))
+        },
+        "absorbers": {name: {**one, **changes.get(name, {})} for name in names},
+        "excitations": {
+            "wind": {"kind": "force", "on": "high", "amplitude": "10 kN", "speed": "0..9 Hz", "varies": "constant"}
+        },
+        "limits": {f"travel of {name}": {"response": "stroke", "of": name, "at_most": "300 mm"} for name in names},
+        "goal": {"minimise": "displacement", "of": "high"},
+    }
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_identical_absorbers_are_put_on_each_set_of_places_once_and_the_best_is_that_of_all_orders(count: int) -> None:
+    document = _storeys(count)
+    design = solve(from_dict(document))
+    tried = [tuple(row["on"].values()) for row in design.details["places"]]
+    assert tried == list(combinations_with_replacement(FLOORS, count))
+    assert f"the best of {len(tried)} places" in design.claim
+    names = " and ".join(f"tmd{n}" for n in range(count))
+    assert design.claim.endswith(f"; {names} are identical: exchanged they count once")
+    assert design.goal is not None
+    goals = {}
+    for places in product(FLOORS, repeat=count):
+        put = {f"tmd{n}": {"on": place} for n, place in enumerate(places)}
+        fixed = {**_storeys(count, **put), "measures": {"sway": {"response": "displacement", "of": "high"}}}
+        del fixed["goal"]
+        answer = solve(from_dict(fixed), explain=False)
+        if answer.status == "met":
+            goals[places] = answer.measures["sway"].value.value
+    assert design.goal[1].value == pytest.approx(min(goals.values()), rel=1e-12)
+    chosen = tuple(one.value for one in design.places.values())
+    assert goals[chosen] == pytest.approx(min(goals.values()), rel=1e-12)
+    assert list(chosen) == sorted(chosen, key=FLOORS.index)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"tmd1": {"mass": "2.1 t"}},
+        {"tmd1": {"on": {"one_of": ["low", "high"]}}},
+        {"limits": {"only": {"response": "stroke", "of": "tmd0", "at_most": "300 mm"}}},
+        {"links": {"tie": {"between": ["tmd1", "ground"], "stiffness": "1 kN/m"}}},
+    ],
+    ids=["another mass", "other places", "a limit of one", "a link to one"],
+)
+def test_absorbers_that_differ_in_anything_that_the_file_says_are_not_exchanged(changes: dict[str, Any]) -> None:
+    document = _storeys(2, **{key: one for key, one in changes.items() if key.startswith("tmd")})
+    document |= {"limits": changes.get("limits", document["limits"])}
+    document |= {"links": {**document["links"], **changes.get("links", {})}}
+    design = solve(from_dict(document), explain=False)
+    places = [len(one["on"]["one_of"]) for one in document["absorbers"].values()]
+    assert len(design.details["places"]) == places[0] * places[1]
+    assert "identical" not in design.claim
+
+
+def test_identical_absorbers_at_many_places_are_few_enough_to_be_looked_at() -> None:
+    """Five on three floors: 21 sets instead of 243 orders, which would be refused."""
+    assert len(list(settled(from_dict(_storeys(5))))) == 21

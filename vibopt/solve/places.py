@@ -9,7 +9,7 @@ from typing import Any
 from vibopt.design.checked import goal_of
 from vibopt.design.design import Design, Placed
 from vibopt.scene.scene import MINIMISE, Scene
-from vibopt.scene.settle import open_places, settled
+from vibopt.scene.settle import groups, open_places, settled
 from vibopt.solve.method import Progress
 
 Answer = Callable[[Scene], Design]
@@ -41,6 +41,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     words, best = min(found, key=lambda pair: _rank(pair[1]))  # the first of equals
     designs = [design for _, design in found]
     status, claim = _verdict(best, designs)
+    claim += _exchanged(scene)
     rows = [_row(one, design) for one, design in found]
     seconds = {stage: sum(one.timings.get(stage, 0.0) for one in designs) for stage in best.timings}
     settled_places = {path: Placed(words[path], names) for path, names in open_places(scene).items()}
@@ -54,6 +55,12 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
         timings=seconds,
         details={**best.details, "places": rows},
     )
+
+
+def _exchanged(scene: Scene) -> str:
+    """What is said of identical absorbers; "" where there are none."""
+    alike = [" and ".join(path.split(".")[1] for path in one) for one in groups(scene) if len(one) > 1]
+    return f"; {', '.join(alike)} are identical: exchanged they count once" if alike else ""
 
 
 def with_goal(design: Design) -> Design:
