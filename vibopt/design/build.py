@@ -92,7 +92,7 @@ def _carriers(scene: Scene) -> dict[str, Carrier]:
             continue
         host = table.host(top, modes)
         assert isinstance(host, Reduction)
-        found[name] = Carrier(host.coordinates, table.matrices, np.array(list((table.points or {}).values())))
+        found[name] = Carrier(host.coordinates, table.whole, np.array(list((table.points or {}).values())))
     return found
 
 

@@ -132,17 +132,21 @@ def _symmetric(whole: Any, which: str) -> Any:
 
 
 def mass_fault(mass: Any, which: str = "It") -> str:
-    """Why a matrix is no mass matrix; "" when it is one."""
+    """Why a matrix is no mass matrix; "" when it is one, coordinates without any mass left out."""
+    from vibopt.mechanics.host.condense import massless
     from vibopt.mechanics.host.matrices import negative_count
 
     diagonal = mass.diagonal()
-    least = int(diagonal.argmin())
+    there = np.setdiff1d(np.arange(len(diagonal)), massless(mass))
+    if not len(there):
+        return f"cannot be used. {which} is empty: nothing has a mass. Check the export."
+    least = int(there[diagonal[there].argmin()])
     if diagonal[least] <= 0.0:
         return (
             f"cannot be used. {which} has the mass {diagonal[least]:g} kg at coordinate {least} (counted from 0); a "
             "mass is positive. Leave a coordinate without mass out (static condensation)."
         )
-    if negative_count(mass) != 0:
+    if negative_count(mass[there][:, there]) != 0:
         return (
             f"cannot be used. {which} is not positive definite: some motion would have a negative mass. Check signs "
             "and units of the export."
@@ -150,19 +154,25 @@ def mass_fault(mass: Any, which: str = "It") -> str:
     return ""
 
 
+def sign_fault(matrix: Any, what: str, which: str = "It") -> str:
+    """Why a stiffness or damping matrix cannot be one, by its diagonal; "" where nothing is seen."""
+    diagonal = matrix.diagonal()
+    least = int(diagonal.argmin())
+    if not matrix.nnz or diagonal[least] >= 0.0:
+        return ""
+    return (
+        f"cannot be used. {which} has {diagonal[least]:g} at coordinate {least} (counted from 0); a {what} is not "
+        "negative. Check signs and units of the export."
+    )
+
+
 def holding_fault(matrix: Any, mass: Any, what: str, which: str = "It") -> str:
     """Why a stiffness or damping matrix gives energy away; "" when it does not."""
     from vibopt.mechanics.host.matrices import negative_count
 
-    diagonal = matrix.diagonal()
     if not matrix.nnz:
         return ""
-    least = int(diagonal.argmin())
-    if diagonal[least] < 0.0:
-        return (
-            f"cannot be used. {which} has {diagonal[least]:g} at coordinate {least} (counted from 0); a {what} is not "
-            "negative. Check signs and units of the export."
-        )
+    diagonal = matrix.diagonal()
     size = float((np.abs(diagonal) / mass.diagonal()).max())
     if negative_count(matrix + _TINY * size * mass) > 0:
         moved = "would be pushed on instead of held back" if what == "stiffness" else "would gain energy"

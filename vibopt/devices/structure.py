@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
 
 from vibopt.devices.device import Device
-from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_fault, matrix_of
+from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_fault, matrix_of, sign_fault
 from vibopt.devices.symbols import Symbols
 from vibopt.errors import QuantityError
 from vibopt.mechanics.builder import ModelBuilder
@@ -186,19 +186,39 @@ class StructureTable(Device):
     def _check_physics(self) -> None:
         mass = self._part("M")
         self._fault("M", mass_fault(mass, self._which("M")))
-        for key in ("K", "C"):
-            if self._part(key) is not None:
-                self._fault(key, holding_fault(self._part(key), mass, WORDS[key], self._which(key)))
+        given = [key for key in ("K", "C") if self._part(key) is not None]
+        for key in given:
+            self._fault(key, sign_fault(self._part(key), WORDS[key], self._which(key)))
+        self._check_condensed()
+        for key in given:
+            matrix = self.matrices.stiffness if key == "K" else self.matrices.damping
+            self._fault(key, holding_fault(matrix, self.matrices.mass, WORDS[key], self._which(key)))
         assert self.points is not None
-        lost = _lost(self.matrices, tuple(self.points.values()))
+        lost = _lost(self.matrices, tuple(self.kept_points.values()))
         if lost.worst > MOST_LOST:
-            at = next(name for name, place in self.points.items() if place == lost.place)
+            at = next(name for name, place in self.kept_points.items() if place == lost.place)
             self._fault(
                 "K",
                 f"does not hold enough digits: rounding each of its entries once moves the receptance at {at} by "
                 f"{100 * lost.worst:.2g} %, and {100 * MOST_LOST:g} % is the most that can be trusted. The mesh is "
                 "much finer than the motion needs: take fewer elements, or give modes instead.",
             )
+
+    def _check_condensed(self) -> None:
+        """Whether coordinates without mass can be left out, and no point is one of them."""
+        from vibopt.mechanics.host import CondensationError, massless
+
+        out = set(massless(self._part("M")).tolist())
+        for name, place in (self.points or {}).items():
+            if place in out:
+                raise word(
+                    f"puts {name} at coordinate {place}, which has no mass: what would act there moves nothing but "
+                    "springs. Name a coordinate with a mass, or give this one a mass."
+                )
+        try:
+            _ = self.matrices
+        except CondensationError as error:
+            raise word(str(error)) from None
 
     def _which(self, key: str) -> str:
         return f"Its matrix {key}" if self.file is not None else "It"
@@ -223,18 +243,31 @@ class StructureTable(Device):
         return list(self.points or {})
 
     @property
-    def matrices(self) -> Matrices:
-        """The matrices in full."""
+    def whole(self) -> Matrices:
+        """The matrices as they are in the file, coordinates without mass included."""
         return _assembled(
             *(_Kept(self._part(key)) for key in "MCK"), self.loss_factor.value if self.loss_factor else 0.0
         )
+
+    @property
+    def matrices(self) -> Matrices:
+        """The matrices of the coordinates that have mass."""
+        return _condensed(self.whole)
+
+    @property
+    def kept_points(self) -> dict[str, int]:
+        """Per point its number among the coordinates that have mass."""
+        from vibopt.mechanics.host import massless
+
+        out = massless(self.whole.mass)
+        return {name: place - int(np.searchsorted(out, place)) for name, place in (self.points or {}).items()}
 
     def host(self, top: float, modes: int = 0) -> Coordinates | Reduction:
         """What a model needs of the structure up to the frequency `top` [rad/s], with its lowest modes."""
         if self.modes is not None:
             return self.modal
         assert self.points is not None
-        return _reduced(self.matrices, tuple(self.points.items()), top, modes)
+        return _reduced(self.matrices, tuple(self.kept_points.items()), top, modes)
 
     @property
     def modal(self) -> Coordinates:
@@ -298,19 +331,24 @@ class StructureTable(Device):
         from vibopt.mechanics.host import Reduction
 
         if isinstance(host, Reduction):
-            builder.left_out += host.size - coordinates.count
+            builder.left_out += self.whole.size - coordinates.count
             builder.remarks.append(self._remark(name, host))
 
     def _remark(self, name: str, host: Reduction) -> str:
         """How good the coordinates are, for the answer."""
         text = (
-            f"{name}: {host.size} degrees of freedom, {host.coordinates.count} used; greatest error of receptances "
-            f"{_size(host.error)}, checked at {host.checks} frequencies"
+            f"{name}: {self.whole.size} degrees of freedom{self._without()}, {host.coordinates.count} used; greatest "
+            f"error of receptances {_size(host.error)}, checked at {host.checks} frequencies"
         )
-        lost = _lost(self.matrices, tuple((self.points or {}).values()))
+        lost = _lost(self.matrices, tuple(self.kept_points.values()))
         if lost.worst > WORTH_SAYING:
             text += f"; rounding of the matrix entries alone moves them by {lost.worst:.0e}"
         return text
+
+    def _without(self) -> str:
+        """How many coordinates have no mass, in words."""
+        out = self.whole.size - self.matrices.size
+        return f" ({out} of them without mass, condensed exactly)" if out else ""
 
 
 def _coordinates(host: Coordinates | Reduction) -> Coordinates:
@@ -345,6 +383,13 @@ def _assembled(mass: _Kept, damping: _Kept, stiffness: _Kept, loss_factor: float
 
     none = csc_array(mass.matrix.shape)
     return Matrices(mass.matrix, damping.matrix if damping.matrix is not None else none, stiffness.matrix, loss_factor)
+
+
+@lru_cache(maxsize=8)
+def _condensed(whole: Matrices) -> Matrices:
+    from vibopt.mechanics.host import condensed
+
+    return condensed(whole)
 
 
 @lru_cache(maxsize=32)
