@@ -177,6 +177,8 @@ class _Meeting:
 
     def solve(self, level: float) -> FloatArray | None:
         """The design y (n_vars,), or None where Newton does not get there."""
+        if not self.free.any():
+            return None
         begin = [level] if self.asked.aim is None else []
         heights = [one.height for one in self.clusters if one.height > 0.0]
         v = np.concatenate([self.y[self.free], begin, heights])
