@@ -50,17 +50,21 @@ class _Trial:
         """A value [SI] in the user's unit."""
         return to_unit(value, self.fact.unit, self.fact.dimension) if self.fact.unit else value
 
-    def least(self, numbers: list[float]) -> float | None:
+    def least(self, numbers: list[float], *, known: bool = False) -> float | None:
         """The first of the numbers with which there is a design, brought as near to those without as three digits say.
 
         numbers
             From one without a design outward.  None where no other does.
+        known
+            Whether the second is known to be the least, if it does.
         """
         sign = 1.0 if numbers[-1] > numbers[0] else -1.0
         good = next((index for index, one in enumerate(numbers) if index and self.holds(one)), None)
         if good is None:
             return None
         without, having = numbers[good - 1], numbers[good]
+        if known and good == 1:
+            return having
         inside = having - sign * _step(having)
         while sign * (inside - without) > 0.0:
             if self.holds(inside):
@@ -83,7 +87,9 @@ def _between(without: float, having: float) -> float:
     return middle if abs(having - without) > 1.5 * step else without
 
 
-def confirmed_bound(scene: Scene, name: str, side: str, guess: float, answer: Answer) -> Shown | None:
+def confirmed_bound(
+    scene: Scene, name: str, side: str, guess: float, answer: Answer, *, known: bool = False
+) -> Shown | None:
     """The least loosening of a limit, to three digits, with which the whole job has a design.
 
     Parameters
@@ -96,18 +102,21 @@ def confirmed_bound(scene: Scene, name: str, side: str, guess: float, answer: An
         A bound that should be enough [SI].
     answer
         Solves a scene.
+    known
+        Whether the guess is proven to be the least.
 
     Returns
     -------
     Shown
-        It was solved, and so was a step less, which is not enough; None where none near the guess is enough.
+        It was solved and, where it was not known to be the least, so was a step less, which is not enough; None where
+        none near the guess is enough.
     """
     fact, response = fact_at(scene, f"limits.{name}.{side}"), scene.limits[name]
     trial, step = _Trial(scene, fact, answer), guess - fact.value
     aimed = [outward(trial.number(fact.value + part * step), side, _DIGITS) for part in _WIDER]
     now = trial.number(fact.value)
     try:
-        found = trial.least([now, *[one for one in dict.fromkeys(aimed) if one != now]])
+        found = trial.least([now, *[one for one in dict.fromkeys(aimed) if one != now]], known=known)
     except ValueError:  # no such number in this unit: decibels of what is not positive
         return None
     return None if found is None else _bound(response, found, fact.unit)

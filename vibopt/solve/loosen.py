@@ -73,7 +73,7 @@ def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row
     if best.goal is None or best.status not in ("optimal", "feasible"):
         return None
     given = getattr(response, sides[0])
-    enough = confirmed_bound(scene, name, sides[0], best.goal[1].value, answer)
+    enough = confirmed_bound(scene, name, sides[0], best.goal[1].value, answer, known=best.status == "optimal")
     return None if enough is None else (name, shown_value(response, given.value, given.unit), enough)
 
 
