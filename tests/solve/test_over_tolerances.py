@@ -112,7 +112,7 @@ def test_what_if_prices_and_sweeps_count_with_tolerances() -> None:
     }
     price = priced(changed.before).limits["start_up"].price
     assert price is not None
-    assert price.words == "20 mm pk -> 23 mm pk: stiffness 3676 kN/m -> 4017 kN/m"
+    assert price.words == "20 mm pk -> 22 mm pk: stiffness 3676 kN/m -> 3931 kN/m"
     points = sweep(scene, "limits.start_up.at_most", "15 mm..25 mm", 3).points
     assert [one.status for one in points] == ["infeasible", "optimal", "optimal"]
 
