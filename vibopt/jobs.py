@@ -149,24 +149,29 @@ def answer(
             raise InputError(
                 f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method."
             )
-        with answering() as limit:
-            found = _balanced(job)
-        return replace(found, claim=found.claim + limit.words) if limit is not None else found
+        return balanced(job)
 
 
-def _balanced(job: RotorJob | KnownJob | EngineJob) -> Solution:
+def balanced(job: BalancingJob, *, thorough: bool = False) -> Solution:
+    """The answer to a balancing job; `thorough` computes every price, whatever the work."""
+    with answering() as limit:
+        found = _balanced(job, thorough)
+    return replace(found, claim=found.claim + limit.words) if limit is not None else found
+
+
+def _balanced(job: BalancingJob, thorough: bool) -> Solution:
     if is_known(job):
         from vibopt.balancing.known import solve_known
 
-        return solve_known(job)
+        return solve_known(job, thorough=thorough)
     if is_engine(job):
         from vibopt.balancing.engine import solve_engine
 
-        return solve_engine(job)
+        return solve_engine(job, thorough=thorough)
     if is_rotor(job):
         from vibopt.balancing.solve_rotor import solve_job
 
-        return solve_job(job)
+        return solve_job(job, thorough=thorough)
     raise TypeError(f"{type(job).__name__} is no job. Take one from open_job, or make a Scene.")
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from rotor_jobs import FAN, correction, messages, read_text, solve_text
 from test_rotor_plan import ALIKE, SECOND, fan, put_back_of
-from vibopt.balancing import limit_prices, solve_rotor
+from vibopt.balancing import prices, solve_rotor
 from vibopt.balancing.blocks import WARNING
 from vibopt.balancing.influence import identify
 from vibopt.balancing.pose import pose
@@ -180,10 +180,26 @@ def test_a_robust_goal_has_prices_of_its_own() -> None:
 
 
 def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(limit_prices, "PATIENCE", -1.0)
-    plan = solve_text(FAN + '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "8 g"\n')
+    monkeypatch.setattr(prices, "ALLOWANCE", 0)
+    job = read_text(FAN + '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "8 g"\n')
+    plan = solve_rotor.solve_job(job)
     assert plan.limits["t"].price == ""
-    assert plan.notes[-1] == "No price was computed for t: it takes too long."
+    assert plan.notes[-1] == (
+        "No price was computed for t: 1 more solution would exceed the budget. `vibopt explain FILE --thorough` "
+        "computes it."
+    )
+    assert "; nothing more to gain beyond " in solve_rotor.solve_job(job, thorough=True).limits["t"].price
+
+
+def test_an_impasse_beyond_the_budget_is_said_with_what_computes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(prices, "ALLOWANCE", 0)
+    limits = '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "4 g"\n[limits.r]\nresponse = "residual"\n'
+    job = read_text(FAN + limits + 'at = "a"\nat_most = "3 mil"\n')
+    assert solve_rotor.solve_job(job).reason == (
+        "Which limits stand in the way was not computed: 4 more solutions would exceed the budget. "
+        "`vibopt explain FILE --thorough` computes it."
+    )
+    assert solve_rotor.solve_job(job, thorough=True).reason.startswith("These cannot hold together: r, t.")
 
 
 @pytest.mark.parametrize("shelf", ["", 'holes = 24\nshelf = ["4 g", "6 g", "11 g"]\n'])

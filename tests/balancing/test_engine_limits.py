@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from test_engine import engine, job_of, number_at, solved
-from vibopt.balancing.engine import EngineJob
-from vibopt.balancing.engine import limit_prices as priced
+from vibopt.balancing import prices
+from vibopt.balancing.engine import EngineJob, solve_engine
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
 from vibopt.balancing.engine.solve import balance, settings
 from vibopt.balancing.said import blocks_of
@@ -148,13 +148,17 @@ def test_a_job_is_not_called_impossible_because_its_goal_starts_at_zero() -> Non
 
 
 def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(priced, "PATIENCE", -1.0)
+    monkeypatch.setattr(prices, "ALLOWANCE", 0)
     assert solved(four(secondary_couple="400 N m")).notes[-1] == (
-        "No price was computed for secondary_couple: it takes too long."
+        "No price was computed for secondary_couple: 4 more solutions would exceed the budget. "
+        "`vibopt explain FILE --thorough` computes it."
     )
     assert solved(four(secondary_couple="200 N m", secondary_force="5 kN")).reason == (
-        "Which limits stand in the way was not computed: it takes too long."
+        "Which limits stand in the way was not computed: 7 more solutions would exceed the budget. "
+        "`vibopt explain FILE --thorough` computes it."
     )
+    job = job_of(four(secondary_couple="400 N m"))
+    assert "buys" in solve_engine(job, thorough=True).limits["secondary_couple"].buys
 
 
 def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:

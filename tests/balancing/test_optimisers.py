@@ -18,6 +18,7 @@ from vibopt.balancing.prices import binding, by_solving_again, solve_question
 from vibopt.balancing.question import Goal, Question, Solved, breaks
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.work import Budget
 
 GOALS: tuple[Goal, ...] = ("rms", "worst", "sum", "huber", "correction")
 TURN = 2.0 * np.pi
@@ -418,12 +419,12 @@ def test_a_search_that_is_stopped_says_its_gap() -> None:
     question = replace(
         _plain(12, 6, "worst", seed=5), options=(options.unbalances,) * 6, option_masses=(options.masses,) * 6
     )
-    solved = solve_discrete(question, seconds=0.0)
+    solved = solve_discrete(question, Budget(0, "boxes"))
     assert solved.status == "feasible"
     assert solved.gap > 0
     assert solved.claim == (
-        f"stopped; of the {float(len(options.masses)) ** 6:.6g} choices none is better by more than"
-        f" {100 * solved.gap:.3g} %"
+        f"stopped after {solved.details['boxes']} boxes; of the {float(len(options.masses)) ** 6:.6g} choices none is "
+        f"better by more than {100 * solved.gap:.3g} %"
     )
 
 

@@ -131,11 +131,6 @@ def test_set_reaches_into_lists(run: Run, new: str) -> None:
             "sweep is not supported for balancing jobs yet. Solve the file with several values of --set PATH=VALUE.",
         ),
         (
-            ("explain",),
-            "explain is not supported for balancing jobs yet. "
-            "vibopt solve says its method, its proof and what each limit costs.",
-        ),
-        (
             ("solve", "--method", "nlp"),
             "--method is not supported for balancing jobs: goal and limits decide the method.",
         ),
@@ -146,6 +141,16 @@ def test_verbs_that_make_no_sense_refuse_with_a_sentence(
 ) -> None:
     done = run(words[0], new, *words[1:])
     assert (done.code, done.out, done.err) == (2, "", f"new.toml: {sentence}\n")
+
+
+def test_explain_gives_the_answer_with_every_price(run: Run, new: str) -> None:
+    plain = run("solve", new, "--json").data
+    for more in ((), ("--thorough",)):
+        done = run("explain", new, *more, "--json")
+        assert (done.code, done.data["status"], done.data["planes"]) == (0, plain["status"], plain["planes"])
+    assert run("explain", new).out == run("solve", new).out
+    refused = run("explain", new, "--method", "nlp")
+    assert refused.err == "new.toml: --method is not supported for balancing jobs: goal and limits decide the method.\n"
 
 
 def test_plot_and_report_write_their_files(run: Run, job: str, tmp_path: Path) -> None:

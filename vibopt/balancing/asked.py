@@ -85,8 +85,9 @@ def _engine(job: EngineJob) -> dict[str, Any]:
     choices = {}
     if job.is_search:
         choices["cranks"] = f"chosen from {len(job.offered)} angles" if job.offered else "chosen"
-    if job.share is not None and job.share[0] < job.share[1]:
-        choices["counterweight_share"] = " to ".join(show(one, "", "ratio") for one in job.share)
+    for share in job.shares:
+        if share.is_free:
+            choices[share.name] = " to ".join(show(one, "", "ratio") for one in (share.low, share.high))
     for one in job.weights:
         if one.fixed is None:
             cap = f"up to {show(one.cap, one.unit, 'unbalance')}" if one.cap < float("inf") else "any size"

@@ -85,9 +85,9 @@ def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     return f"{fit}; {kind}{robust}"
 
 
-def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved) -> Plan:
+def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False) -> Plan:
     """No correction: which limits stand in the way."""
-    reason = impasse(job, posed) if solved.status == "infeasible" else ""
+    reason = impasse(job, posed, solved.work, thorough=thorough) if solved.status == "infeasible" else ""
     return begun(
         job, status=solved.status, claim=solved.claim, reason=reason, notes=identified.notes,
         details=dict(solved.details),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibopt.balancing.blocks import FOOT, TEXT, Block, brief, table
-from vibopt.balancing.blocks_known import limits_of, measures_of
+from vibopt.balancing.blocks_known import limits_of, measures_of, prices_of
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.outcome import Entry, Outcome
 from vibopt.units import show
@@ -16,15 +16,10 @@ def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
     return [
-        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), limits_of(outcome), _prices(outcome),
+        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), limits_of(outcome), prices_of(outcome),
         measures_of(outcome),
         Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
     ]  # fmt: skip
-
-
-def _prices(outcome: Outcome) -> Block:
-    rows = [(name, one.buys) for name, one in outcome.limits.items() if one.buys]
-    return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
 
 
 def _method(outcome: Outcome) -> tuple[str, ...]:
@@ -34,9 +29,10 @@ def _method(outcome: Outcome) -> tuple[str, ...]:
 def _weights(outcome: Outcome, job: EngineJob) -> Block:
     """What was chosen, and the weights that were given."""
     rows = []
-    if job.share is not None:
-        part = outcome.values["counterweight_share"]
-        said = f"{brief(part)} of the reciprocating mass, and all of the rotating"
+    if job.shares:
+        parts = [outcome.values[share.name] for share in job.shares]
+        turning = "all" if parts[1].value == 1.0 else brief(parts[1])
+        said = f"{brief(parts[0])} of the reciprocating mass, and {turning} of the rotating"
         rows.append(("opposite each crank", said, "", "", "", ""))
     for one in job.weights:
         path = f"{one.family}.{one.name}"

@@ -13,7 +13,8 @@ def known_blocks(outcome: Outcome, job: KnownJob) -> list[Block]:
     planes = [one for one in job.spots if outcome.status != "infeasible"]
     return [
         Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
-        _planes(outcome, planes), _left(outcome, job), limits_of(outcome), measures_of(outcome),
+        _planes(outcome, planes), _left(outcome, job), limits_of(outcome), prices_of(outcome),
+        measures_of(outcome),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
         Block("Method", FOOT, (outcome.method,) if job.spots else ()),
@@ -80,6 +81,12 @@ def limits_of(outcome: Outcome) -> Block:
         words = one.response.replace("_", " ")
         rows.append((name, words, brief(one.value), limit, share(one.margin), state(one.margin, one.met)))
     return table("Limits", ("Limit", "Of", "Worst", "At most", "Margin", ""), rows, whole=(2, 3, 4, 5))
+
+
+def prices_of(outcome: Outcome) -> Block:
+    """What a wider limit or cap buys."""
+    rows = [*((name, one.buys) for name, one in outcome.limits.items() if one.buys), *outcome.prices.items()]
+    return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
 
 
 def measures_of(outcome: Outcome) -> Block:

@@ -98,7 +98,7 @@ def _limits(plan: Plan) -> Block:
 
 
 def _prices(plan: Plan) -> Block:
-    rows = [(name, one.price) for name, one in plan.limits.items() if one.price]
+    rows = [*((name, one.price) for name, one in plan.limits.items() if one.price), *plan.prices.items()]
     return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
 
 

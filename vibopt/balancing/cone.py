@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.work import worked
 
 Rows = NDArray[np.intp]
 SMALL = 200  # up to so many rows the plain factorisation is the faster one
+ITERATIONS = 200  # the solver takes some 10 to 40
 INSIDE = 20.0  # limits are drawn in by so many tolerances (2e-9 at most), the solver's own slack stays inside them
 
 
@@ -118,6 +120,7 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     n_extra = _amounts(scene, blocks, len(cost))
     _arcs(scene, blocks)
     cost = np.concatenate([cost, scene.mass if scene.goal == "correction" else np.zeros(n_extra - len(cost))])
+    worked(0.5 + 0.007 * (len(goal_rows) + len(limit_rows)) * scene.n_planes)
     x, dual, status = _clarabel(blocks, cost, square, tolerance)
     n = scene.n_planes
     z = np.zeros(len(scene.g), dtype=complex)
@@ -198,6 +201,7 @@ def _clarabel(blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: 
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.presolve_enable = False
+    settings.max_iter = ITERATIONS
     if blocks.n_rows < SMALL:
         settings.direct_solve_method = "qdldl"
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance

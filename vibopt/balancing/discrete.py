@@ -15,11 +15,12 @@ from vibopt.balancing.rounding import rounded
 from vibopt.balancing.scaled import Scaled, scaled
 from vibopt.balancing.tree import Tree
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.work import Budget
 
 DONE = 1e-8
 
 
-def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
+def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
     """The best joint choice from the lists of all planes.
 
     Parameters
@@ -27,8 +28,9 @@ def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
     question
         At least one plane has a list; planes without one take any correction up to their caps, outside their
         forbidden sectors.
-    seconds
-        After so long the best choice found is given with its gap.
+    budget
+        Boxes to be looked at, by the size of the question where none is given; when it is spent the best choice
+        found is given with its gap.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def solve_discrete(question: Question, seconds: float = 20.0) -> Solved:
     tree = _tree(scene, free, relaxed)
     start = relaxed.x if relaxed.x is not None else np.zeros(scene.n_planes, dtype=complex)
     _first_guess(tree, scene, free, start)
-    bound = tree.search(start, seconds)
+    bound = tree.search(start, tree.budget() if budget is None else budget)
     return _solved(question, free, scene, tree, max(bound, relaxed.bound))
 
 
@@ -129,7 +131,12 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
         if bound == np.inf:
             claim = f"none of the {choices:.6g} choices keeps the limits (branch and bound over all of them)"
             return Solved(None, "infeasible", claim, details=details)
-        return Solved(None, "unproven", "stopped before a choice that keeps the limits was found", details=details)
+        return Solved(
+            None,
+            "unproven",
+            f"stopped after {tree.boxes} boxes before a choice that keeps the limits was found",
+            details=details,
+        )
     u = free.spread @ (tree.best_x * scene.column)
     chosen = []
     for plane, options in enumerate(question.options):
@@ -143,5 +150,6 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
     done = gap <= DONE
     claim = f"none of the {choices:.6g} choices is better (branch and bound over all of them)"
     if not done:
-        claim = f"stopped; of the {choices:.6g} choices none is better by more than {100 * gap:.3g} %"
+        most = f"none is better by more than {100 * gap:.3g} %"
+        claim = f"stopped after {tree.boxes} boxes; of the {choices:.6g} choices {most}"
     return Solved(u, "optimal" if done else "feasible", claim, value, low, gap, chosen=tuple(chosen), details=details)

@@ -117,7 +117,11 @@ class Fan:
         """How much more than its cap a hole would have to take."""
         if not np.isfinite(self.each):
             return 0.0
-        return max(max(part for _, part in self.parts(u)) - self.each * (1.0 + OVER), 0.0)
+        return max(self.greatest(u) - self.each * (1.0 + OVER), 0.0)
+
+    def greatest(self, u: complex) -> float:
+        """The greater part of u at one hole."""
+        return max(part for _, part in self.parts(u))
 
     def snapped(self, u: complex, cap: float) -> complex:
         """A correction near u that its holes, their caps and the cap on both parts allow."""

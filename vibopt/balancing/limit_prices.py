@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -12,25 +12,33 @@ from vibopt.balancing.answers import LimitAnswer
 from vibopt.balancing.conflict import Step, conflict_words, smallest_set
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.outcome import Entry
+from vibopt.balancing.own_caps import OwnCap, own_caps, with_wider
 from vibopt.balancing.pose import Posed, caps, row_limits, rows_of
-from vibopt.balancing.prices import solve_question
-from vibopt.balancing.question import Question, Solved
+from vibopt.balancing.prices import THOROUGH, allowance, left_out, solve_question
+from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.forms import ComplexArray
 from vibopt.units import show
+from vibopt.work import Budget
 
-Known = ResidualLimit | CorrectionLimit
+Known = ResidualLimit | CorrectionLimit | OwnCap
 STEP = 1.1
-PATIENCE = 2.0
-"""Seconds for all prices together; what takes longer is said to have none."""
 _ACTIVE = 1e-4
-_MOST_PRICES = 12
 _HALVINGS = 24
 
 
+@dataclass(frozen=True)
+class Priced:
+    """The limits of the file at an answer with their prices, those of caps by path, and what was left out in words."""
+
+    limits: dict[str, LimitAnswer]
+    caps: dict[str, str]
+    notes: tuple[str, ...]
+
+
 def limit_answers(
-    job: RotorJob, posed: Posed, solved: Solved, goal: Entry, asked: Posed | None = None
-) -> tuple[dict[str, LimitAnswer], tuple[str, ...]]:
-    """Every limit of the file at an answer, with its price; and a sentence where none was computed.
+    job: RotorJob, posed: Posed, solved: Solved, goal: Entry, asked: Posed | None = None, *, thorough: bool = False
+) -> Priced:
+    """Every limit of the file at an answer, with its price, and the prices of the planes' own caps.
 
     Parameters
     ----------
@@ -40,39 +48,122 @@ def limit_answers(
         Its value at u, for the units of the prices.
     asked
         The question that was answered, where it is another one (a robust goal).
+    thorough
+        Whatever the work.
 
     Notes
     -----
     A price is the question solved again with a wider limit.  Free weights: the limits that the answer touches, and
     the bound from which on nothing is gained.  Holes and robust goals: every limit, since there a limit holds the
-    answer back without being touched; as far as the time goes.
+    answer back without being touched; as far as the work goes.
     """
     asked = posed if asked is None else asked
     steps = asked.question.is_discrete or bool(job.goal.robust)
-    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits)
     u = solved.u
     assert u is not None
     measured = posed.chosen_only(solved.chosen)
+    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits, *own_caps(job))
     answers = {limit.name: _answer(job, measured, limit, u) for limit in limits}
-    limits = tuple(one for one in limits if steps or answers[one.name].margin < _ACTIVE)
     value = asked.question.chosen_only(solved.chosen).value(u)
-    end, left = time.perf_counter() + PATIENCE, [one.name for one in limits[_MOST_PRICES:]]
-    for limit in limits[:_MOST_PRICES]:
-        price = _price(job, asked, limit, value, goal, end)
-        answers[limit.name] = replace(answers[limit.name], price=price or "")
-        left += [limit.name] if price is None else []
-    return answers, ((f"No price was computed for {', '.join(left)}: it takes too long.",) if left else ())
+    asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
+    words = {one.name: asking.price(one) for one in limits if steps or answers[one.name].margin < _ACTIVE}
+    own = {one.name for one in own_caps(job)}
+    return Priced(
+        {name: replace(one, price=words.get(name, "")) for name, one in answers.items() if name not in own},
+        {name: said for name, said in words.items() if name in own and said},
+        asking.notes(),
+    )
+
+
+class _Asking:
+    """Prices one after the other, from one allowance of work."""
+
+    def __init__(self, job: RotorJob, asked: Posed, value: float, goal: Entry, work: float, budget: Budget) -> None:
+        self.job, self.asked, self.value, self.goal = job, asked, value, goal
+        self.work, self.budget = work, budget
+        self.left: list[str] = []
+        self.endless: list[str] = []
+
+    def notes(self) -> tuple[str, ...]:
+        """What was left out, in words."""
+        ends = f"{len(self.endless) * (_HALVINGS + 2)} more solutions would exceed the budget. {THOROUGH} looks for it"
+        where = (
+            (f"Where {', '.join(self.endless)} stops to matter was not looked for: {ends}.",) if self.endless else ()
+        )
+        return (*left_out(self.left, len(self.left)), *where)
+
+    def room(self, solves: int) -> bool:
+        """Whether so many more solutions fit into what is left."""
+        return not self.budget.over and self.budget.spent + solves * self.work <= self.budget.most
+
+    def solve(self, question: Question) -> Solved:
+        """One more solution, its work counted; a search gets what is left, and at least what the answer took."""
+        most = max(self.budget.most - self.budget.spent, self.work) if self.budget.most < 1e9 else None
+        solved = solve_question(question, most)
+        self.budget.spend(ceil(solved.work))
+        return solved
+
+    def price(self, limit: Known) -> str:
+        """What a wider limit buys, in words; "" where it buys nothing or was left out."""
+        job, asked, question = self.job, self.asked, self.asked.question
+        wider = loosened(job, asked, limit, STEP)
+        if wider is None:
+            return ""
+        solved = self.solve(wider) if self.room(1) else None
+        if solved is None or (solved.status in ("feasible", "unproven") and question.is_discrete):
+            self.left.append(limit.name)
+            return ""
+        if solved.u is None or not np.isfinite(solved.value) or solved.value > self.value * (1.0 - 1e-7):
+            return ""
+        dimension, unit = _dimension(job, limit), self.goal.unit
+        bound, further = (show(one, limit.unit, dimension) for one in (limit.at_most, limit.at_most * STEP))
+        now, then = (show(question.amount(one), unit, self.goal.dimension) for one in (self.value, solved.value))
+        over = f" ({job.goal.robust} over the scatter)" if job.goal.robust else ""
+        until = "" if question.is_discrete or job.goal.robust else self._until(limit)
+        return f"{bound} -> {further} buys {now} -> {then}{over}" + (
+            f"; nothing more to gain beyond {until}" if until else ""
+        )
+
+    def _until(self, limit: Known) -> str:
+        """The bound from which on the goal is as good as without the limit, by halving; "" without proof."""
+        if not self.room(_HALVINGS + 2):
+            self.endless.append(limit.name)
+            return ""
+        job, asked = self.job, self.asked
+        without = loosened(job, asked, limit, np.inf)
+        free = None if without is None else self.solve(without)
+        if free is None or free.u is None or not free.value < self.value:
+            return ""
+        reached = _answer(job, asked, limit, free.u).value.value
+        target = free.value + 1e-6 * self.value
+        bad, good = 1.0, float(reached) / limit.at_most * (1.0 + 1e-9)
+        if good <= bad:
+            return ""
+        for _ in range(_HALVINGS):
+            middle = float(np.sqrt(bad * good))
+            wider = loosened(job, asked, limit, middle)
+            solved = None if wider is None else self.solve(wider)
+            kept = solved is not None and solved.u is not None and solved.value <= target
+            bad, good = (bad, middle) if kept else (middle, good)
+        return show(limit.at_most * good, limit.unit, _dimension(job, limit))
 
 
 def _answer(job: RotorJob, posed: Posed, limit: Known, u: ComplexArray) -> LimitAnswer:
     if isinstance(limit, ResidualLimit):
         return _residual(job, posed, limit, u)
-    return _correction(job, posed, limit, u)
+    return _of_cap(posed, limit, u) if isinstance(limit, OwnCap) else _correction(job, posed, limit, u)
+
+
+def _of_cap(posed: Posed, limit: OwnCap, u: ComplexArray) -> LimitAnswer:
+    value = limit.measured(posed.question, complex(u[limit.plane]))
+    dimension = limit.dimension
+    return LimitAnswer("cap", "", Entry(value, dimension, limit.unit), Entry(limit.at_most, dimension, limit.unit))
 
 
 def _residual(job: RotorJob, posed: Posed, limit: ResidualLimit, u: ComplexArray) -> LimitAnswer:
     left = np.abs(posed.question.residual(u))
-    worst = max(rows_of(job, limit.sensor, limit.speed), key=lambda row: float(left[row]))
+    rows = rows_of(job, limit.sensor, limit.speed)
+    worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension
     measured = Entry(float(left[worst]), dimension, limit.unit)
     return LimitAnswer("residual", job.row_name(worst), measured, Entry(limit.at_most, dimension, limit.unit))
@@ -87,52 +178,18 @@ def _correction(job: RotorJob, posed: Posed, limit: CorrectionLimit, u: ComplexA
     return LimitAnswer("correction", place, value, bound)
 
 
-def _price(job: RotorJob, asked: Posed, limit: Known, value: float, goal: Entry, end: float) -> str | None:
-    """What a wider limit buys, in words; "" where it buys nothing, None where it takes too long."""
-    question, left = asked.question, end - time.perf_counter()
-    solved = solve_question(loosened(job, asked, limit, STEP), left) if left > 0.0 else None
-    if solved is None or (solved.status != "optimal" and question.is_discrete):
-        return None
-    if solved.u is None or not np.isfinite(solved.value) or solved.value > value * (1.0 - 1e-7):
-        return ""
-    dimension = _dimension(job, limit)
-    bound, wider = (show(one, limit.unit, dimension) for one in (limit.at_most, limit.at_most * STEP))
-    now, then = (show(question.amount(one), goal.unit, goal.dimension) for one in (value, solved.value))
-    over = f" ({job.goal.robust} over the scatter)" if job.goal.robust else ""
-    until = "" if question.is_discrete or job.goal.robust else _until(job, asked, limit, value, end)
-    return f"{bound} -> {wider} buys {now} -> {then}{over}" + (
-        f"; nothing more to gain beyond {until}" if until else ""
-    )
-
-
-def _until(job: RotorJob, asked: Posed, limit: Known, value: float, end: float) -> str:
-    """The bound from which on the goal is as good as without the limit, by halving; "" where time or proof runs out."""
-    free = solve_question(loosened(job, asked, limit, np.inf))
-    if free.u is None or not free.value < value:
-        return ""
-    reached = _answer(job, asked, limit, free.u).value.value
-    target = free.value + 1e-6 * value
-    bad, good = 1.0, float(reached) / limit.at_most * (1.0 + 1e-9)
-    if good <= bad:
-        return ""
-    for _ in range(_HALVINGS):
-        if time.perf_counter() > end:
-            return ""
-        middle = float(np.sqrt(bad * good))
-        solved = solve_question(loosened(job, asked, limit, middle))
-        bad, good = (bad, middle) if solved.u is not None and solved.value <= target else (middle, good)
-    return show(limit.at_most * good, limit.unit, _dimension(job, limit))
-
-
 def _dimension(job: RotorJob, limit: Known) -> str:
     """What a limit is counted in."""
     if isinstance(limit, ResidualLimit):
         return job.sensors[job.readings[rows_of(job, limit.sensor, limit.speed)[0]][1]].dimension
-    return job.planes[limit.plane or 0].dimension
+    return limit.dimension if isinstance(limit, OwnCap) else job.planes[limit.plane or 0].dimension
 
 
-def loosened(job: RotorJob, posed: Posed, limit: Known, factor: float) -> Question:
-    """The question with one limit of the file wider, the others as they are."""
+def loosened(job: RotorJob, posed: Posed, limit: Known, factor: float) -> Question | None:
+    """The question with one limit of the file wider, the others as they are; None where that changes nothing."""
+    if isinstance(limit, OwnCap):
+        question = posed.again(with_wider(job, limit, factor)).question
+        return None if question.same_choices(posed.question) else question
     wider = replace(limit, at_most=limit.at_most * factor)
     return with_limits(
         replace(
@@ -157,17 +214,22 @@ def _exchanged(limits: tuple[Any, ...], old: Known, new: Known) -> tuple[Any, ..
     return tuple(new if one is old else one for one in limits)
 
 
-def impasse(job: RotorJob, posed: Posed) -> str:
-    """Why there is no correction: the limits that cannot hold together, and the smallest loosening of one of them."""
-    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits)
-    end = time.perf_counter() + PATIENCE
+def impasse(job: RotorJob, posed: Posed, work: float = 0.0, *, thorough: bool = False) -> str:
+    """Why there is no correction: the limits that cannot hold together, and the smallest loosening of one of them.
+
+    `work` is what the proof took that there is none [nominal ms]; as much is expected of each further solution.
+    """
+    limits: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
+    solves = 1 + len(limits) + (0 if posed.question.is_discrete else len(job.residual_limits))
+    if solves * work > allowance(thorough).most:
+        many = f"{solves} more solutions would exceed the budget"
+        return f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
 
     def possible(kept: tuple[str, ...]) -> bool:
         residual = tuple(one for one in job.residual_limits if one.name in kept)
         correction = tuple(one for one in job.correction_limits if one.name in kept)
         question = with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
-        left = end - time.perf_counter()
-        return left <= 0.0 or solve_question(question, left).status != "infeasible"
+        return solve_question(question).status != "infeasible"
 
     names = smallest_set([one.name for one in limits], possible)
     steps = [] if posed.question.is_discrete else loosenings(job, posed)
@@ -180,6 +242,7 @@ def loosenings(job: RotorJob, posed: Posed) -> list[Step]:
     for limit in job.residual_limits:
         rows = rows_of(job, limit.sensor, limit.speed)
         free = loosened(job, posed, limit, np.inf)
+        assert free is not None
         importance = np.zeros(free.n_readings)
         importance[np.isin(np.arange(free.n_readings) % posed.n_rows, rows)] = 1.0
         solved = solve_question(replace(free, importance=importance, goal="worst"))

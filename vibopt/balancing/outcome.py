@@ -108,6 +108,8 @@ class Outcome:
         (name, value); None for an analysis.
     notes
         Conventions, readings of units, and what else must be known to use the answer.
+    prices
+        What a wider cap buys, in words, by the path of the cap.
     reason
         Limits that cannot hold together, and the smallest loosening that helps; "" elsewhere.
     """
@@ -125,6 +127,7 @@ class Outcome:
     details: Mapping[str, Any] = field(default_factory=dict)
     expected: tuple[Mapping[str, Any], ...] = ()
     reason: str = ""
+    prices: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def exit_code(self) -> int:
@@ -169,6 +172,7 @@ class Outcome:
             "goal": None if self.goal is None else {"name": self.goal[0], **self.goal[1].to_json()},
             "limits": {name: held.to_json() for name, held in self.limits.items()},
             "measures": {name: held.to_json() for name, held in self.measures.items()},
+            "prices": dict(self.prices),
             "method": self.method,
             "notes": list(self.notes),
             "details": dict(self.details),

@@ -30,6 +30,8 @@ class Plan:
         What to do, one sentence a line.
     values
         Further numbers by path (grades, coefficients, trial weights).
+    prices
+        What a wider cap of a plane buys, in words, by the path of the cap.
     remedies
         Side by side, where planes act almost alike.
     gap
@@ -52,6 +54,7 @@ class Plan:
     method: str = ""
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    prices: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -130,7 +133,8 @@ class Plan:
             "words": list(self.words), **first,
             "answers": [one.to_json() for one in self.fittings] if len(self.fittings) > 1 else [],
             "limits": {name: one.to_json() for name, one in self.limits.items()},
-            "values": nested, "remedies": [one.to_json() for one in self.remedies],
+            "values": nested, "prices": dict(self.prices),
+            "remedies": [one.to_json() for one in self.remedies],
             "condition": self.condition, "gap": self.gap, "method": self.method,
             "notes": list(self.notes), "details": dict(self.details),
         }  # fmt: skip

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import cast
 
@@ -21,11 +21,15 @@ from vibopt.forms import ComplexArray, FloatArray
 
 @dataclass(frozen=True)
 class Posed:
-    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each."""
+    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each.
+
+    `again` poses the same rotor with what another job allows.
+    """
 
     question: Question
     options: tuple[Options | None, ...]
     n_rows: int
+    again: Callable[[RotorJob], Posed] = field(repr=False)
 
     def chosen_only(self, chosen: Sequence[int]) -> Posed:
         """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
@@ -62,7 +66,10 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
     question = without_plane(question, idle) if len(idle) else question
     rims = tuple(_fan(plane, job) for plane in job.planes)
     question = replace(question, rims=rims) if any(one is not None for one in rims) else question
-    return Posed(_robust(job, identified, noise, question), options, len(identified.y0))
+    return Posed(
+        _robust(job, identified, noise, question), options, len(identified.y0),
+        lambda other: pose(other, identified, noise, idle),
+    )  # fmt: skip
 
 
 def _fan(plane: Plane, job: RotorJob) -> Fan | None:

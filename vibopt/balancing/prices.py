@@ -2,29 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from vibopt.balancing.question import Question, Solved
+from vibopt.work import Budget, metered
 
 Which = Literal["reading", "cap", "total"]
 BINDS = 1e-6
+THOROUGH = "`vibopt explain FILE --thorough`"
 
 
-def solve_question(question: Question, seconds: float = 20.0) -> Solved:
-    """The answer by the optimiser that the question asks for; a search of lists stops after `seconds`."""
+ALLOWANCE = 2_000
+"""Work for all prices of an answer [nominal ms]; what takes more is said to have none."""
+WHATEVER = 10**12
+
+
+def allowance(thorough: bool = False) -> Budget:
+    """The work that the prices of one answer may take."""
+    return Budget(WHATEVER if thorough else ALLOWANCE, "ms of nominal work")
+
+
+def left_out(names: Sequence[str], solves: int) -> tuple[str, ...]:
+    """That limits have no price, and what computes it."""
+    if not names:
+        return ()
+    many = f"{solves} more solution{'s' * (solves > 1)} would exceed the budget"
+    return (f"No price was computed for {', '.join(names)}: {many}. {THOROUGH} computes {_them(names)}.",)
+
+
+def _them(names: Sequence[str]) -> str:
+    return "them" if len(names) > 1 else "it"
+
+
+def solve_question(question: Question, most: float | None = None) -> Solved:
+    """The answer by the optimiser that the question asks for; a search takes no more than `most` [nominal ms]."""
+    with metered() as meter:
+        solved = _solved(question, most)
+    return replace(solved, work=meter.done)
+
+
+def _solved(question: Question, most: float | None) -> Solved:
     if question.is_discrete:
         from vibopt.balancing.discrete import solve_discrete
+        from vibopt.balancing.tree import BOX
 
-        return solve_discrete(question, seconds)
+        return solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
     if question.rims:
-        from vibopt.balancing.rim import solve_rim, takes
+        from vibopt.balancing.rim import PROGRAM, solve_rim, takes
 
         if takes(question):
-            return solve_rim(question, seconds)
+            return solve_rim(question, None if most is None else Budget(int(most / PROGRAM) + 1, "programs", PROGRAM))
     from vibopt.balancing.continuous import solve_continuous
 
     return solve_continuous(question)

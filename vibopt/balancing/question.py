@@ -120,6 +120,20 @@ class Question:
             option_uses=picked(self.option_uses) if self.option_uses else (),
         )
 
+    def same_choices(self, other: Question) -> bool:
+        """Whether every plane may take what it may in `other`: the same list, or the same caps."""
+        for plane in range(self.n_planes):
+            mine, its = (one.options[plane] if one.options else None for one in (self, other))
+            if mine is not None and its is not None:
+                if mine.shape != its.shape:
+                    return False
+                continue
+            fans = [one.rims[plane] if one.rims else None for one in (self, other)]
+            most = [np.inf if fan is None else fan.each for fan in fans]
+            if self.caps[plane] != other.caps[plane] or most[0] != most[1]:
+                return False
+        return True
+
     def residual(self, u: ComplexArray) -> ComplexArray:
         """What is left at the readings (..., n_readings) after the correction u (..., n_planes)."""
         left: ComplexArray = self.y0 + u @ self.H.T
@@ -199,6 +213,8 @@ class Solved:
         Only when infeasible: every limit would have to be at least this many times as wide; nan where unknown.
     details
         Counts of the method.
+    work
+        What it took [nominal ms].
     """
 
     u: ComplexArray | None
@@ -211,6 +227,12 @@ class Solved:
     chosen: tuple[int, ...] = ()
     least_factor: float = float("nan")
     details: dict[str, Any] = field(default_factory=dict)
+    work: float = 0.0
+
+
+def first_greatest(values: FloatArray) -> int:
+    """Place of the greatest value; the first of several that differ by rounding alone."""
+    return int(np.flatnonzero(values >= values.max() - 1e-7 * abs(values.max()))[0])
 
 
 def relative_gap(value: float, bound: float, size: float) -> float:

@@ -9,7 +9,6 @@ Clarabel finds the answer; the bound is worked out here from its multipliers, ma
 from __future__ import annotations
 
 import heapq
-import time
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -18,8 +17,12 @@ import numpy as np
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question, Solved
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.work import Budget
 
 GAP = 1e-7
+PROGRAMS = 500
+PROGRAM = 10.0  # of nominal work [ms]
+ITERATIONS = 200
 _TINY = 1e-300
 _FAR = 10.0
 
@@ -39,9 +42,9 @@ def _bound(question: Question, plane: int) -> bool:
     return fan is not None and bool(np.isfinite(fan.each) or limited)
 
 
-def solve_rim(question: Question, seconds: float = 20.0) -> Solved:
+def solve_rim(question: Question, budget: Budget | None = None) -> Solved:
     """The best correction, its gap worked out from multipliers; branching only where holes have caps of their own."""
-    end, order = time.perf_counter() + seconds, count()
+    budget, order = budget or programs(), count()
     first = _relaxed(question, question.rims)
     if first is None:
         return Solved(None, "unproven", "the cone program over the holes found no weights")
@@ -49,7 +52,7 @@ def solve_rim(question: Question, seconds: float = 20.0) -> Solved:
     waiting = [(first.bound, next(order), first, question.rims)]
     while waiting:
         bound, _, found, rims = heapq.heappop(waiting)
-        if bound >= value - GAP * max(abs(value), _TINY) or time.perf_counter() > end:
+        if bound >= value - GAP * max(abs(value), _TINY) or budget.over:
             heapq.heappush(waiting, (bound, next(order), found, rims))
             break
         worst = _overfull(found.u, rims)
@@ -63,15 +66,21 @@ def solve_rim(question: Question, seconds: float = 20.0) -> Solved:
             narrowed = tuple(part if plane == worst else one for plane, one in enumerate(rims))
             inner = _relaxed(question, narrowed)
             solved += 1
+            budget.spend()
             if inner is not None:
                 heapq.heappush(waiting, (inner.bound, next(order), inner, narrowed))
     if best is None:
-        return Solved(None, "unproven", "no split weights were found in time")
+        return Solved(None, "unproven", f"no split weights were found in {solved} programs")
     bound = min([one[0] for one in waiting], default=first.bound if solved == 1 else value)
     gap = max(value - bound, 0.0) / max(abs(value), _TINY)
     sure = bool(gap <= 1e-4)
     claim = f"cone program over the holes of split weights, {solved} solved, gap {gap:.1e} by our own dual bound"
     return Solved(best, "optimal" if sure else "feasible", claim, value, bound, gap, details={"programs": solved})
+
+
+def programs() -> Budget:
+    """Cone programs that one question may take."""
+    return Budget(PROGRAMS, "programs", PROGRAM)
 
 
 def _overfull(u: ComplexArray, rims: tuple[Fan | None, ...]) -> int | None:
@@ -212,7 +221,7 @@ class _Program:
         linear, quadratic = self._goal(cone, real, imag, re0, im0, unit)
         settings = clarabel.DefaultSettings()
         settings.verbose = False
-        settings.time_limit = 5.0
+        settings.max_iter = ITERATIONS
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
         A, b = np.array(cone.rows), np.array(cone.right)
         cones = [clarabel.NonnegativeConeT(cone.flat), *[clarabel.SecondOrderConeT(k) for k in cone.cones]]

@@ -29,7 +29,7 @@ EXACT = 1e-6
 """Part of the largest reading below which circles meet, and two roads agree."""
 
 
-def solve_without_phase(job: RotorJob) -> Plan:
+def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
     """The plan, or all of them, that the amplitudes allow."""
     answers = without_phase(job)
     solved, fittings, posed_of = [], [], []
@@ -42,7 +42,7 @@ def solve_without_phase(job: RotorJob) -> Plan:
             fittings.append(fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options))
     if not solved:
         first = pose(job, answers.rotors[0])
-        plan = nothing(job, answers.rotors[0], first, solve_question(first.question))
+        plan = nothing(job, answers.rotors[0], first, solve_question(first.question), thorough=thorough)
         return replace(plan, method=METHOD)
     u = solved[0].u
     assert u is not None
@@ -54,15 +54,15 @@ def solve_without_phase(job: RotorJob) -> Plan:
             method=METHOD, details={"miss": answers.miss.tolist()},
         )  # fmt: skip
     goal = goal_of(job, question.chosen_only(solved[0].chosen), u)
-    limits, unpriced = limit_answers(job, posed_of[0], solved[0], goal[1])
     several = len(fittings) > 1
+    priced = limit_answers(job, posed_of[0], solved[0], goal[1], thorough=thorough)
     status, claim = _several(fittings) if several else _one(job, answers, fittings[0], solved[0])
     words = _words_of(fittings)
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),
-        limits={} if several else limits, words=(OFF, *words),
+        limits={} if several else priced.limits, prices={} if several else priced.caps, words=(OFF, *words),
         gap=solved[0].gap,
-        notes=(*_miss_notes(job, answers), *(_ask(job, answers) if several else unpriced)),
+        notes=(*_miss_notes(job, answers), *(_ask(job, answers) if several else priced.notes)),
         method=METHOD, values={}, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
 

@@ -32,8 +32,8 @@ from vibopt.units import show
 AGREES = 1e-6
 
 
-def solve_job(job: RotorJob) -> Plan:
-    """The plan for a measured rotor.
+def solve_job(job: RotorJob, *, thorough: bool = False) -> Plan:
+    """The plan for a measured rotor; `thorough` computes every price, whatever the work.
 
     Every answer has been put back into a simulated rotor by another road (`vibopt.balancing.putback`); one that the
     simulation refuses has the status "check_failed".
@@ -42,19 +42,19 @@ def solve_job(job: RotorJob) -> Plan:
         return _quality_only(job)
     if job.is_advice:
         return _advice(job)
-    return _with_phase(job) if job.has_phase else solve_without_phase(job)
+    return _with_phase(job, thorough) if job.has_phase else solve_without_phase(job, thorough=thorough)
 
 
-def _with_phase(job: RotorJob) -> Plan:
+def _with_phase(job: RotorJob, thorough: bool) -> Plan:
     identified = identify(job)
     noise = noise_of(job, identified)
     identified, idle = felt_only(job, identified, noise)
     posed = pose(job, identified, noise, idle)
     solved = solve_question(posed.question)
     if solved.u is None:
-        return nothing(job, identified, posed, solved)
+        return nothing(job, identified, posed, solved, thorough=thorough)
     fitting = _fitting(job, identified, posed, solved, noise)
-    plan = _plan(job, identified, posed, solved, fitting, noise)
+    plan = _plan(job, identified, posed, solved, fitting, noise, thorough)
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     return _certified(plan, identified) if plan.fittings else plan
 
@@ -67,13 +67,14 @@ def _fitting(job: RotorJob, identified: Identified, posed: Posed, solved: Solved
 
 
 def _plan(
-    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None
-) -> Plan:
+    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None,
+    thorough: bool,
+) -> Plan:  # fmt: skip
     u = solved.u
     assert u is not None
-    nominal = pose(replace(job, goal=replace(job.goal, robust="")), identified).question
+    plain = pose(replace(job, goal=replace(job.goal, robust="")), identified)
+    nominal = plain.question
     goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
-    plain = Posed(nominal, posed.options, posed.n_rows)
     found = conditioning(nominal, job.free)
     said = warning(job, found)
     ways = remedies(job, plain, identified, noise, found, u) if found.alike else ()
@@ -83,8 +84,8 @@ def _plan(
             values=coefficients(job, identified), notes=(*identified.notes, said, *_noise_notes(job, noise)),
             method=method_of(job, posed.question, identified), details=dict(solved.details),
         )  # fmt: skip
-    limits, unpriced = limit_answers(job, plain, solved, goal[1], posed)
-    limits = with_bands(job, limits, fitting)
+    priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
+    limits = with_bands(job, priced.limits, fitting)
     return begun(
         job, status=solved.status, claim=solved.claim, goal=goal, fittings=(_priced(job, fitting, limits),),
         limits=limits,
@@ -93,8 +94,9 @@ def _plan(
         values={**coefficients(job, identified), **quality_values(job, identified, u)},
         notes=(
             *identified.notes, *((said,) if said else ()), *_reach_notes(job), *unsure(limits),
-            *_noise_notes(job, noise), *unpriced,
+            *_noise_notes(job, noise), *priced.notes,
         ),
+        prices=priced.caps,
         method=method_of(job, posed.question, identified), details=dict(solved.details),
     )  # fmt: skip
 

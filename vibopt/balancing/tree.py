@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,12 +14,16 @@ from vibopt.balancing.relax import Boxes, goal_bounds, mass_bounds, ratio_bounds
 from vibopt.balancing.rounding import NO_STOCK, judge, short_of
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.work import Budget
 
 BATCH = 512  # boxes opened at a time
 LEAF = 64  # a box with so few choices is enumerated
 CLOSED = 1e-9
 FINISHED = 1e-7  # gap to which the planes without a list are closed
-MOST_BOXES = 1_500_000
+MOST_BOXES = 1_500_000  # kept open at a time
+WORK = 1e9  # rows times planes times sweeps of all boxes looked at
+FINISH = 1000  # boxes that take as long as one program for the planes without a list
+BOX = 0.02  # of nominal work [ms]
 
 
 @dataclass
@@ -87,12 +90,17 @@ class Tree:
         self.norms = np.sqrt((np.abs(rows.G) ** 2).sum(axis=0) + (np.abs(rows.F) ** 2).sum(axis=0))
         self.slope, self.constant = rows.F.conj().T @ v, float((v.conj() @ rows.f).real - np.abs(v).sum())
         self.best_value, self.best_x = np.inf, np.zeros(len(planes), dtype=complex)
-        self.boxes = self.leaves = 0
+        self.boxes = self.leaves = self.programs = 0
 
     def offer(self, x: ComplexArray, value: float, places: Places) -> None:
         """Remember a correction that keeps every limit."""
         if value < min(self.best_value, 1e6):
             self.best_value, self.best_x, self.best_places = value, x.copy(), places.copy()
+
+    @property
+    def work(self) -> int:
+        """Boxes looked at, programs counted as boxes."""
+        return self.boxes + self.leaves // LEAF + FINISH * self.programs
 
     @property
     def goal_to_beat(self) -> float:
@@ -101,9 +109,13 @@ class Tree:
             return np.inf
         return self.best_value - CLOSED * max(abs(self.best_value), 1e-3)
 
-    def search(self, x: ComplexArray, seconds: float) -> float:
-        """Look at every box that may hold something better; the bound proven when done or out of time."""
-        end = time.perf_counter() + seconds
+    def budget(self) -> Budget:
+        """Boxes that a question of this size may look at."""
+        each = self.rounds * max(len(self.planes), 1) * max(len(self.rows.g) + len(self.rows.f), 1)
+        return Budget(int(np.clip(WORK / each, 20_000, 5_000_000)), "boxes", BOX)
+
+    def search(self, x: ComplexArray, budget: Budget) -> float:
+        """Look at every box that may hold something better; the bound proven when done or when the budget is spent."""
         n, m = len(self.rows.g), len(self.rows.f)
         root = np.array([[-1 if cells is None else 0 for cells in self.planes]])
         frontier = Open(
@@ -111,13 +123,15 @@ class Tree:
         )
         frontier = self._bounded(frontier)
         while len(frontier.bound):
-            if time.perf_counter() > end or len(frontier.bound) > MOST_BOXES:
+            if budget.over or len(frontier.bound) > MOST_BOXES:
                 return float(min(frontier.bound.min(), self.goal_to_beat, self.undecided))
             count = min(BATCH, len(frontier.bound))
             picked = np.argpartition(frontier.bound, count - 1)[:count]
             rest = np.ones(len(frontier.bound), dtype=bool)
             rest[picked] = False
+            before = self.work
             grown = self._grow(frontier.take(picked))
+            budget.spend(self.work - before)
             frontier = frontier.take(np.flatnonzero(rest & (frontier.bound < self.goal_to_beat)))
             if grown is not None:
                 frontier = frontier.join(grown.take(np.flatnonzero(grown.bound < self.goal_to_beat)))
@@ -240,6 +254,7 @@ class Tree:
                 caps=scene.caps[free], mass=scene.mass[free], total=left, wedges=(None,) * len(free),
             )  # fmt: skip
             answer, bound = self._free_planes(inner)
+            self.programs += 1
             extra = float(mass.sum()) if scene.goal == "correction" else 0.0
             if answer.x is not None:
                 full = row.copy()

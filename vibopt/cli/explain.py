@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes, file, limited, method, read_scene
+from vibopt.cli.options import Once, as_json, changes, file, limited, method, read_job
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from vibopt.jobs import BalancingJob
     from vibopt.study.explain import Explanation
 
 
@@ -28,9 +29,12 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
     Exit code: that of the answer.
     """
     from vibopt.cli.progress import Bar
+    from vibopt.jobs import is_scene
     from vibopt.study.explain import explain as explained
 
-    scene = read_scene(file, "explain", changes, "vibopt solve says its method, its proof and what each limit costs.")
+    scene = read_job(file, changes)
+    if not is_scene(scene):
+        return _balancing(scene, method, thorough, as_json)
     with Bar() as bar:
         result = explained(scene, method=method, progress=bar, thorough=thorough)
     if as_json:
@@ -42,6 +46,19 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
 
         say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
     return result.design.exit_code
+
+
+def _balancing(job: BalancingJob, method: str | None, thorough: bool, as_json: bool) -> int:
+    """The answer of a balancing job gives its reasons itself; `thorough` adds the prices that solve leaves out."""
+    from vibopt.balancing.table import text_of
+    from vibopt.jobs import answer, balanced
+
+    found = answer(job, method=method) if method is not None else balanced(job, thorough=thorough)
+    if as_json:
+        say_json(found.to_json())
+    else:
+        say(text_of(found, job, width=width(), colour=colour()))
+    return found.exit_code
 
 
 def _tell(result: Explanation, console: Console) -> None:

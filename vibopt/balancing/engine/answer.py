@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from math import degrees
 
@@ -11,12 +10,23 @@ import numpy as np
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.limit_prices import impasse, prices
-from vibopt.balancing.engine.shaking import Arms, arms, at_crank, free_weights, has_free_share, of_order, peak
+from vibopt.balancing.engine.shaking import (
+    Arms,
+    arms,
+    at_crank,
+    carried_shares,
+    free_shares,
+    free_weights,
+    of_order,
+    peak,
+)
 from vibopt.balancing.engine.solve import Balanced, balance, goal_table
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.balancing.outcome import Entry, Held, Outcome, angle
+from vibopt.balancing.prices import allowance
 from vibopt.forms import ComplexArray
 from vibopt.units import show
+from vibopt.work import metered
 
 _ZERO = 1e-12
 _TINY = 1e-6
@@ -24,11 +34,10 @@ _SAME = 0.01
 """Percent below which two numbers of five digits are the same."""
 
 
-def solve_engine(job: EngineJob) -> Outcome:
-    """Choose what is to be chosen, and say what the engine still does."""
-    start = time.perf_counter()
-    found = balance(job)
-    took = time.perf_counter() - start
+def solve_engine(job: EngineJob, *, thorough: bool = False) -> Outcome:
+    """Choose what is to be chosen, and say what the engine still does; `thorough` computes every price."""
+    with metered() as meter:
+        found = balance(job)
     here = arms(job, found.cranks)
     limits = {name: _held(job, found, one) for name, one in job.limits.items()}
     status, claim = found.status, found.claim
@@ -36,9 +45,10 @@ def solve_engine(job: EngineJob) -> Outcome:
         status, claim = _checked(job, found, here, limits)
     goal = goal_table(job)
     value = _measured(job, found, goal)
-    reason = impasse(job, took) if status == "infeasible" and job.limits else ""
-    words, unpriced = prices(job, found, limits, took) if status in ("optimal", "feasible") else ({}, "")
-    limits = {name: replace(one, buys=words.get(name, "")) for name, one in limits.items()}
+    budget = allowance(thorough)
+    reason = impasse(job, meter.done, budget) if status == "infeasible" and job.limits else ""
+    words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
+    limits = {name: replace(one, buys=words.pop(name, "")) for name, one in limits.items()}
     return Outcome(
         name=job.name,
         title=job.title,
@@ -49,7 +59,8 @@ def solve_engine(job: EngineJob) -> Outcome:
         measures={name: _held(job, found, one) for name, one in job.measures.items()},
         goal=None if job.goal is None else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        notes=(*_notes(job, found, here), *((unpriced,) if unpriced else ())),
+        notes=(*_notes(job, found, here), *unpriced),
+        prices=words,
         details={"classes": found.tried, "as_good": found.alike},
         expected=job.expected,
         reason=reason,
@@ -112,9 +123,9 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Entry]:
     values: dict[str, Entry] = {}
     for k, one in enumerate(job.cylinders):
         values[f"cylinders.{k + 1}.crank"] = angle(np.exp(1j * found.cranks[one.throw]))
-    first = int(has_free_share(job))
-    if job.share is not None:
-        values["counterweight_share"] = Entry(float(found.x[0]) if first else job.share[0], "ratio")
+    first = len(free_shares(job))
+    for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
+        values[share.name] = Entry(carried, "ratio")
     for k, index in enumerate(free_weights(job)):
         weight = job.weights[index]
         u = complex(*found.x[first + 2 * k : first + 2 * k + 2])

@@ -22,6 +22,7 @@ from vibopt.balancing.words import show_angle
 from vibopt.scene.mistakes import Mistakes
 from vibopt.values import Choice, Fact
 
+RECIPROCATING, ROTATING = "counterweight_share", "rotating_share"
 KEYS = (
     "title", "statement", "source", "engine", "cylinders", "counterweights", "balance_shafts", "limits", "measures",
     "goal", "expected",
@@ -67,6 +68,27 @@ class Weight:
     unit: str
 
 
+@dataclass(frozen=True, slots=True)
+class Share:
+    """The share of one kind of mass that a counterweight opposite each crank carries, from `low` to `high`.
+
+    name
+        "counterweight_share" (of the reciprocating mass) or "rotating_share" (of the rotating mass).
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def is_free(self) -> bool:
+        return self.low < self.high
+
+    def of(self, cylinder: Cylinder) -> float:
+        """The mass times crank radius that it is a share of [kg m]."""
+        return cylinder.rotating if self.name == ROTATING else cylinder.reciprocating
+
+
 @dataclass(frozen=True)
 class EngineJob:
     """An engine, what may be chosen, and what is asked.
@@ -81,9 +103,9 @@ class EngineJob:
         Whether places come from a spacing, counted from cylinder 1.
     fires
         Firing order as given, cylinder numbers from 1; empty where none is given.
-    share
-        (least, greatest) share of the reciprocating mass that a counterweight opposite each crank carries, with all of
-        the rotating mass; None: no such counterweights.
+    shares
+        Of the reciprocating and of the rotating mass, what a counterweight opposite each crank carries; empty: no such
+        counterweights.
     """
 
     name: str
@@ -95,7 +117,7 @@ class EngineJob:
     cylinders: tuple[Cylinder, ...]
     cranks: tuple[float | None, ...]
     offered: tuple[float, ...]
-    share: tuple[float, float] | None
+    shares: tuple[Share, ...]
     weights: tuple[Weight, ...]
     fires: tuple[int, ...]
     strokes: int
@@ -183,7 +205,7 @@ def _job(
         ),
         cranks=cranks,
         offered=tuple(engine.cranks),
-        share=_share(engine.counterweight_share),
+        shares=_shares(engine),
         weights=tuple(_weight(own, "counterweights", one, middle) for own, one in weights[0].items())
         + tuple(_weight(own, "balance_shafts", one, middle) for own, one in weights[1].items()),
         fires=tuple(engine.firing_order),
@@ -203,10 +225,20 @@ def _mass(own: Fact | None, common: Fact | None) -> float:
     return found.value if found is not None else 0.0
 
 
-def _share(given: Fact | Choice | None) -> tuple[float, float] | None:
+def _shares(engine: EngineTable) -> tuple[Share, ...]:
+    """Both shares where one is given: the other is all of the rotating mass, or none of the reciprocating."""
+    if engine.counterweight_share is None and engine.rotating_share is None:
+        return ()
+    return (
+        _share(RECIPROCATING, engine.counterweight_share, 0.0),
+        _share(ROTATING, engine.rotating_share, 1.0),
+    )
+
+
+def _share(name: str, given: Fact | Choice | None, default: float) -> Share:
     if given is None:
-        return None
-    return (given.low, given.high) if isinstance(given, Choice) else (given.value, given.value)
+        return Share(name, default, default)
+    return Share(name, given.low, given.high) if isinstance(given, Choice) else Share(name, given.value, given.value)
 
 
 def _places(engine: EngineTable, cylinders: list[CylinderTable]) -> list[float]:
@@ -272,8 +304,17 @@ def _check(
             mistakes.add(("limits", name), f"limits.{name} has no bound. {way}")
     sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
     free = [one for one in sizes if isinstance(one, Choice)]
-    if goal is not None and not free and not wanted and not isinstance(engine.counterweight_share, Choice):
+    shares = [engine.counterweight_share, engine.rotating_share]
+    if isinstance(engine.rotating_share, Choice) and not _turns(engine, cylinders):
+        way = "Add rotating to [engine], or leave rotating_share out."
+        mistakes.add(("engine", "rotating_share"), f"rotating_share is chosen, but no mass rotates. {way}")
+    if goal is not None and not free and not wanted and not any(isinstance(one, Choice) for one in shares):
         mistakes.add(("goal",), 'there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.')
+
+
+def _turns(engine: EngineTable, cylinders: list[CylinderTable]) -> bool:
+    """Whether any cylinder has a rotating mass."""
+    return any(_mass(one.rotating, engine.rotating) > 0.0 for one in cylinders)
 
 
 def _unequal(engine: EngineTable, wanted: int) -> str:

@@ -1,12 +1,13 @@
-"""What each limit of an engine costs, found by solving again; and which limits cannot hold together."""
+"""What each limit and each cap of an engine costs, found by solving again; and which limits cannot hold together."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import replace
+from math import ceil
 
 from vibopt.balancing.conflict import Step, conflict_words, smallest_set
+from vibopt.balancing.engine.caps import Cap, caps_of, wider
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.shaking import arms
 from vibopt.balancing.engine.solve import (
@@ -21,17 +22,23 @@ from vibopt.balancing.engine.solve import (
 )  # fmt: skip
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.balancing.outcome import Held
+from vibopt.balancing.prices import THOROUGH, left_out
 from vibopt.units import show, si_unit
+from vibopt.work import Budget
 
 STEP = 1.1
-PATIENCE = 2.0
-"""Seconds for all prices together: more is not spent on them."""
+SOLVES = 4
+"""Solutions that one price takes: without the limit, wider, the bound where it stops to matter, and with that."""
 _ACTIVE = 1e-4
 _LOOSER = 1.0005
 
+Known = EngineLimitTable | Cap
 
-def prices(job: EngineJob, found: Balanced, limits: Mapping[str, Held], took: float) -> tuple[dict[str, str], str]:
-    """What a wider limit buys, in words by name, and one sentence where a price was not found out.
+
+def prices(
+    job: EngineJob, found: Balanced, limits: Mapping[str, Held], work: float, budget: Budget
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out.
 
     Parameters
     ----------
@@ -39,54 +46,64 @@ def prices(job: EngineJob, found: Balanced, limits: Mapping[str, Held], took: fl
         The engine with its answer.
     limits
         Measured on the answer.  Where cranks are chosen every limit may hold the answer back, else those it touches.
-    took
-        Seconds of the answer itself: each price takes about four of them.
+    work
+        What the answer took [nominal ms]; so much is expected of each further solution.
+    budget
+        For all prices together.
     """
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
-        return {}, ""
-    asked = [name for name, one in limits.items() if job.is_search or one.margin < _ACTIVE]
-    end, words, left = time.perf_counter() + PATIENCE, {}, []
-    for name in asked:
-        if time.perf_counter() + 4.0 * took > end:
+        return {}, ()
+    asked: list[tuple[str, Known]] = [
+        (name, job.limits[name]) for name, one in limits.items() if job.is_search or one.margin < _ACTIVE
+    ]
+    asked += [(one.path, one) for one in caps_of(job) if job.is_search or one.reached(job, found) >= 1.0 - _ACTIVE]
+    words, left = {}, []
+    for name, one in asked:
+        if budget.over or budget.spent + SOLVES * work > budget.most:
             left.append(name)
-        elif said := _price(job, found, name):
+            continue
+        budget.spend(ceil(SOLVES * work))
+        if said := _price(job, found, name, one):
             words[name] = said
-    return words, f"No price was computed for {', '.join(left)}: it takes too long." if left else ""
+    return words, left_out(left, SOLVES * len(left))
 
 
-def _price(job: EngineJob, found: Balanced, name: str) -> str:
+def _price(job: EngineJob, found: Balanced, name: str, limit: Known) -> str:
     """ "400 N m -> 440 N m buys 812 N -> 640 N; nothing more to gain beyond 731 N m"; "" where it buys nothing."""
-    table, goal = job.limits[name], goal_table(job)
+    goal = goal_table(job)
     now, grain = goal_value(job, found), 1e-9 * size_of(job, goal.is_couple)
-    free = _goal(without(job, name))
+    free = _goal(without(job, name, limit))
     if free is None or not free < now * (1.0 - 1e-6) - grain:
         return ""
-    then = _goal(moved(job, name, table.bound * STEP))
+    then = _goal(moved(job, name, limit, limit.bound * STEP))
     if then is None:
         return ""
-    until = _until(job, name, free + 10.0 * grain)
-    bound, wider = (show(one, table.unit, table.dimension) for one in (table.bound, table.bound * STEP))
+    until = _until(job, name, limit, free + 10.0 * grain)
+    bound, further = (_shown(limit, one) for one in (limit.bound, limit.bound * STEP))
     first, second, third = (show(one, "", goal.dimension, digits=4) for one in (now, then, free))
     if not then < now * (1.0 - 1e-6) - grain:
-        return f"{bound} -> {wider} buys nothing" + (f", {until} buys {first} -> {third}" if until else "")
-    return f"{bound} -> {wider} buys {first} -> {second}" + (f"; nothing more to gain beyond {until}" if until else "")
+        return f"{bound} -> {further} buys nothing" + (f", {until} buys {first} -> {third}" if until else "")
+    return f"{bound} -> {further} buys {first} -> {second}" + (
+        f"; nothing more to gain beyond {until}" if until else ""
+    )
 
 
-def _until(job: EngineJob, name: str, target: float) -> str:
+def _until(job: EngineJob, name: str, limit: Known, target: float) -> str:
     """The bound from which on the goal is as good as without the limit, solved once more with it; "" if none."""
-    table, free = job.limits[name], without(job, name)
+    free = without(job, name, limit)
     reached: list[float] = []
     for cranks in settings(job):
         here = arms(job, cranks)
         kept = replace(lengths(goal_table(job), here), limit=target)
-        value = least_response(free, here, table, [kept])
+        asked = limit.size(job) if isinstance(limit, Cap) else lengths(limit, here)
+        value = least_response(free, here, asked, [kept])
         reached += [] if value is None else [value]
     if not reached:
         return ""
     bound = min(reached) * (1.0 + 1e-6)
-    again = _goal(moved(job, name, bound))
+    again = _goal(moved(job, name, limit, bound))
     grain = 1e-7 * size_of(job, goal_table(job).is_couple)
-    return show(bound, table.unit, table.dimension) if again is not None and again <= target + grain else ""
+    return _shown(limit, bound) if again is not None and again <= target + grain else ""
 
 
 def _goal(job: EngineJob) -> float | None:
@@ -95,22 +112,27 @@ def _goal(job: EngineJob) -> float | None:
     return goal_value(job, found) if found.status in ("optimal", "feasible") else None
 
 
-def without(job: EngineJob, name: str) -> EngineJob:
-    """The job less one limit."""
+def without(job: EngineJob, name: str, limit: Known) -> EngineJob:
+    """The job less one limit or cap."""
+    if isinstance(limit, Cap):
+        return wider(job, limit, float("inf"))
     return replace(job, limits={key: one for key, one in job.limits.items() if key != name})
 
 
-def moved(job: EngineJob, name: str, bound: float) -> EngineJob:
-    """The job with one limit at another bound [N, N m]."""
-    table = job.limits[name]
-    text = f"{bound!r} {si_unit(table.dimension)}"
-    return replace(job, limits={**job.limits, name: table.model_copy(update={"at_most": text})})
+def moved(job: EngineJob, name: str, limit: Known, bound: float) -> EngineJob:
+    """The job with one limit or cap at another bound [SI]."""
+    if isinstance(limit, Cap):
+        return wider(job, limit, bound)
+    text = f"{bound!r} {si_unit(limit.dimension)}"
+    return replace(job, limits={**job.limits, name: limit.model_copy(update={"at_most": text})})
 
 
-def impasse(job: EngineJob, took: float) -> str:
+def impasse(job: EngineJob, work: float, budget: Budget) -> str:
     """Why no weights and no cranks are possible: the limits that cannot hold together and the smallest loosening."""
-    if took * (len(job.limits) + 1) > PATIENCE:
-        return "Which limits stand in the way was not computed: it takes too long."
+    solves = 3 * len(job.limits) + 1
+    if solves * work > budget.most:
+        many = f"{solves} more solutions would exceed the budget"
+        return f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
 
     def possible(kept: tuple[str, ...]) -> bool:
         return balance(replace(job, limits={name: job.limits[name] for name in kept})).status != "infeasible"
@@ -121,16 +143,17 @@ def impasse(job: EngineJob, took: float) -> str:
 
 def _loosening(job: EngineJob, name: str) -> list[Step]:
     """The least bound of one limit that lets the others hold, solved once more with it."""
-    table, free = job.limits[name], without(job, name)
-    found = [least_response(free, arms(job, cranks), table, []) for cranks in settings(job)]
+    table = job.limits[name]
+    free, every = without(job, name, table), (arms(job, cranks) for cranks in settings(job))
+    found = [least_response(free, here, lengths(table, here), []) for here in every]
     reached = [one for one in found if one is not None]
     if not reached:
         return []
     bound = min(reached) * _LOOSER
-    if balance(moved(job, name, bound)).status == "infeasible":
+    if balance(moved(job, name, table, bound)).status == "infeasible":
         return []
     return [(name, _shown(table, table.bound), _shown(table, bound))]
 
 
-def _shown(table: EngineLimitTable, bound: float) -> str:
-    return show(bound, table.unit, table.dimension)
+def _shown(limit: Known, bound: float) -> str:
+    return show(bound, limit.unit, limit.dimension)

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.work import worked
 
 PROVEN = 1e-7
+ITERATIONS = 200
 REACH = 1e3
 """Choices without a cap are searched up to this many times the size that matters; the claim says so."""
 
@@ -44,14 +46,14 @@ class Lengths:
 
 @dataclass(frozen=True)
 class Box:
-    """Bounds: x[0] in [low, high] where `share`, then pairs (re, im) no longer than `caps`."""
+    """Bounds: first each of `shares` in [low, high], then pairs (re, im) no longer than `caps`."""
 
-    share: tuple[float, float] | None
+    shares: tuple[tuple[float, float], ...]
     caps: tuple[float, ...]
 
     @property
     def size(self) -> int:
-        return int(self.share is not None) + 2 * len(self.caps)
+        return len(self.shares) + 2 * len(self.caps)
 
 
 @dataclass(frozen=True)
@@ -121,12 +123,13 @@ def _add_lengths(cones: _Cones, one: Lengths, size: float, scale: FloatArray, at
 
 
 def _add_box(cones: _Cones, box: Box, scale: FloatArray, n_all: int) -> None:
-    first = int(box.share is not None)
-    if box.share is not None:
+    first = len(box.shares)
+    for k, (low, high) in enumerate(box.shares):
         row = np.zeros(n_all)
-        row[0] = scale[0]
-        cones.below(row, box.share[1])
-        cones.below(-row, -box.share[0])
+        row[k] = scale[k]
+        if np.isfinite(high):
+            cones.below(row, high)
+        cones.below(-row, -low)
     for k, cap in enumerate(box.caps):
         at = first + 2 * k
         slope = np.zeros(n_all, dtype=complex)
@@ -148,18 +151,17 @@ def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:
         wanted = float(np.abs(one.constant).max(initial=0.0)) + (one.limit if np.isfinite(one.limit) else 0.0)
         slopes = np.abs(one.slope).max(axis=0, initial=0.0)
         scale = np.maximum(scale, np.divide(wanted, slopes, out=np.zeros(box.size), where=slopes > 0.0))
-    first = int(box.share is not None)
+    first = len(box.shares)
     for k, cap in enumerate(box.caps):
         pair = slice(first + 2 * k, first + 2 * k + 2)
         scale[pair] = min(float(scale[pair].max()), cap)
     scale[scale == 0.0] = 1.0
-    if first:
-        scale[0] = 1.0
+    scale[:first] = 1.0
     return scale
 
 
 def _run(q: FloatArray, cones: _Cones) -> Any:
-    """Clarabel's answer, quietly and with a time limit; `x`, `z` and `status` as text."""
+    """Clarabel's answer, quietly and with so many iterations at most; `x`, `z` and `status` as text."""
     import clarabel
     from scipy import sparse
 
@@ -171,7 +173,8 @@ def _run(q: FloatArray, cones: _Cones) -> Any:
     kinds += [clarabel.SecondOrderConeT(3)] * (len(cones.kinds) - many)
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.time_limit = 20.0
+    settings.max_iter = ITERATIONS
+    worked(0.5 + 0.003 * len(cones.rows) * len(q))
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
     A = sparse.csc_matrix(np.array(cones.rows)[rows])
     b = np.array(cones.ends)[rows]
@@ -214,17 +217,16 @@ def _judge(
 def _box_reach(box: Box, scale: FloatArray) -> FloatArray:
     """Greatest scaled size of each x."""
     reach = np.repeat(np.minimum(np.array(box.caps), 1e300), 2)
-    if box.share is not None:
-        reach = np.concatenate([[box.share[1]], reach])
+    reach = np.concatenate([[high for _, high in box.shares], reach])
     return np.asarray(np.minimum(reach / scale, REACH))
 
 
 def _into_box(x: FloatArray, box: Box) -> FloatArray:
     """x pulled back onto its bounds, to which the solver keeps only to its tolerance."""
-    first = int(box.share is not None)
+    first = len(box.shares)
     inside = x.copy()
-    if box.share is not None:
-        inside[0] = min(max(inside[0], box.share[0]), box.share[1])
+    for k, (low, high) in enumerate(box.shares):
+        inside[k] = min(max(inside[k], low), high)
     for k, cap in enumerate(box.caps):
         pair = slice(first + 2 * k, first + 2 * k + 2)
         long = float(np.hypot(*inside[pair]))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vibopt.balancing.engine.job import EngineJob
+from vibopt.balancing.engine.job import EngineJob, Share
 from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -41,17 +41,24 @@ def free_weights(job: EngineJob) -> list[int]:
     return [k for k, one in enumerate(job.weights) if one.fixed is None]
 
 
-def has_free_share(job: EngineJob) -> bool:
-    return job.share is not None and job.share[0] < job.share[1]
+def free_shares(job: EngineJob) -> list[Share]:
+    """Shares of the counterweights opposite each crank that are chosen."""
+    return [one for one in job.shares if one.is_free]
+
+
+def carried_shares(job: EngineJob, x: FloatArray) -> list[float]:
+    """Every share of the job at the choices x, as given or as chosen."""
+    free = free_shares(job)
+    return [float(x[free.index(one)]) if one.is_free else one.low for one in job.shares]
 
 
 def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = None) -> Arms:
-    """Arms of all orders for given crank angles per throw [rad]; x is (share?, then re and im of each free weight)."""
+    """Arms of all orders for given crank angles per throw [rad]; x: free shares, then re and im of each free weight."""
     short = job.truncated if truncated is None else truncated
     series = (truncated_orders if short else exact_orders)(job.ratio, job.orders)
-    free, shared = free_weights(job), has_free_share(job)
+    free, chosen = free_weights(job), free_shares(job)
     constant = np.zeros((2, 2, job.orders + 1), dtype=complex)
-    slope = np.zeros((2, 2, job.orders + 1, int(shared) + 2 * len(free)), dtype=complex)
+    slope = np.zeros((2, 2, job.orders + 1, len(chosen) + 2 * len(free)), dtype=complex)
     speed2 = job.speed**2
     order = np.arange(job.orders + 1)
     for one in job.cylinders:
@@ -63,17 +70,18 @@ def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = No
         constant[:, 1] += np.outer(levers, half / turn)
         pin = speed2 * np.exp(1j * crank) * levers
         constant[:, 0, 1] += pin * one.rotating
-        if job.share is not None:
-            constant[:, 0, 1] -= pin * (one.rotating + (0.0 if shared else job.share[0] * one.reciprocating))
-        if shared:
-            slope[:, 0, 1, 0] -= pin * one.reciprocating
+        for share in job.shares:
+            if share.is_free:
+                slope[:, 0, 1, chosen.index(share)] -= pin * share.of(one)
+            else:
+                constant[:, 0, 1] -= pin * share.low * share.of(one)
     for k, weight in enumerate(job.weights):
         arm = np.array([1.0, weight.at]) * (weight.order**2 * speed2)
         side = 0 if weight.sense > 0 else 1
         if weight.fixed is not None:
             constant[:, side, weight.order] += arm * weight.fixed
         else:
-            column = int(shared) + 2 * free.index(k)
+            column = len(chosen) + 2 * free.index(k)
             slope[:, side, weight.order, column] += arm
             slope[:, side, weight.order, column + 1] += 1j * arm
     return Arms(constant, slope)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.balancing.engine.job import EngineJob
-from vibopt.balancing.engine.shaking import free_weights, has_free_share
+from vibopt.balancing.engine.shaking import carried_shares, free_shares, free_weights
 from vibopt.balancing.engine.solve import Balanced
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -19,14 +19,15 @@ def simulated(job: EngineJob, found: Balanced, couple: bool) -> float:
     """Greatest shaking force [N] (couple [N m]) over one turn of the simulated engine."""
     turn = np.arange(STEPS) * 2.0 * np.pi / STEPS
     total = np.zeros(STEPS, dtype=complex)
-    share = _share(job, found)
+    shares = carried_shares(job, found.x)
     for one in job.cylinders:
         lever = one.at if couple else 1.0
         crank = turn + found.cranks[one.throw]
         along = -one.reciprocating * job.speed**2 * _second_derivative(_piston(crank - one.bank, job.ratio))
-        carried = one.rotating if job.share is None else -share * one.reciprocating
+        opposite = sum(part * share.of(one) for share, part in zip(job.shares, shares, strict=True))
+        carried = one.rotating - opposite
         total += lever * (along * np.exp(1j * one.bank) + carried * job.speed**2 * np.exp(1j * crank))
-    free, first = free_weights(job), int(has_free_share(job))
+    free, first = free_weights(job), len(free_shares(job))
     for k, weight in enumerate(job.weights):
         u = weight.fixed
         if u is None:
@@ -37,12 +38,6 @@ def simulated(job: EngineJob, found: Balanced, couple: bool) -> float:
         total += lever * -_second_derivative(path.real) * job.speed**2
         total += 1j * lever * -_second_derivative(path.imag) * job.speed**2
     return float(np.abs(total).max())
-
-
-def _share(job: EngineJob, found: Balanced) -> float:
-    if job.share is None:
-        return 0.0
-    return float(found.x[0]) if has_free_share(job) else job.share[0]
 
 
 def _piston(crank: FloatArray, ratio: float) -> FloatArray:

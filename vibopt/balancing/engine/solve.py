@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -12,7 +12,7 @@ from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.phasing import classes, count
 from vibopt.balancing.engine.program import Box, Least, Lengths, least
-from vibopt.balancing.engine.shaking import Arms, arms, free_weights, has_free_share, of_order, over_turn
+from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.forms import FloatArray
 
@@ -123,7 +123,8 @@ def goal_table(job: EngineJob) -> EngineLimitTable:
 
 def box_of(job: EngineJob) -> Box:
     """Bounds of the choices."""
-    return Box(job.share if has_free_share(job) else None, tuple(job.weights[k].cap for k in free_weights(job)))
+    shares = tuple((one.low, one.high) for one in free_shares(job))
+    return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
 
 
 def goal_value(job: EngineJob, found: Balanced) -> float:
@@ -131,9 +132,9 @@ def goal_value(job: EngineJob, found: Balanced) -> float:
     return lengths(goal_table(job), arms(job, found.cranks)).value(found.x)
 
 
-def least_response(job: EngineJob, found: Arms, table: EngineLimitTable, more: Sequence[Lengths]) -> float | None:
+def least_response(job: EngineJob, found: Arms, asked: Lengths, more: Sequence[Lengths]) -> float | None:
     """The least a response can be under the limits of the job and `more` of them, for given cranks; None: unknown."""
-    box, asked = box_of(job), lengths(table, found)
+    box = box_of(job)
     limits = [*(lengths(one, found, one.bound) for one in job.limits.values()), *more]
     if box.size:
         answer = least(asked, limits, box)
@@ -154,15 +155,32 @@ def weigh(job: EngineJob, found: Arms) -> Least:
         claim = "limits that do not hold: " + ", ".join(broken) if broken else "nothing is chosen: the engine as it is"
         return Least(x, goal.value(x), goal.value(x), "violated" if broken else "met", claim)
     first = least(goal, limits, box)
-    if first.x is None or not box.caps:
+    if first.x is None:
         return first
-    return _lightest(job, goal, limits, box, first)
+    return _shared_out(job, _lightest(job, goal, limits, box, first) if box.caps else first)
+
+
+def _shared_out(job: EngineJob, answer: Least) -> Least:
+    """Of all pairs of shares that carry as much the one with most of the rotating mass, which is the rule.
+
+    Only where both are chosen and both masses have one ratio in all cylinders does it not matter which is carried.
+    """
+    free = free_shares(job)
+    parts = np.array([[one.of(cylinder) for one in job.shares] for cylinder in job.cylinders])
+    if len(free) < 2 or answer.x is None or np.ptp(parts[:, 1] * parts[0, 0] - parts[:, 0] * parts[0, 1]) > 0.0:
+        return answer
+    mass, turning = parts[0]
+    x = answer.x.copy()
+    whole = x[0] * mass + x[1] * turning
+    x[1] = min(free[1].high, (whole - free[0].low * mass) / turning)
+    x[0] = (whole - x[1] * turning) / mass
+    return replace(answer, x=x)
 
 
 def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least) -> Least:
     """Of all weights with the same goal the lightest: so that none is there for nothing."""
     size = size_of(job, goal_table(job).is_couple)
-    start = int(box.share is not None)
+    start = len(box.shares)
     picks = np.zeros((len(box.caps), box.size), dtype=complex)
     for k in range(len(box.caps)):
         picks[k, start + 2 * k], picks[k, start + 2 * k + 1] = 1.0, 1j

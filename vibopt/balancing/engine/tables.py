@@ -28,6 +28,7 @@ class EngineTable(Table):
     spacing: Fact | None = number("length", choice=False)
     reference: Fact | None = number("length", choice=False, sign="any")
     counterweight_share: Fact | Choice | None = number("ratio", sign="not negative")
+    rotating_share: Fact | Choice | None = number("ratio", sign="not negative")
     kinematics: Literal["exact", "truncated"] = "exact"
     orders: int = 8
     cranks: list[Any] = Field(default_factory=list)

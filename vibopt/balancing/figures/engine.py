@@ -8,7 +8,7 @@ import numpy as np
 
 from vibopt.balancing.blocks import brief
 from vibopt.balancing.engine.job import EngineJob
-from vibopt.balancing.engine.shaking import arms, free_weights, has_free_share, of_order, over_turn
+from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.figures.bars import AFTER, BEFORE, pad_more
 from vibopt.balancing.figures.dial import Disc, Spot, draw_disc
 from vibopt.balancing.outcome import Outcome
@@ -70,7 +70,7 @@ def shaken(outcome: Outcome, job: EngineJob) -> tuple[ComplexArray, ComplexArray
     cranks = [0.0] * len(job.cranks)
     for k, one in enumerate(job.cylinders, start=1):
         cranks[one.throw] = _number(outcome, f"cylinders.{k}.crank")
-    x: list[float] = [_number(outcome, "counterweight_share")] if has_free_share(job) else []
+    x: list[float] = [_number(outcome, one.name) for one in free_shares(job)]
     for index in free_weights(job):
         path = f"{job.weights[index].family}.{job.weights[index].name}"
         u = _number(outcome, f"{path}.unbalance") * np.exp(1j * _number(outcome, f"{path}.angle"))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import tau
 
 from vibopt.balancing.known.job import KnownJob, Spot
+from vibopt.balancing.known.prices import prices
 from vibopt.balancing.known.solve import Correction, correct
 from vibopt.balancing.known.statics import (
     aim_of,
@@ -19,16 +21,21 @@ from vibopt.balancing.known.tables import KnownLimitTable
 from vibopt.balancing.options import neighbours
 from vibopt.balancing.outcome import Entry, Held, Outcome, angle
 from vibopt.balancing.planes import MASS
+from vibopt.balancing.prices import allowance
 from vibopt.forms import ComplexArray
+from vibopt.work import metered
 
 _TINY = 1e-9
 
 
-def solve_known(job: KnownJob) -> Outcome:
-    """Correct the shaft, put the weights back, and say what is left."""
-    found = correct(job)
+def solve_known(job: KnownJob, *, thorough: bool = False) -> Outcome:
+    """Correct the shaft, put the weights back, and say what is left; `thorough` computes every price."""
+    with metered() as meter:
+        found = correct(job)
     limits = {name: _held(job, found, name, table) for name, table in job.limits.items()}
     status, claim = _status(job, found, limits)
+    words, unpriced = prices(job, found, _value, _limit, meter.done, allowance(thorough))
+    limits = {name: replace(one, buys=words.pop(name, "")) for name, one in limits.items()}
     return Outcome(
         name=job.name,
         title=job.title,
@@ -39,7 +46,8 @@ def solve_known(job: KnownJob) -> Outcome:
         measures={name: _held(job, found, name, table) for name, table in job.measures.items()},
         goal=_goal(job, found),
         method=found.way,
-        notes=(*job.notes, *_notes(job, found)),
+        notes=(*job.notes, *_notes(job, found), *unpriced),
+        prices=words,
         expected=job.expected,
     )
 
@@ -82,6 +90,16 @@ def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
         return "correction", Entry(_total(job, found), "mass")
     size = float(abs(unbalances(job)).sum()) * aim.scale
     return aim.name, Entry(_clean(aim.value(job, found.u), size), aim.dimension)
+
+
+def _value(job: KnownJob, found: Correction) -> float:
+    """The goal of an answer as a number."""
+    goal = _goal(job, found)
+    return float("nan") if goal is None else float(goal[1].value)
+
+
+def _limit(job: KnownJob, found: Correction, name: str) -> Held:
+    return _held(job, found, name, job.limits[name])
 
 
 def _total(job: KnownJob, found: Correction) -> float:
