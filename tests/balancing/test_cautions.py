@@ -18,7 +18,7 @@ from vibopt.balancing.influence import identify
 from vibopt.balancing.pose import pose
 from vibopt.balancing.said import blocks_of, goal_words
 from vibopt.balancing.table import text_of
-from vibopt.balancing.trust import scenario_rows
+from vibopt.balancing.trust import noise_of, scenario_rows
 from vibopt.units import read_quantity
 
 SCATTER = '[scatter]\namplitude = "2 %"\nangle = "1 deg"\n'
@@ -167,7 +167,7 @@ def test_a_robust_goal_has_prices_of_its_own() -> None:
     plan = solve_text(text + limit.format(12))
     job = read_text(text + limit.format(12))
     identified = identify(job)
-    noise = solve_rotor.noise_of(job, identified)
+    noise = noise_of(job, identified)
     assert noise is not None
     y0, H = scenario_rows(job, identified, noise)
     worst = []

@@ -106,7 +106,7 @@ def test_more_runs_than_unknowns_give_back_the_coefficients(truth: Truth) -> Non
     found = identify(read_text(job(truth)))
     np.testing.assert_allclose(found.H, truth.H / 0.1, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found.y0, truth.y0, rtol=1e-9)
-    assert found.notes == ()
+    assert not any("agree" in one for one in solve_text(job(truth)).notes)
 
 
 @settings(max_examples=10, deadline=None)

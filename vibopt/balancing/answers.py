@@ -82,7 +82,9 @@ class RowAnswer:
     """One sensor at one speed.
 
     found, residual
-        Amplitudes as found and left [SI peak]; `found_phasor`, `residual_phasor` as text with their angle.
+        Amplitudes as read and left [SI peak]; `found_phasor`, `residual_phasor` as text with their angle.
+    fitted_phasor
+        What the fit of all runs takes for the rotor as found; "" where that is what was read.
     band
         Ends of the 95 % band of the amplitude left; None where the scatter is not known.
     limit
@@ -99,6 +101,7 @@ class RowAnswer:
     residual_phasor: str
     y0: complex
     left: complex
+    fitted_phasor: str = ""
     band: tuple[Entry, Entry] | None = None
     limit: Entry | None = None
     price: str = ""
@@ -115,6 +118,7 @@ class RowAnswer:
             "speed": self.speed.to_json(),
             "found": self.found.to_json(),
             "found_phasor": self.found_phasor,
+            "fitted_phasor": self.fitted_phasor,
             "residual": self.residual.to_json(),
             "residual_phasor": self.residual_phasor,
             "band": None if self.band is None else [one.to_json() for one in self.band],

@@ -89,7 +89,7 @@ def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved,
     """No correction: which limits stand in the way."""
     reason = impasse(job, posed, solved.work, thorough=thorough) if solved.status == "infeasible" else ""
     return begun(
-        job, status=solved.status, claim=solved.claim, reason=reason, notes=identified.notes,
+        job, status=solved.status, claim=solved.claim, reason=reason,
         details=dict(solved.details),
         method=method_of(job, posed.question, identified),
         values=coefficients(job, identified) if job.has_phase else {},

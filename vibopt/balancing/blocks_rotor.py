@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.balancing.answers import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
 from vibopt.balancing.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, brief, cleaned, share, state, table
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
@@ -12,7 +12,8 @@ from vibopt.units import show
 
 MOST_COEFFICIENTS = 12
 _WARNS = re.compile(
-    "act almost alike|No sensor feels|not agree|do not meet|upper end of its 95 % band|no two weights together act"
+    "act almost alike|No sensor feels|not agree|No other run checks|do not meet|upper end of its 95 % band|"
+    "no two weights together act"
 )
 _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 
@@ -33,7 +34,8 @@ def rotor_blocks(plan: Plan) -> list[Block]:
         *found,
         _limits(plan),
         _prices(plan),
-        _remedies(plan),
+        _side_by_side(plan, plan.beside, "Plans by other runs, side by side"),
+        _side_by_side(plan, plan.remedies, "Planes almost alike: the ways round, side by side"),
         *_quality(plan),
         _trials(plan),
         Block("Conventions", FOOT, plan.conventions),
@@ -67,7 +69,8 @@ def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
 
 def _rows(fitting: Fitting, title: str) -> Block:
     band = " (95 % band)" if any(one.band for one in fitting.rows) else ""
-    heads = ("Sensor", "Speed", "As found", f"After{band}", "At most", "Margin")
+    fit = " (fit of all runs)" if any(one.fitted_phasor for one in fitting.rows) else ""
+    heads = ("Sensor", "Speed", f"As found{fit}", f"After{band}", "At most", "Margin")
     return table(title, heads, [_row(one) for one in fitting.rows], whole=(1, 2, 3, 4, 5))
 
 
@@ -79,7 +82,8 @@ def _row(one: RowAnswer) -> tuple[str, ...]:
     limit = "" if one.limit is None else brief(one.limit)
     broken = one.limit is not None and one.margin < -1e-6
     margin = "" if one.limit is None else share(one.margin) + ("\nBROKEN" if broken else "")
-    return one.sensor, one.speed.shown, one.found_phasor, after, limit, margin
+    found = one.found_phasor + (f"\n({one.fitted_phasor})" if one.fitted_phasor else "")
+    return one.sensor, one.speed.shown, found, after, limit, margin
 
 
 def _limits(plan: Plan) -> Block:
@@ -102,14 +106,14 @@ def _prices(plan: Plan) -> Block:
     return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
 
 
-def _remedies(plan: Plan) -> Block:
+def _side_by_side(plan: Plan, plans: tuple[Remedy, ...], title: str) -> Block:
     scale = max((one.found for one in plan.rows), key=lambda one: float(one.value), default=None)
     rows = [
         (one.name, brief(cleaned(one.worst, scale)), brief(cleaned(one.rms, scale)), ", ".join(one.masses), one.band)
-        for one in plan.remedies
+        for one in plans
     ]
     heads = ("Instead", "Worst left", "Rms left", "Weights", "95 % band")
-    return table("Planes almost alike: the ways round, side by side", heads, rows, whole=(1, 2))
+    return table(title, heads, rows, whole=(1, 2))
 
 
 def _quality(plan: Plan) -> list[Block]:

@@ -58,7 +58,7 @@ def _may_be_left(job: RotorJob, identified: Identified, noise: Noise | None, u: 
     if noise is None or not identified.learnt:
         return felt
     ends = bands(job, identified, noise, u)[:, 1]
-    return ends if job.scatter is not None else np.maximum(ends, felt)
+    return ends if job.scatter is not None else np.asarray(np.fmax(ends, felt))
 
 
 def ways_out(job: RotorJob, found: Conditioning) -> tuple[str, ...]:

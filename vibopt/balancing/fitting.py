@@ -154,19 +154,28 @@ def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArr
             RowAnswer(
                 sensor=sensor.name,
                 speed=Entry(job.speeds[speed], "angular_rate", job.speed_units[speed]),
-                found=amplitude(job, row, float(abs(identified.y0[row]))),
+                found=amplitude(job, row, abs(job.as_found(row))),
                 residual=amplitude(job, row, float(abs(left[row]))),
-                found_phasor=sensor.show_phasor(complex(identified.y0[row]), job.conventions),
+                found_phasor=sensor.show_phasor(job.as_found(row), job.conventions),
+                fitted_phasor=_fitted(job, identified, row),
                 residual_phasor=sensor.show_phasor(complex(left[row]), job.conventions),
                 y0=complex(identified.y0[row]),
                 left=complex(left[row]),
                 band=None
-                if band is None
+                if band is None or np.isnan(band[row]).any()
                 else (amplitude(job, row, float(band[row, 0])), amplitude(job, row, float(band[row, 1]))),
                 limit=amplitude(job, row, float(limits[row])) if np.isfinite(limits[row]) else None,
             )
         )
     return tuple(rows)
+
+
+def _fitted(job: RotorJob, identified: Identified, row: int) -> str:
+    """What the fit takes for the rotor as found; "" where that is what was read."""
+    read, fit = job.as_found(row), complex(identified.y0[row])
+    if abs(fit - read) <= 1e-9 * abs(read) or not job.has_phase:
+        return ""
+    return job.sensors[job.readings[row][1]].show_phasor(fit, job.conventions)
 
 
 def _without_rounding(identified: Identified, u: ComplexArray) -> ComplexArray:

@@ -16,8 +16,6 @@ from vibopt.balancing.job import RotorJob, Run
 from vibopt.forms import ComplexArray, FloatArray
 
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
-_DISAGREES = 25.0
-"""A run disagrees where its misfit is this many times the variance of the others."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +44,12 @@ class Learnt:
     misfit: ComplexArray
 
     @property
+    def design(self) -> ComplexArray:
+        """X = (1, weights of the planes learnt) per run, (n_runs, 1 + n_learnt)."""
+        W = np.array([run.weights for run in self.runs])
+        return np.concatenate([np.ones((len(self.runs), 1)), W[:, list(self.planes)]], axis=1)
+
+    @property
     def spare(self) -> int:
         """Runs beyond the unknowns."""
         return len(self.runs) - int(self.pseudo.shape[0])
@@ -70,14 +74,11 @@ class Identified:
         Rows are (speed, sensor) as in `RotorJob.readings`; y0 (n_rows,), H (n_rows, n_planes) [SI peak per kg m].
     learnt
         Per speed.
-    notes
-        Runs that do not agree, in words.
     """
 
     y0: ComplexArray
     H: ComplexArray
     learnt: tuple[Learnt, ...]
-    notes: tuple[str, ...] = ()
 
     def residual(self, u: ComplexArray) -> ComplexArray:
         left: ComplexArray = self.y0 + self.H @ u
@@ -88,8 +89,7 @@ def identify(job: RotorJob) -> Identified:
     """y0 and H from the runs of a job with phase."""
     learnt = tuple(_learn(job, speed) for speed in range(len(job.speeds)))
     y0, H = zip(*(_model(one, job) for one in learnt), strict=True)
-    notes = tuple(note for speed, one in enumerate(learnt) for note in disagreements(job, speed, one))
-    return Identified(np.concatenate(y0), np.concatenate(H), learnt, notes)
+    return Identified(np.concatenate(y0), np.concatenate(H), learnt)
 
 
 def with_readings(
@@ -135,48 +135,5 @@ def _spread(learnt: Learnt, theta: ComplexArray, n_planes: int) -> ComplexArray:
 
 def leverage(learnt: Learnt) -> FloatArray:
     """How much each run decides its own fit, (n_runs,), 0 to 1."""
-    W = np.array([run.weights for run in learnt.runs])
-    X = np.concatenate([np.ones((len(learnt.runs), 1)), W[:, list(learnt.planes)]], axis=1)
-    own = np.real(np.einsum("kp,pk->k", X, learnt.pseudo))
+    own = np.real(np.einsum("kp,pk->k", learnt.design, learnt.pseudo))
     return np.asarray(np.clip(own, 0.0, 1.0), dtype=float)
-
-
-def disagreements(job: RotorJob, speed: int, learnt: Learnt) -> list[str]:
-    """The run that does not agree with the others, named, where enough of them are left to say so."""
-    if learnt.spare < 1:
-        return []
-    size = float(np.abs(learnt.readings).max())
-    worst = float(np.abs(learnt.misfit).max())
-    if worst <= 1e-9 * size:
-        return []
-    if learnt.spare < 2:
-        return _one_spare(job, speed, learnt, worst, size)
-    free = np.maximum(1.0 - leverage(learnt), 1e-12)
-    own = (np.abs(learnt.misfit) ** 2).sum(axis=1) / free
-    total = float((np.abs(learnt.misfit) ** 2).sum())
-    rest = np.maximum(total - own, 0.0) / (learnt.spare - 1)
-    run = int(np.argmax(np.where(free > 1e-9, own, 0.0)))
-    if own[run] <= _DISAGREES * rest[run]:
-        return []
-    sensor = int(np.argmax(np.abs(learnt.misfit[run])))
-    off = float(np.abs(learnt.misfit[run, sensor]) / free[run])
-    return [
-        f'Run "{learnt.runs[run].name}" at {job.show_speed(speed)} does not agree with the others: without it they '
-        f"would predict a "
-        f"reading at {job.sensors[sensor].name} that is {job.sensors[sensor].show(off, 3)} away. Repeat it, or "
-        f"leave it out."
-    ]
-
-
-def _one_spare(job: RotorJob, speed: int, learnt: Learnt, worst: float, size: float) -> list[str]:
-    """With one spare run only the disagreement itself can be told, not whose it is."""
-    if worst < 0.02 * size:
-        return []
-    run, sensor = np.unravel_index(int(np.argmax(np.abs(learnt.misfit))), learnt.misfit.shape)
-    name = job.sensors[int(sensor)]
-    return [
-        f"The runs at {job.show_speed(speed)} do not agree: the fit misses by up to {name.show(worst, 3)} at "
-        f"{name.name} "
-        f'(in run "{learnt.runs[int(run)].name}"). With one run to spare nobody can tell which is wrong: repeat one '
-        f"of them."
-    ]

@@ -131,6 +131,8 @@ class RotorJob:
         (name, plane, plane, ratio of the unbalances).
     has_phase
         Whether the readings have angles.
+    odd
+        Runs that are left out because the others contradict them, by index.
     """
 
     name: str
@@ -155,6 +157,7 @@ class RotorJob:
     expected: tuple[Mapping[str, Any], ...] = ()
     notes: tuple[str, ...] = ()
     document: Mapping[str, Any] = field(default_factory=dict)
+    odd: tuple[int, ...] = ()
 
     @property
     def readings(self) -> tuple[tuple[int, int], ...]:
@@ -188,5 +191,20 @@ class RotorJob:
     def show_speed(self, index: int) -> str:
         return show(self.speeds[index], self.speed_units[index], "angular_rate")
 
+    def places_at(self, speed: int) -> tuple[int, ...]:
+        """Indices of the runs at a speed that are not left out."""
+        return tuple(k for k, run in enumerate(self.runs) if run.speed == speed and k not in self.odd)
+
     def runs_at(self, speed: int) -> tuple[Run, ...]:
-        return tuple(run for run in self.runs if run.speed == speed)
+        """The runs at a speed that are not left out."""
+        return tuple(self.runs[k] for k in self.places_at(speed))
+
+    def as_found(self, row: int) -> complex:
+        """What was read as found, runout subtracted, the mean where it was read more than once [SI peak].
+
+        A run that is left out counts only where there is no other.
+        """
+        speed, sensor = self.readings[row]
+        kept = [run for run in self.runs_at(speed) if run.is_initial]
+        read = kept or [run for run in self.runs if run.speed == speed and run.is_initial]
+        return complex(np.mean([run.readings[sensor] for run in read])) - self.sensors[sensor].runout

@@ -34,6 +34,8 @@ class Plan:
         What a wider cap of a plane buys, in words, by the path of the cap.
     remedies
         Side by side, where planes act almost alike.
+    beside
+        Plans by other runs side by side, where the runs contradict each other.
     gap
         Of the optimum, relative.
     """
@@ -48,6 +50,7 @@ class Plan:
     words: tuple[str, ...] = ()
     values: Mapping[str, Entry] = field(default_factory=dict)
     remedies: tuple[Remedy, ...] = ()
+    beside: tuple[Remedy, ...] = ()
     condition: float = 1.0
     gap: float = float("nan")
     reason: str = ""
@@ -135,6 +138,7 @@ class Plan:
             "limits": {name: one.to_json() for name, one in self.limits.items()},
             "values": nested, "prices": dict(self.prices),
             "remedies": [one.to_json() for one in self.remedies],
+            "beside": [one.to_json() for one in self.beside],
             "condition": self.condition, "gap": self.gap, "method": self.method,
             "notes": list(self.notes), "details": dict(self.details),
         }  # fmt: skip

@@ -14,7 +14,7 @@ from vibopt.balancing.job import RotorJob
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.pose import Posed, without_plane
 from vibopt.balancing.prices import solve_question
-from vibopt.balancing.question import Question
+from vibopt.balancing.question import Question, first_greatest
 from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
 from vibopt.forms import ComplexArray
 
@@ -43,7 +43,7 @@ def remedies(
             largest = min(float(np.abs(one).max()) for one in single)
             capped = replace(question, caps=np.minimum(question.caps, largest))
             tried.append((f"caps of {_cap_text(job, found.alike[0], largest)}", solve_question(capped).u))
-    return tuple(_remedy(job, name, one, identified, noise) for name, one in tried if one is not None)
+    return tuple(remedy_of(job, name, one, identified, noise) for name, one in tried if one is not None)
 
 
 def penalised(question: Question, free: Sequence[int]) -> Question:
@@ -62,18 +62,23 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
     )
 
 
-def _remedy(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
+def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
+    """A plan beside the others: what it would leave by these runs."""
     left = np.abs(identified.residual(u))
     weight = np.ones(len(left)) if len({one.dimension for one in job.sensors}) == 1 else job.importance
-    row = int(np.argmax(weight * left))
+    row = first_greatest(weight * left)
     masses = tuple(weight_text(job, plane, complex(one)) for plane, one in enumerate(u))
     band = ""
     if noise is not None and identified.learnt:
         ends = bands(job, identified, noise, u)
-        worst = int(np.argmax(weight * ends[:, 1]))
+        worst = int(np.argmax(np.nan_to_num(weight * ends[:, 1], nan=-1.0)))
         band = (
-            f"{amplitude(job, worst, float(ends[worst, 0])).shown} to "
-            f"{amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
+            ""
+            if np.isnan(ends[worst, 1])
+            else (
+                f"{amplitude(job, worst, float(ends[worst, 0])).shown} to "
+                f"{amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
+            )
         )
     rms = float(np.sqrt(np.mean((weight * left) ** 2)))
     return Remedy(name, amplitude(job, row, float(left[row])), _goal_entry(job, rms), masses, band)

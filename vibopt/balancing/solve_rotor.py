@@ -12,9 +12,10 @@ import numpy as np
 from vibopt.balancing.answers import Fitting
 from vibopt.balancing.begin import OFF, begun, goal_of, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
+from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.felt import felt_only, idle_words
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
-from vibopt.balancing.influence import Identified, identify
+from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.plan import Plan
@@ -25,7 +26,7 @@ from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.balancing.solve_phaseless import solve_without_phase
-from vibopt.balancing.trust import Noise, bands, conditioning, noise_of
+from vibopt.balancing.trust import Noise, conditioning
 from vibopt.balancing.words import show_angle
 from vibopt.units import show
 
@@ -46,24 +47,24 @@ def solve_job(job: RotorJob, *, thorough: bool = False) -> Plan:
 
 
 def _with_phase(job: RotorJob, thorough: bool) -> Plan:
-    identified = identify(job)
-    noise = noise_of(job, identified)
-    identified, idle = felt_only(job, identified, noise)
+    of = heard(job)
+    job, noise = of.job, of.noise
+    identified, idle = felt_only(job, of.identified, noise)
     posed = pose(job, identified, noise, idle)
     solved = solve_question(posed.question)
     if solved.u is None:
-        return nothing(job, identified, posed, solved, thorough=thorough)
-    fitting = _fitting(job, identified, posed, solved, noise)
+        return judged(of, nothing(job, identified, posed, solved, thorough=thorough))
+    fitting = _fitting(of, identified, posed, solved)
     plan = _plan(job, identified, posed, solved, fitting, noise, thorough)
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
+    plan = judged(of, replace(plan, beside=beside(of, solved.u)))
     return _certified(plan, identified) if plan.fittings else plan
 
 
-def _fitting(job: RotorJob, identified: Identified, posed: Posed, solved: Solved, noise: Noise | None) -> Fitting:
+def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) -> Fitting:
     u = solved.u
     assert u is not None
-    band = bands(job, identified, noise, u) if noise is not None and identified.learnt else None
-    return fitting_of(job, identified, u, posed.chosen_only(solved.chosen).options, band)
+    return fitting_of(of.job, identified, u, posed.chosen_only(solved.chosen).options, held_bands(of, u))
 
 
 def _plan(
@@ -81,7 +82,7 @@ def _plan(
     if refused := cancelling(job, nominal, identified, noise, found, u):
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
-            values=coefficients(job, identified), notes=(*identified.notes, said, *_noise_notes(job, noise)),
+            values=coefficients(job, identified), notes=(said, *_noise_notes(job, noise)),
             method=method_of(job, posed.question, identified), details=dict(solved.details),
         )  # fmt: skip
     priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
@@ -93,7 +94,7 @@ def _plan(
         remedies=ways,
         values={**coefficients(job, identified), **quality_values(job, identified, u)},
         notes=(
-            *identified.notes, *((said,) if said else ()), *_reach_notes(job), *unsure(limits),
+            *((said,) if said else ()), *_reach_notes(job), *unsure(limits),
             *_noise_notes(job, noise), *priced.notes,
         ),
         prices=priced.caps,
@@ -133,7 +134,9 @@ def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:
             'The scatter of the readings is not known, so the plan has no band. Add scatter = { amplitude = "5 %", '
             'angle = "2 deg" }.',
         )
-    return (f"Bands hold 95 % of what the scatter of the readings allows ({noise.source}).",)
+    none = [job.show_speed(speed) for speed, spare in enumerate(noise.spare) if not spare > 0.0]
+    said = f"Bands hold 95 % of what the scatter of the readings allows ({noise.source})."
+    return (said, *((f"At {', '.join(none)} there is none: no run is spare there.",) if none else ()))
 
 
 def _certified(plan: Plan, identified: Identified) -> Plan:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from vibopt.forms import ComplexArray, FloatArray
 ALIKE = 30.0
 """Condition number from which planes are named as almost alike."""
 SCENARIOS = 200
-_RINGS, _ANGLES = 400, 360
+TAIL = 0.025
+"""What lies beyond each end of a band."""
+_RINGS, _ANGLES, _HALVINGS = 400, 90, 24
 
 
 @dataclass(frozen=True)
@@ -25,37 +28,37 @@ class Noise:
         In the direction of the reading and at a right angle to it.
     source
         In words, where they come from.
-    widen
-        Per speed, factor on the bands: deviations learnt from few spare runs are not well known themselves, so the
-        95 % point is Student's and not the normal one.
+    spare
+        Per speed, spare runs from which they were learnt; inf where they are given, 0 where nothing is known of them.
+        Deviations learnt from few runs are not well known themselves, so errors follow Student's law in the plane:
+        their squares, divided by twice the variance, that of F with 2 and 2 `spare` degrees of freedom.
     """
 
     along: tuple[FloatArray, ...]
     across: tuple[FloatArray, ...]
     source: str
-    widen: tuple[float, ...] = ()
+    spare: tuple[float, ...]
 
 
 def noise_of(job: RotorJob, identified: Identified) -> Noise | None:
     """Scatter as given, else from what repeated or spare runs show; None where nothing is known of it."""
     if job.scatter is not None:
         pairs = [_given(job.scatter, job, one) for one in identified.learnt]
-        return Noise(tuple(one for one, _ in pairs), tuple(one for _, one in pairs), "scatter as given")
+        own = (np.inf,) * len(pairs)
+        return Noise(tuple(one for one, _ in pairs), tuple(one for _, one in pairs), "scatter as given", own)
+    return seen_noise(identified)
+
+
+def seen_noise(identified: Identified) -> Noise | None:
+    """Scatter from what repeated or spare runs show; None where there are none, or no scatter."""
     if not any(one.spare > 0 for one in identified.learnt):
         return None
     seen = tuple(_seen(one) for one in identified.learnt)
     if all(float(one.max()) == 0.0 for one in seen):
         return None
-    spare = sum(one.spare for one in identified.learnt)
-    widen = tuple(_student(2 * one.spare) for one in identified.learnt)
-    return Noise(seen, seen, f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns", widen)
-
-
-def _student(freedom: int) -> float:
-    """97.5 % point of Student's distribution over that of the normal one; 1 where nothing was learnt."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, 0.975) / 1.959963984540054) if freedom > 0 else 1.0
+    spare = sum(max(one.spare, 0) for one in identified.learnt)
+    source = f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns"
+    return Noise(seen, seen, source, tuple(float(max(one.spare, 0)) for one in identified.learnt))
 
 
 def _given(scatter: Scatter, job: RotorJob, learnt: Learnt) -> tuple[FloatArray, FloatArray]:
@@ -77,13 +80,16 @@ def _seen(learnt: Learnt) -> FloatArray:
 def covariances(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
     """Covariance (real, imaginary) of what is left after u, per row (n_rows, 2, 2) [SI²]."""
     found = []
-    widen = noise.widen or (1.0,) * len(noise.along)
-    for learnt, along, across, wide in zip(identified.learnt, noise.along, noise.across, widen, strict=True):
-        c = learnt.weights_of(u)
-        raw = np.array([run.readings for run in learnt.runs])
-        turn = wide * c[:, None] * np.exp(1j * np.angle(raw))
-        found.append(_covariance(turn * along) + _covariance(1j * turn * across))
+    for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
+        found.append(covariance_of(learnt, along, across, learnt.weights_of(u)))
     return np.concatenate(found)
+
+
+def covariance_of(learnt: Learnt, along: FloatArray, across: FloatArray, c: ComplexArray) -> FloatArray:
+    """Covariance (real, imaginary) of the readings times factors c (n_runs,), per sensor (n_sensors, 2, 2) [SI²]."""
+    raw = np.array([run.readings for run in learnt.runs])
+    turn = c[:, None] * np.exp(1j * np.angle(raw))
+    return _covariance(turn * along) + _covariance(1j * turn * across)
 
 
 def _covariance(steps: ComplexArray) -> FloatArray:
@@ -94,22 +100,55 @@ def _covariance(steps: ComplexArray) -> FloatArray:
 
 
 def bands(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
-    """Ends of the 95 % band of the amplitude left, per row (n_rows, 2) [SI peak]."""
+    """Ends of the 95 % band of the amplitude left, per row (n_rows, 2) [SI peak]; nan where no scatter is known."""
     left = identified.residual(u)
-    return np.array([_band(z, cov) for z, cov in zip(left, covariances(job, identified, noise, u), strict=True)])
+    spare = np.repeat(noise.spare, [one.readings.shape[1] for one in identified.learnt])
+    every = zip(left, covariances(job, identified, noise, u), spare, strict=True)
+    return np.array([_band(z, cov, own) for z, cov, own in every])
 
 
-def _band(z: complex, covariance: FloatArray) -> tuple[float, float]:
-    """2.5 % and 97.5 % of |z + error|, the error being normal; equally likely points instead of dice."""
-    rings = np.sqrt(-2.0 * np.log(1.0 - (np.arange(_RINGS) + 0.5) / _RINGS))
-    angles = 2.0 * np.pi * (np.arange(_ANGLES) + 0.5) / _ANGLES
-    unit = np.outer(rings, np.exp(1j * angles)).ravel()
+def _band(z: complex, covariance: FloatArray, spare: float) -> tuple[float, float]:
+    """Amplitudes that the true phasor may have when z was predicted, each end missed once in forty times.
+
+    The upper end is the 97.5 % point of |z + error|.  The lower end is the least amplitude at which predictions as
+    large as z are no rarer than 2.5 %, or the 2.5 % point of |z + error| where that is lower: where the optimiser has
+    made z small itself, the errors alone are left; where it has not, a small amplitude is hidden by them.
+    """
+    if not spare > 0.0:
+        return float("nan"), float("nan")
     values, axes = np.linalg.eigh(covariance)
     main = np.sqrt(np.maximum(values, 0.0))
-    points = axes @ (main[:, None] * np.stack([unit.real, unit.imag]))
-    amplitude = np.abs(z + points[0] + 1j * points[1])
-    low, high = np.quantile(amplitude, [0.025, 0.975])
-    return float(low), float(high)
+    unit = _likely(spare)
+    turned = axes @ (main[:, None] * np.stack([unit.real, unit.imag]))
+    errors = turned[0] + 1j * turned[1]
+    low, high = np.quantile(np.abs(z + errors), [TAIL, 1.0 - TAIL])
+    return min(float(low), _least(z, errors)), float(high)
+
+
+@cache
+def _likely(spare: float) -> ComplexArray:
+    """Equally likely errors of variance one estimated from `spare` runs, instead of dice."""
+    beyond = 1.0 - (np.arange(_RINGS) + 0.5) / _RINGS
+    squares = -np.log(beyond) if np.isinf(spare) else spare * (beyond ** (-1.0 / spare) - 1.0)
+    angles = 2.0 * np.pi * (np.arange(_ANGLES) + 0.5) / _ANGLES
+    return np.outer(np.sqrt(2.0 * squares), np.exp(1j * angles)).ravel()
+
+
+def _least(z: complex, errors: ComplexArray) -> float:
+    """Least true amplitude, in the direction of z, with which |z| or more is predicted in 2.5 % of all cases."""
+    size = abs(z)
+    way = z / size if size > 0.0 else 1.0
+
+    def rare(true: float) -> bool:
+        return float((np.abs(true * way + errors) >= size).mean()) < TAIL
+
+    if not rare(0.0):
+        return 0.0
+    low, high = 0.0, size
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if rare(middle) else (low, middle)
+    return low
 
 
 def mean_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[ComplexArray, ComplexArray, FloatArray]:

@@ -1,0 +1,177 @@
+"""What runs that contradict each other mean for a plan: what is left out, what the bands hold, plans side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vibopt.balancing.agreement import Agreement, Runs, agreements, without
+from vibopt.balancing.answers import Remedy
+from vibopt.balancing.influence import Identified, identify
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.plan import Plan
+from vibopt.balancing.pose import pose
+from vibopt.balancing.prices import solve_question
+from vibopt.balancing.remedies import remedy_of
+from vibopt.balancing.trust import Noise, bands, noise_of, seen_noise
+from vibopt.forms import ComplexArray, FloatArray
+
+MOST_BESIDE = 6
+"""Plans shown side by side."""
+_SEEN = 0.02
+"""Part of the greatest reading from which a misfit of one spare run is worth a word."""
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A measured rotor as the runs tell it that agree: the job without odd runs, its rotor and scatter."""
+
+    whole: RotorJob
+    job: RotorJob
+    identified: Identified
+    noise: Noise | None
+    found: tuple[Agreement, ...]
+
+    @property
+    def told(self) -> bool:
+        return all(one.told for one in self.found)
+
+
+def heard(job: RotorJob) -> Heard:
+    """The rotor by the runs that agree with each other."""
+    identified = identify(job)
+    noise = noise_of(job, identified)
+    found = agreements(job, identified, noise)
+    out = [run for one in found for run in one.out]
+    if not out:
+        return Heard(job, job, identified, noise, found)
+    kept = without(job, out)
+    again = identify(kept)
+    return Heard(job, kept, again, noise_of(kept, again), found)
+
+
+def held_bands(of: Heard, u: ComplexArray) -> FloatArray | None:
+    """95 % bands (n_rows, 2) that hold what is left whichever possible runs are odd; None without any scatter."""
+    if of.noise is None or not of.identified.learnt:
+        return None
+    ends = bands(of.job, of.identified, of.noise, u)
+    speeds = np.array([speed for speed, _ in of.job.readings])
+    for one in of.found:
+        rows = speeds == one.speed
+        for more in [_other(of.job, out, u) for out in one.possible] + ([] if one.told else [_as_seen(of, u)]):
+            if more is not None:
+                ends[rows, 0] = np.fmin(ends[rows, 0], more[rows, 0])
+                ends[rows, 1] = np.fmax(ends[rows, 1], more[rows, 1])
+    return ends
+
+
+def _other(job: RotorJob, out: Runs, u: ComplexArray) -> FloatArray | None:
+    fewer = without(job, out)
+    identified = identify(fewer)
+    noise = noise_of(fewer, identified)
+    return None if noise is None else bands(fewer, identified, noise, u)
+
+
+def _as_seen(of: Heard, u: ComplexArray) -> FloatArray | None:
+    """By the scatter that the runs show, which may be more than was given."""
+    noise = seen_noise(of.identified)
+    return None if noise is None else bands(of.job, of.identified, noise, u)
+
+
+def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
+    """The plan with other runs beside the one with u: with all of them, or without each that may be odd."""
+    sets: list[tuple[str, RotorJob]] = []
+    for one in of.found:
+        if one.out:
+            sets.append((f"with {_named(of.whole, one.out)}", replace(of.job, odd=_less(of.job.odd, one.out))))
+        elif not one.told:
+            sets += [(f"without {_named(of.whole, out)}", without(of.job, out)) for out in one.possible]
+    if not sets:
+        return ()
+    name = "this plan" if of.told else "all runs, as here"
+    plans = [remedy_of(of.job, name, u, of.identified, of.noise)]
+    for name, job in sets[: MOST_BESIDE - 1]:
+        identified = identify(job)
+        noise = noise_of(job, identified)
+        solved = solve_question(pose(job, identified, noise).question)
+        if solved.u is not None:
+            plans.append(remedy_of(job, name, solved.u, identified, noise))
+    return tuple(plans)
+
+
+def judged(of: Heard, plan: Plan) -> Plan:
+    """The plan with what its runs say against each other; unproven where nobody can tell which is wrong."""
+    plan = replace(plan, notes=(*_notes(of), *plan.notes))
+    if of.told or not plan.fittings:
+        return plan
+    doubtful = [one for one in of.found if not one.told]
+    where = " and at ".join(of.job.show_speed(one.speed) for one in doubtful)
+    odd = "; ".join(_either(of.whole, one.possible) for one in doubtful)
+    claim = f"the runs at {where} contradict each other, and it cannot be told which is wrong ({odd})"
+    todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
+    bands = "; the bands hold what is left whichever it is" if plan.rows and plan.rows[0].band else ""
+    return replace(plan, status="unproven", claim=f"{claim}{bands}", words=(todo, *plan.words))
+
+
+def _less(odd: Runs, out: Sequence[int]) -> Runs:
+    return tuple(one for one in odd if one not in out)
+
+
+def _named(job: RotorJob, runs: Sequence[int]) -> str:
+    return " and ".join(f'run "{job.runs[one].name}"' for one in runs)
+
+
+def _either(job: RotorJob, sets: Sequence[Runs]) -> str:
+    """All that may be odd, each set once."""
+    said = [_named(job, one) for one in sets]
+    shown = said if len(said) <= MOST_BESIDE else [*said[:MOST_BESIDE], f"{len(said) - MOST_BESIDE} more"]
+    return f"{', '.join(shown[:-1])} or {shown[-1]}" if len(shown) > 1 else shown[0]
+
+
+def _notes(of: Heard) -> tuple[str, ...]:
+    found: list[str] = []
+    for one in of.found:
+        found += [_left_out(of, one.speed, run) for run in one.out]
+        at = of.job.show_speed(one.speed)
+        if one.possible and one.told:
+            found.append(
+                f"The runs at {at} do not agree as well as they should: by chance one job in {1.0 / one.chance:.0f} "
+                f"would look so. The bands hold what each alone could have spoilt: {_either(of.whole, one.possible)}."
+            )
+        if one.unchecked:
+            found.append(
+                f"No other run checks {_named(of.whole, one.unchecked)} at {at}: were it wrong, nothing here would "
+                f"show it."
+            )
+        found += _one_spare(of, one.speed)
+    return tuple(found)
+
+
+def _left_out(of: Heard, speed: int, run: int) -> str:
+    learnt, odd, job = of.identified.learnt[speed], of.whole.runs[run], of.job
+    theta = learnt.pseudo @ learnt.readings
+    predicted = theta[0] + odd.weights[list(learnt.planes)] @ theta[1:] + learnt.known @ odd.weights
+    off = np.abs(odd.readings - job.runout - predicted)
+    sensor = job.sensors[int(np.argmax(off))]
+    return (
+        f'Run "{odd.name}" at {job.show_speed(speed)} does not agree with the others and is left out: they predict a '
+        f"reading at {sensor.name} that is {sensor.show(float(off.max()), 3)} away. Repeat it; the plan with it stands "
+        f"beside this one."
+    )
+
+
+def _one_spare(of: Heard, speed: int) -> list[str]:
+    """With one spare run and no scatter given only the disagreement itself can be told, not whose it is."""
+    learnt, job = of.identified.learnt[speed], of.job
+    worst = float(np.abs(learnt.misfit).max(initial=0.0))
+    if job.scatter is not None or learnt.spare != 1 or worst < _SEEN * float(np.abs(learnt.readings).max()):
+        return []
+    run, place = np.unravel_index(int(np.argmax(np.abs(learnt.misfit))), learnt.misfit.shape)
+    sensor = job.sensors[int(place)]
+    return [
+        f"The runs at {job.show_speed(speed)} do not agree: the fit misses by up to {sensor.show(worst, 3)} at "
+        f'{sensor.name} (in run "{learnt.runs[int(run)].name}"). With one run to spare and no scatter given nobody can '
+        f"tell which is wrong: repeat one of them."
+    ]
