@@ -15,17 +15,22 @@ from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed
 from vibopt.balancing.question import Question, Solved
-from vibopt.balancing.report_rotor import coefficients, trial_advice
+from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.forms import ComplexArray
 from vibopt.units import show
 
+UNJUDGED = (
+    "Whether the grade is met is not known: that needs one plan, a place of every plane under [quality], a radius of "
+    "each, and sensors that tell the planes apart."
+)
 OFF = "Take every trial weight off first: the plan is added to the rotor as found."
 
 
 def begun(job: RotorJob, **more: Any) -> Plan:
     """A plan with what every plan of the job says."""
-    values = {**trial_advice(job), **more.pop("values", {})}
-    notes = (*job.notes, *_swallowed(job), *more.pop("notes", ()))
+    values = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
+    unjudged = job.quality is not None and bool(more.get("fittings")) and "quality.earned" not in values
+    notes = (*job.notes, *_swallowed(job), *((UNJUDGED,) if unjudged else ()), *more.pop("notes", ()))
     return Plan(job=job, conventions=job.conventions.sentences(bool(job.runs)), values=values, notes=notes, **more)
 
 

@@ -12,8 +12,8 @@ from vibopt.units import show
 
 MOST_COEFFICIENTS = 12
 _WARNS = re.compile(
-    "act almost alike|No sensor feels|not agree|No other run checks|do not meet|upper end of its 95 % band|"
-    "no two weights together act"
+    "act almost alike|act nearly alike|What plane|Plane .* buys nothing|No sensor feels|not agree|No other run checks|"
+    "do not meet|upper end of its 95 % band|no two weights together act"
 )
 _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 

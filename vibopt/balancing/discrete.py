@@ -9,6 +9,7 @@ import numpy as np
 from vibopt.balancing.arcs import into_arcs
 from vibopt.balancing.cells import Cells
 from vibopt.balancing.convex import FEW, KEPT, Convex, likely_worst, solve_convex
+from vibopt.balancing.equals import first_of_equals
 from vibopt.balancing.free_planes import Free, free_planes
 from vibopt.balancing.question import Question, Solved, relative_gap
 from vibopt.balancing.rounding import rounded
@@ -144,6 +145,7 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
         chosen.append(place)
         if options is not None:
             u[plane] = options[place]
+    u, chosen = first_of_equals(question, u, chosen)
     value = question.chosen_only(chosen).value(u)
     low = min(bound * scene.goal_size, value)
     gap = relative_gap(value, low, scene.goal_size)

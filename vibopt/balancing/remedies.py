@@ -17,13 +17,21 @@ from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Question, first_greatest
 from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
 from vibopt.forms import ComplexArray
+from vibopt.units import show
+
+LEFT_OUT = " left out"
 
 
 def warning(job: RotorJob, found: Conditioning) -> str:
     """The sentence that names the planes; "" where all are told apart."""
-    if not found.alike:
+    if not found.near:
         return ""
-    names = _and([job.planes[index].name for index in found.alike])
+    names = _and([job.planes[index].name for index in found.near])
+    if not found.alike:
+        return (
+            f"Planes {names} act nearly alike: condition number {found.number:.2g}; errors of the readings come out "
+            f"as weights that partly cancel. Compare with one of them left out."
+        )
     number = "infinite" if np.isinf(found.number) else f"{found.number:.1e}".replace("e+0", "e").replace("e+", "e")
     return f"Planes {names} act almost alike: condition number {number}; one can be left out, or the mass penalised."
 
@@ -34,16 +42,29 @@ def remedies(
     """As asked, each alike plane left out, the mass penalised, and caps from the plane left out."""
     question = posed.question
     tried: list[tuple[str, ComplexArray | None]] = [("as asked", u)]
-    for plane in found.alike:
-        tried.append((f"{job.planes[plane].name} left out", solve_question(without_plane(question, [plane])).u))
+    for plane in found.near:
+        tried.append((f"{job.planes[plane].name}{LEFT_OUT}", solve_question(without_plane(question, [plane])).u))
     single = [one for _, one in tried[1:] if one is not None]
-    if not question.is_discrete and question.goal != "correction":
+    if found.alike and not question.is_discrete and question.goal != "correction":
         tried.append(("mass penalised", solve_question(penalised(question, job.free)).u))
         if single:
             largest = min(float(np.abs(one).max()) for one in single)
             capped = replace(question, caps=np.minimum(question.caps, largest))
             tried.append((f"caps of {_cap_text(job, found.alike[0], largest)}", solve_question(capped).u))
     return tuple(remedy_of(job, name, one, identified, noise) for name, one in tried if one is not None)
+
+
+def last_one(ways: Sequence[Remedy]) -> tuple[str, ...]:
+    """What the last of the planes buys, in words: the best plan without one of them against the plan as asked."""
+    fewer = [one for one in ways if one.name.endswith(LEFT_OUT)]
+    if not fewer:
+        return ()
+    best = min(fewer, key=lambda one: float(one.worst.value))
+    name = best.name.removesuffix(LEFT_OUT)
+    now, then = (show(float(one.worst.value), one.worst.unit, one.worst.dimension) for one in (ways[0], best))
+    if not float(best.worst.value) > float(ways[0].worst.value):
+        return (f"Plane {name} buys nothing: without it the worst left is {then}.",)
+    return (f"What plane {name} buys: {now} instead of {then} at the worst sensor ({', '.join(best.masses)}).",)
 
 
 def penalised(question: Question, free: Sequence[int]) -> Question:

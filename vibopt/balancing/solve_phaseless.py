@@ -19,7 +19,8 @@ from vibopt.balancing.pose import pose
 from vibopt.balancing.prices import solve_question
 from vibopt.balancing.putback import put_back_without_phase, runs_without_phase
 from vibopt.balancing.question import Solved
-from vibopt.balancing.remedies import remedies, warning
+from vibopt.balancing.remedies import last_one, remedies, warning
+from vibopt.balancing.report_rotor import quality_values
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.words import show_angle
 from vibopt.forms import FloatArray
@@ -32,13 +33,14 @@ EXACT = 1e-6
 def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
     """The plan, or all of them, that the amplitudes allow."""
     answers = without_phase(job)
-    solved, fittings, posed_of = [], [], []
+    solved, fittings, posed_of, kept = [], [], [], []
     for rotor in answers.rotors:
         posed = pose(job, rotor)
         one = solve_question(posed.question)
         if one.u is not None:
             solved.append(one)
             posed_of.append(posed)
+            kept.append(rotor)
             fittings.append(fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options))
     if not solved:
         first = pose(job, answers.rotors[0])
@@ -55,6 +57,8 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
         )  # fmt: skip
     goal = goal_of(job, question.chosen_only(solved[0].chosen), u)
     several = len(fittings) > 1
+    ways = remedies(job, posed_of[0], kept[0], None, found, u) if found.near and not several else ()
+    alike = (warning(job, found), *last_one(ways)) if ways else ()
     priced = limit_answers(job, posed_of[0], solved[0], goal[1], thorough=thorough)
     status, claim = _several(fittings) if several else _one(job, answers, fittings[0], solved[0])
     words = _words_of(fittings)
@@ -62,8 +66,9 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
         job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),
         limits={} if several else priced.limits, prices={} if several else priced.caps, words=(OFF, *words),
         gap=solved[0].gap,
-        notes=(*_miss_notes(job, answers), *(_ask(job, answers) if several else priced.notes)),
-        method=METHOD, values={}, details={"miss": answers.miss.tolist()},
+        notes=(*alike, *_miss_notes(job, answers), *(_ask(job, answers) if several else priced.notes)),
+        method=METHOD, values={} if several else quality_values(job, kept[0], u),
+        remedies=ways, condition=found.number, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from vibopt.balancing.pose import Posed, pose
 from vibopt.balancing.prices import solve_question
 from vibopt.balancing.putback import put_back
 from vibopt.balancing.question import Solved
-from vibopt.balancing.remedies import remedies, warning
+from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.balancing.solve_phaseless import solve_without_phase
 from vibopt.balancing.trust import Noise, conditioning
@@ -78,7 +78,7 @@ def _plan(
     goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
     found = conditioning(nominal, job.free)
     said = warning(job, found)
-    ways = remedies(job, plain, identified, noise, found, u) if found.alike else ()
+    ways = remedies(job, plain, identified, noise, found, u) if found.near else ()
     if refused := cancelling(job, nominal, identified, noise, found, u):
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
@@ -94,7 +94,7 @@ def _plan(
         remedies=ways,
         values={**coefficients(job, identified), **quality_values(job, identified, u)},
         notes=(
-            *((said,) if said else ()), *_reach_notes(job), *unsure(limits),
+            *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
             *_noise_notes(job, noise), *priced.notes,
         ),
         prices=priced.caps,

@@ -14,10 +14,12 @@ from vibopt.forms import ComplexArray, FloatArray
 
 ALIKE = 30.0
 """Condition number from which planes are named as almost alike."""
+NEAR = 10.0
+"""Condition number from which it is said what the last plane buys."""
 SCENARIOS = 200
 TAIL = 0.025
 """What lies beyond each end of a band."""
-_RINGS, _ANGLES, _HALVINGS = 400, 90, 24
+_RINGS, _ANGLES, _HALVINGS = 400, 48, 16
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ def _band(z: complex, covariance: FloatArray, spare: float) -> tuple[float, floa
     unit = _likely(spare)
     turned = axes @ (main[:, None] * np.stack([unit.real, unit.imag]))
     errors = turned[0] + 1j * turned[1]
-    low, high = np.quantile(np.abs(z + errors), [TAIL, 1.0 - TAIL])
+    low, high = np.quantile(np.abs(z + errors), [TAIL, 1.0 - TAIL], method="hazen")
     return min(float(low), _least(z, errors)), float(high)
 
 
@@ -193,6 +195,8 @@ class Conditioning:
         Condition number of H with its columns scaled to one length (planes without any effect are left out).
     alike
         Planes that act almost alike, by index; empty where all are told apart.
+    near
+        These, or planes that act nearly alike, which are compared with fewer planes.
     idle
         Planes that no sensor feels.
     """
@@ -200,6 +204,7 @@ class Conditioning:
     number: float
     alike: tuple[int, ...]
     idle: tuple[int, ...]
+    near: tuple[int, ...] = ()
 
 
 def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
@@ -215,8 +220,8 @@ def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     if len(values) < len(felt):
         values = np.append(values, np.zeros(len(felt) - len(values)))
     number = float(values[0] / values[-1]) if values[-1] > 1e-16 * values[0] else float("inf")
-    if number < ALIKE:
+    if number < NEAR:
         return Conditioning(number, (), idle)
     weak = np.abs(rows[-1])
-    alike = tuple(free[felt[column]] for column in np.flatnonzero(weak > 0.3 * weak.max()))
-    return Conditioning(number, alike, idle)
+    near = tuple(free[felt[column]] for column in np.flatnonzero(weak > 0.3 * weak.max()))
+    return Conditioning(number, near if number >= ALIKE else (), idle, near)
