@@ -31,7 +31,7 @@ def first_of_equals(question: Question, u: ComplexArray, chosen: list[int]) -> t
 
 
 def _each_plane(question: Question, u: ComplexArray, chosen: list[int]) -> tuple[ComplexArray, list[int]]:
-    value, left = question.chosen_only(chosen).value(u), question.residual(u)
+    value, left = _no_worse(question, question.chosen_only(chosen).value(u)), question.residual(u)
     for plane, options in enumerate(question.options):
         if options is None or not chosen[plane]:
             continue
@@ -41,7 +41,7 @@ def _each_plane(question: Question, u: ComplexArray, chosen: list[int]) -> tuple
             earlier = np.where(masses[: chosen[plane]] <= masses[chosen[plane]] * (1.0 + SAME), earlier, np.nan)
         if question.goal != "correction":
             moved = left[None, :] + (earlier - u[plane])[:, None] * question.H[None, :, plane]
-            near = np.flatnonzero(question.measure(np.abs(moved)) <= value * (1.0 + SAME))
+            near = np.flatnonzero(question.measure(np.abs(moved)) <= value)
         else:
             near = np.flatnonzero(np.isfinite(earlier.real))
         for place in near.tolist():
@@ -55,7 +55,7 @@ def _each_plane(question: Question, u: ComplexArray, chosen: list[int]) -> tuple
 
 def _exchanged(question: Question, u: ComplexArray, chosen: list[int]) -> tuple[ComplexArray, list[int]]:
     """Planes with the same list whose choices may be exchanged, the earlier plane with the earlier one."""
-    value = question.chosen_only(chosen).value(u)
+    value = _no_worse(question, question.chosen_only(chosen).value(u))
     listed = [plane for plane, one in enumerate(question.options) if one is not None]
     for first, second in combinations(listed, 2):
         if chosen[first] <= chosen[second] or not _same_lists(question, first, second):
@@ -68,6 +68,12 @@ def _exchanged(question: Question, u: ComplexArray, chosen: list[int]) -> tuple[
     return u, chosen
 
 
+def _no_worse(question: Question, value: float) -> float:
+    """What an equal choice may come to: rounding of the value, and of the readings where nothing is left."""
+    nothing = 0.0 if question.goal == "correction" else float(question.measure(np.abs(question.y0)))
+    return value + SAME * (abs(value) + 1e-3 * nothing)
+
+
 def _same_lists(question: Question, first: int, second: int) -> bool:
     one, other = question.options[first], question.options[second]
     if one is None or other is None or one.shape != other.shape or not np.allclose(one, other, rtol=1e-12, atol=0.0):
@@ -78,4 +84,4 @@ def _same_lists(question: Question, first: int, second: int) -> bool:
 
 def _as_good(question: Question, u: ComplexArray, chosen: list[int], value: float) -> bool:
     only = question.chosen_only(chosen)
-    return only.value(u) <= value * (1.0 + SAME) and not breaks(only, u, slack=SAME)
+    return only.value(u) <= value and not breaks(only, u, slack=SAME)

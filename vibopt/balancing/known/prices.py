@@ -78,10 +78,10 @@ def _price(job: KnownJob, found: Correction, goal: Measure, one: Bound) -> str:
     dimension = _dimension(job)
     bound, further = (one.shown(value) for value in (one.now, one.now * STEP))
     said = f"{bound} -> {further} buys {show(now, '', dimension)} -> {show(then[0], '', dimension)}"
-    return said + _until(goal, one)
+    return said + _until(goal, one, 1e-6 * now)
 
 
-def _until(goal: Measure, one: Bound) -> str:
+def _until(goal: Measure, one: Bound, slack: float) -> str:
     """The bound that the answer without it reaches, if with that bound the goal is as good."""
     without = one.moved(inf)
     free = _best(without, goal)
@@ -89,7 +89,6 @@ def _until(goal: Measure, one: Bound) -> str:
         return ""
     reached = one.measured(without, free[1]) * (1.0 + 1e-9)
     again = _best(one.moved(reached), goal) if reached > one.now else None
-    slack = 1e-6 * abs(free[0]) + 1e-12
     return f"; nothing more to gain beyond {one.shown(reached)}" if again and again[0] <= free[0] + slack else ""
 
 
