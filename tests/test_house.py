@@ -66,7 +66,7 @@ CLOCKS = (
     "thread_time",
     "max_wall_time",
 )
-AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.balancing.engine.answer", "vibopt.study.chart")
+AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.study.chart")
 """Who may read a clock: the user's time limit, the timings that are shown, and charts, which are there to measure."""
 
 HOMES = {
