@@ -140,8 +140,12 @@ def rao_9_12() -> Answers:
 RAO_9_14 = ((vector("0.004", 0), mpf("0.2")), (vector("0.001", 120), mpf("0.3")), (vector("0.0024", 200), mpf("0.9")))
 
 
-def rao_9_14_a() -> Answers:
-    a, b = bearing_forces(RAO_9_14, mpf(0), mpf("1.1"), rpm(1000))
+RAO_9_14_HALF = (RAO_9_14[0], (RAO_9_14[1][0], mpf("0.5")), RAO_9_14[2])
+
+
+def reactions(points: Points) -> Answers:
+    """Reactions of the bearings of problem 9.14."""
+    a, b = bearing_forces(points, mpf(0), mpf("1.1"), rpm(1000))
     return {
         "as_found.bearings.A.reaction": abs(a),
         "as_found.bearings.A.angle": turned(arg(a)),
@@ -150,10 +154,39 @@ def rao_9_14_a() -> Answers:
     }
 
 
-def rao_9_14_b() -> Answers:
-    left, right = two_planes(RAO_9_14, mpf(0), mpf("1.1"))
+def bearing_weights(points: Points) -> Answers:
+    """Weights in the planes of the bearings of problem 9.14."""
+    left, right = two_planes(points, mpf(0), mpf("1.1"))
     gone = {"residual.bearings.A.reaction": mpf(0), "residual.bearings.B.reaction": mpf(0)}
     return {**weight("planes.L", left, "0.25"), **weight("planes.R", right, "0.25"), **gone}
+
+
+def rao_9_14_a() -> Answers:
+    return reactions(RAO_9_14)
+
+
+def rao_9_14_a_half_metre() -> Answers:
+    return reactions(RAO_9_14_HALF)
+
+
+def rao_9_14_b() -> Answers:
+    return bearing_weights(RAO_9_14)
+
+
+def rao_9_14_b_half_metre() -> Answers:
+    return bearing_weights(RAO_9_14_HALF)
+
+
+def rao_9_14_b_capped() -> Answers:
+    """Each weight acts on its own bearing alone: the heavier one stops at its cap, in its direction."""
+    left, right = two_planes(RAO_9_14, mpf(0), mpf("1.1"))
+    short = abs(left) - mpf("0.008") * mpf("0.25")
+    return {
+        "planes.L.mass": mpf("0.008"),
+        "planes.L.angle": turned(arg(left)),
+        **{path: one for path, one in weight("planes.R", right, "0.25").items() if not path.endswith("unbalance")},
+        "residual.bearings.A.reaction": short * rpm(1000) ** 2,
+    }
 
 
 ASSIGNMENT_2 = ((vector("0.05", 90), mpf("0.2")), (vector("0.225", 220), mpf(1)), (vector("0.05", 330), mpf("1.6")))
@@ -262,6 +295,12 @@ def rao_9_8() -> Answers:
 def assignment_1() -> Answers:
     found = triangle(vector("0.165", -15), vector("0.225", 35), vector("0.05", 45), mirrored=True)
     return weight("planes.flywheel", found, 1)
+
+
+def assignment_1_phases() -> Answers:
+    return weight(
+        "planes.flywheel", triangle(vector("0.165", -15), vector("0.225", 35), vector("0.05", 45), mirrored=False), 1
+    )
 
 
 def rao_9_9() -> Answers:
@@ -495,6 +534,151 @@ def foiles_min_max_capped() -> Answers:
     return _least_worst(3.402)
 
 
+# --- caps and holes beside unique answers ----------------------------------------------------
+
+
+def capped(path: str, z: Real, radius: float | str, cap: float | str, *, removed: bool = False) -> Answers:
+    """One plane whose weight stops at its cap: it stays in its direction, and what is missing is left."""
+    found = weight(path, z, radius, removed=removed)
+    assert found[f"{path}.mass"] > mpf(cap)
+    found[f"{path}.mass"] = mpf(cap)
+    return {**found, "residual.static": abs(z) - mpf(cap) * mpf(radius)}
+
+
+def rao_9_4_capped() -> Answers:
+    holes = [vector("0.01", 0), vector("0.01", 60), vector("0.015", 120), vector("0.015", 180)]
+    return capped("planes.fifth", one_plane(-u for u in holes), "0.12", "0.15", removed=True)
+
+
+def rao_9_5_capped() -> Answers:
+    return capped("planes.rim", one_plane([vector("0.5", 10), vector("0.7", 100), vector("1.2", 190)]), 1, "0.8")
+
+
+def rao_9_11_capped() -> Answers:
+    """What plane C is short of acts at both ends with real shares, so it is least in the direction of C.
+
+    Ends at 0 and 0.6 m: B acts there by (5, 1)/6, C by (1, 5)/6, and B makes up for a lack of C with 5/13 of it.
+    """
+    found = rao_9_11()
+    c = found["planes.C.mass"] * mpf("0.1") * exp(mpc(0, found["planes.C.angle"]))
+    lack = c * (1 - mpf("0.01") / abs(c))
+    b = found["planes.B.mass"] * mpf("0.1") * exp(mpc(0, found["planes.B.angle"])) + lack * 5 / 13
+    return {
+        **weight("planes.B", b, "0.1"),
+        "planes.C.mass": mpf("0.1"),
+        "planes.C.angle": turned(arg(c)),
+        "residual.static": abs(lack) * 8 / 13,
+    }
+
+
+def fillings(holes: int, shelf: Sequence[float], most: int) -> list[complex]:
+    """Every sum of at most so many weights in different holes; hole 1 is at zero."""
+    single = [(m * np.exp(2j * np.pi * k / holes), k) for k in range(holes) for m in shelf]
+    sums = [0j]
+    for count in range(1, most + 1):
+        for chosen in combinations(single, count):
+            if len({k for _, k in chosen}) == count:
+                sums.append(complex(sum(u for u, _ in chosen)))
+    return sums
+
+
+def least(values: Any) -> int:
+    """Where the least value is; it must be the only one."""
+    ranked = np.sort(values)
+    assert ranked[1] > ranked[0] * (1.0 + 1e-6)
+    return int(np.argmin(values))
+
+
+def rao_9_3_holes() -> Answers:
+    known = sum(complex(u) for u in (vector("3.85", 40), vector("1.35", 220), vector("3.25", 290))) * 1e-3
+    options = 0.1e-3 * np.array(fillings(12, (10.0, 20.0, 30.0), 2))
+    left = np.abs(known + options)
+    best = least(left)
+    return {
+        "residual.static": left[best],
+        "planes.disc.unbalance": abs(options[best]),
+        "planes.disc.angle": float(np.angle(options[best]) % (2.0 * np.pi)),
+    }
+
+
+def rao_9_12_holes() -> Answers:
+    """Judged at the bearings, 0 and 2 m; each unbalance acts there by the lever."""
+    known = [(complex(u), float(z)) for u, z in RAO_9_12]
+    options = 0.5 * np.array(fillings(16, (0.25, 0.5, 1.0, 1.5), 1))
+    at_b = sum(u * (1 - z / 2) for u, z in known) + 1.2 * options[:, None] - 0.1 * options
+    at_f = sum(u * z / 2 for u, z in known) - 0.2 * options[:, None] + 1.1 * options
+    i, j = divmod(least((np.abs(at_b) ** 2 + np.abs(at_f) ** 2).ravel()), len(options))
+    found: Answers = {"residual.static": abs(sum(u for u, _ in known) + options[i] + options[j])}
+    for name, u in (("A", options[i]), ("G", options[j])):
+        found[f"planes.{name}.mass"] = abs(u) / 0.5
+        found[f"planes.{name}.angle"] = float(np.angle(u) % (2.0 * np.pi))
+    return found
+
+
+def rao_9_6_capped() -> Answers:
+    """Half balanced in the right direction: the reading falls by the part of the weight that is there."""
+    z = triangle(vector("0.2", 40), vector("0.5", 150), vector("0.2", -65), mirrored=True)
+    return {
+        "goal": mpf("0.2e-3") * (1 - mpf("0.05") / abs(z)),
+        "planes.wheel.mass": mpf("0.05"),
+        "planes.wheel.angle": turned(arg(z)),
+    }
+
+
+def rao_9_7_holes() -> Answers:
+    """Positions of the mark are mirror images of phases, so their conjugates turn with the weights."""
+    found, trial = (complex(v).conjugate() for v in (vector("0.15", -15), vector("0.22", 35)))
+    effect = (trial - found) / complex(vector("0.05", 45))
+    options = np.array(fillings(8, (0.01, 0.02, 0.03), 2))
+    left = np.abs(found + effect * options)
+    best = least(left)
+    return {
+        "goal": left[best] * 1e-3,
+        "planes.flywheel.mass": abs(options[best]),
+        "planes.flywheel.angle": float(np.angle(options[best]) % (2.0 * np.pi)),
+    }
+
+
+def rao_9_8_sector() -> Answers:
+    """The nearest allowed weight is the foot of the perpendicular on the nearer edge of the sector."""
+    z = triangle(vector("0.1", 45), vector("0.2", 145), vector("0.1", -20), mirrored=True)
+    into = turned(arg(z)) - deg(260)
+    assert 0 < into < deg(40)
+    return {
+        "goal": mpf("0.1e-3") * sin(into),
+        "planes.wheel.mass": abs(z) * cos(into),
+        "planes.wheel.angle": deg(260),
+    }
+
+
+def rao_9_13_effects() -> Any:
+    """Effects of an ounce, a row per bearing and a column per plane, and the readings as found [mil pp]."""
+    trials = {"left": 2.0 * np.exp(1j * np.pi / 6.0), "right": 2.0}
+    found = np.array([complex(v) for v in RAO_9_13["found"]])
+    effect = [(np.array([complex(v) for v in RAO_9_13[side]]) - found) / trials[side] for side in ("left", "right")]
+    return np.array(effect).T, found
+
+
+def rao_9_13_holes() -> Answers:
+    effect, found = rao_9_13_effects()
+    options = np.array(fillings(12, (1.0, 2.0, 4.0), 1))
+    left = found[:, None, None] + effect[:, :1, None] * options[:, None] + effect[:, 1:, None] * options
+    i, j = divmod(least(np.abs(left).max(axis=0).ravel()), len(options))
+    answers: Answers = {"goal": float(np.abs(left[:, i, j]).max()) * 12.7e-6}
+    for name, u in (("left", options[i]), ("right", options[j])):
+        answers[f"planes.{name}.mass"] = abs(u) * 0.028349523125
+        answers[f"planes.{name}.angle"] = float(np.angle(u) % (2.0 * np.pi))
+    return answers
+
+
+def printed_weights_leave(left: tuple[float, float], right: tuple[float, float]) -> tuple[float, float]:
+    """Readings of both bearings of problem 9.68 [mil pp] with weights [oz, degrees] fitted as printed."""
+    effect, found = rao_9_13_effects()
+    weights = [size * np.exp(1j * np.radians(angle)) for size, angle in (left, right)]
+    a, b = np.abs(found + effect @ weights)
+    return float(a), float(b)
+
+
 # --- engines ---------------------------------------------------------------------------------
 
 STEPS = 2048
@@ -680,6 +864,19 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_13": rao_9_13,
     "rao_9_14_a": rao_9_14_a,
     "rao_9_14_b": rao_9_14_b,
+    "rao_9_3_holes": rao_9_3_holes,
+    "rao_9_4_capped": rao_9_4_capped,
+    "rao_9_5_capped": rao_9_5_capped,
+    "rao_9_6_capped": rao_9_6_capped,
+    "rao_9_7_holes": rao_9_7_holes,
+    "rao_9_8_sector": rao_9_8_sector,
+    "rao_9_11_capped": rao_9_11_capped,
+    "rao_9_12_holes": rao_9_12_holes,
+    "rao_9_13_holes": rao_9_13_holes,
+    "rao_9_14_a_half_metre": rao_9_14_a_half_metre,
+    "rao_9_14_b_half_metre": rao_9_14_b_half_metre,
+    "rao_9_14_b_capped": rao_9_14_b_capped,
+    "assignment_1_phases": assignment_1_phases,
     "rao_9_22": rao_9_22,
     "rao_9_22_exact": rao_9_22_exact,
     "rao_9_23": rao_9_23,

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from balancing_routes import ROUTES
+from balancing_routes import ROUTES, printed_weights_leave
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
 STEMS = sorted(path.stem for path in PROBLEMS.glob("*.toml"))
@@ -27,6 +27,7 @@ SI = {
     "N": 1.0,
     "kN": 1e3,
     "N m": 1.0,
+    "mm pk": 1e-3,
     "mm/s pk": 1e-3,
     "mm/s rms": 1e-3 * sqrt(2.0),
     "mil pp": 12.7e-6,
@@ -91,3 +92,21 @@ def test_every_file_has_records_and_each_path_once(stem: str) -> None:
 
 def test_every_file_has_a_route_and_every_route_a_file() -> None:
     assert set(ROUTES) == set(STEMS)
+
+
+@pytest.mark.parametrize(
+    ("stem", "left", "right"),
+    [
+        ("rao_9_13", (4.2315, 49.7058), (2.1217, 39.2682)),
+        ("rao_9_68", (4.231537, 130.294244), (2.121730, 140.731862)),
+        ("rao_9_69", (4.23153662, 130.29424410), (2.12172985, 140.73186247)),
+        ("rao_9_70", (4.2315292, -49.705841), (2.1217260, -39.268173)),
+    ],
+)
+def test_what_the_printed_weights_leave_is_said(
+    stem: str, left: tuple[float, float], right: tuple[float, float]
+) -> None:
+    a, b = printed_weights_leave(left, right)
+    said = [record["why"] for record in records(stem) if "fitted as printed" in record.get("why", "")]
+    words = f"fitted as printed, both weights leave {a:.4g} mil at A and {b:.4g} mil at B, where 5 and 4 mil were found"
+    assert [one.partition("; ")[2] for one in said] == [words]
