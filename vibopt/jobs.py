@@ -159,6 +159,15 @@ def balanced(job: BalancingJob, *, thorough: bool = False) -> Solution:
     return replace(found, claim=found.claim + limit.words) if limit is not None else found
 
 
+def plain_answer(found: Answer) -> dict[str, Any]:
+    """The answer as plain data, as `solve --json` prints it."""
+    if is_design(found):
+        from vibopt.design.jsonable import as_json
+
+        return as_json(found)
+    return found.to_json()
+
+
 def _balanced(job: BalancingJob, thorough: bool) -> Solution:
     if is_known(job):
         from vibopt.balancing.known import solve_known

@@ -113,6 +113,11 @@ def each_answer_within(seconds: float | None) -> Iterator[None]:
         _EACH.reset(token)
 
 
+def seconds_of_each_answer() -> float | None:
+    """What `each_answer_within` said, to say it again in another process."""
+    return _EACH.get()
+
+
 @contextmanager
 def answering() -> Iterator[TimeLimit | None]:
     """One answer: yields the user's time limit of it; None where there is none, or where an answer around it has it."""
@@ -137,4 +142,14 @@ def late(what: str = "") -> bool:
     return True
 
 
-__all__ = ["Budget", "Meter", "TimeLimit", "answering", "each_answer_within", "late", "metered", "worked"]
+__all__ = [
+    "Budget",
+    "Meter",
+    "TimeLimit",
+    "answering",
+    "each_answer_within",
+    "late",
+    "metered",
+    "seconds_of_each_answer",
+    "worked",
+]

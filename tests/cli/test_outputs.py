@@ -54,6 +54,7 @@ WRITERS: dict[str, tuple[tuple[str, ...], str]] = {
     "sweep": (("sweep", "FILE", "--vary", f"{BOUND}=10 N..30 N", "--points", "3", "--csv", "OUT"), ".csv"),
     "sweep figure": (("sweep", "FILE", "--vary", f"{BOUND}=10 N..30 N", "--points", "3", "--figure", "OUT"), ".svg"),
     "compare": (("compare", "FILE", PRESS, "--csv", "OUT"), ".csv"),
+    "verify": (("verify", "FILE", "--save", "OUT"), ".json"),
     "new": (("new", "balance", "-o", "OUT"), ".toml"),
 }  # fmt: skip
 each = pytest.mark.parametrize(("words", "ending"), WRITERS.values(), ids=WRITERS)
@@ -99,7 +100,7 @@ def test_a_file_of_vibopt_is_written_over_until_somebody_changes_it(
         assert again.code == 2
         return
     assert again.code == 0, again.err
-    if ending in (".toml", ".csv"):
+    if ending in (".toml", ".csv", ".json"):
         out.write_bytes(out.read_bytes().replace(b"e", b"E", 3) + b"x")
         assert run(*command(words, fan, out)).code == 2
 

@@ -1,5 +1,9 @@
 """Records against answers: what agrees, what does not, and what is no record at all."""
 
+import os
+import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,8 +14,10 @@ from vibopt.design.design import Design
 from vibopt.scene.read import from_text, read
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
-from vibopt.study.verify import compare, problem_files, verify
+from vibopt.study.records import compare
+from vibopt.study.verify import problem_files, verify
 
+ROOT = Path(__file__).parents[2]
 Run = Callable[..., Any]
 SPRING = """\
 title = "spring"
@@ -64,11 +70,11 @@ def test_a_right_record_agrees_in_any_unit(spring: Design, path: str, value: obj
 
 
 def test_the_tolerance_is_relative_and_can_be_narrowed(spring: Design) -> None:
-    record = {"what": "f", "path": "measures.frequency.value", "value": "10.0005 rad/s"}
+    record = {"what": "f", "path": "measures.frequency.value", "value": "10.000005 rad/s"}
     assert compare(spring, record).ok
-    row = compare(spring, {**record, "rel_tol": 1e-6})
+    row = compare(spring, {**record, "rel_tol": 1e-7})
     assert not row.ok
-    assert row.why == "10 rad/s instead of 10.0005 rad/s, relative difference 5e-05, allowed 1e-06."
+    assert row.why == "10 rad/s instead of 10.000005 rad/s, relative difference 5e-07, allowed 1e-07."
 
 
 @pytest.mark.parametrize(
@@ -83,6 +89,14 @@ def test_the_tolerance_is_relative_and_can_be_narrowed(spring: Design) -> None:
         ({"path": "sattus"}, 'there is no "sattus" in an answer. Did you mean "status"?'),
         ({"path": "measures.frequency.value", "value": "10 kg"}, "measures.frequency.value = 10 kg is a mass"),
         ({"path": "status", "rel_tol": 0}, "rel_tol = 0 is no number between 0 and 1."),
+        (
+            {"path": "measures.frequency.value", "rel_tol": 1e-3},
+            "rel_tol = 0.001: a rel_tol_why says why it is more than 1e-06, and stands nowhere else.",
+        ),
+        (
+            {"path": "measures.frequency.value", "rel_tol_why": "flat"},
+            "rel_tol = 1e-06: a rel_tol_why says why it is more than 1e-06, and stands nowhere else.",
+        ),
         ({"path": "status", "valeu": 1}, 'unknown key "valeu" in the record. Did you mean "value"?'),
         ({"path": "status", "verdict": "bad"}, 'verdict = "bad" is none of right, rounded'),
         ({"path": "status", "verdict": "wrong"}, "there is a verdict, but nothing printed that it judges."),
@@ -162,7 +176,7 @@ def test_the_verb_prints_every_record_and_its_exit_code_tells(run: Run, file: Ca
     bad = file(SPRING + record.format(12), "bad.toml")
     done = run("verify", good, bad)
     assert done.code == 6
-    assert "bad.toml, own: 10 rad/s instead of 12 rad/s, relative difference 0.17, allowed 0.0001.\n" in done.out
+    assert "bad.toml, own: 10 rad/s instead of 12 rad/s, relative difference 0.17, allowed 1e-06.\n" in done.out
     data = run("verify", bad, "--json").data
     assert (data["status"], data["files"], data["records"][0]["ok"]) == ("different", 1, False)
 
@@ -171,3 +185,108 @@ def test_an_empty_folder_is_an_input_error(run: Run, tmp_path: Path) -> None:
     done = run("verify", str(tmp_path))
     assert done.code == 2
     assert "holds no problem file" in done.err
+
+
+def test_any_number_of_workers_gives_the_same_table_in_the_order_of_the_files(
+    run: Run, file: Callable[..., str]
+) -> None:
+    record = '[[expected]]\nwhat = "own {0}"\npath = "measures.frequency.value"\nvalue = "{0} rad/s"\n'
+    files = [file(SPRING + record.format(number), f"{number}.toml") for number in (10, 11, 9, 12)]
+    one, three = (run("verify", *files, "--workers", number) for number in ("1", "3"))
+    assert one == three
+    assert one.code == 6
+    assert [line[:5] for line in one.out.splitlines() if line.startswith("own")] == ["own 1", "own 1", "own 9", "own 1"]
+
+
+def test_two_files_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "same.toml").write_text(SPRING)
+    names = [name for _, name in problem_files([tmp_path / "a", tmp_path / "b"])]
+    assert names == [f"{tmp_path}/a/same.toml", f"{tmp_path}/b/same.toml"]
+
+
+@pytest.mark.parametrize("workers", ["0", "-1", "many"])
+def test_a_number_of_workers_that_is_none_is_refused(run: Run, press: str, workers: str) -> None:
+    done = run("verify", press, "--workers", workers)
+    assert done.code == 2
+    assert "Invalid value for '--workers'" in done.err
+
+
+def children(process: int | str) -> list[str]:
+    """Numbers of the processes that a process has started."""
+    listed = Path(f"/proc/{process}/task/{process}/children")
+    return listed.read_text().split() if listed.exists() else []
+
+
+@pytest.mark.skipif(not Path(f"/proc/{os.getpid()}/task").exists(), reason="children are counted as Linux lists them")
+def test_ctrl_c_ends_every_process_with_one_sentence(tmp_path: Path) -> None:
+    for number in range(40):
+        (tmp_path / f"{number}.toml").write_text(SPRING)
+    command = [sys.executable, "-m", "vibopt", "verify", str(tmp_path), "--workers", "2"]
+    with subprocess.Popen(
+        command, start_new_session=True, text=True, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        while not any(children(one) for one in children(process.pid)):  # a worker, under what it is forked from
+            assert process.poll() is None
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate()  # ends when nobody holds the other ends any more: no process is left
+    assert (process.returncode, out) == (130, "")
+    assert err == "Stopped before every file was solved; nothing was compared.\n"
+
+
+def test_answers_are_kept_and_compared_file_by_file(run: Run, file: Callable[..., str], tmp_path: Path) -> None:
+    soft, hard = file(SPRING, "soft.toml"), file(SPRING.replace("100 N/m", "400 N/m"), "hard.toml")
+    kept = str(tmp_path / "kept.json")
+    done = run("verify", soft, hard, "--save", kept)
+    assert (done.code, done.out.splitlines()[-1]) == (0, f"Written: {kept}")
+    assert "timings" not in Path(kept).read_text()
+    done = run("verify", soft, hard, "--against", kept, "--workers", "1")
+    assert done.code == 0
+    assert done.out.splitlines()[-4:] == [
+        f"Against {kept}:",
+        "soft.toml: byte-equal",
+        "hard.toml: byte-equal",
+        "2 files: 2 byte-equal, 0 equal to 1e-9, 0 different.",
+    ]
+    file(SPRING.replace("100 N/m", "300 N/m"), "hard.toml")
+    done = run("verify", hard, "--against", kept)
+    assert done.code == 6
+    told = done.out.split(f"Against {kept}:\n")[1].splitlines()
+    assert told[0] == "hard.toml: differs; the problem file or a file that it names has changed since"
+    assert told[1] == "  measures.frequency.value: 17.3205080757 instead of 20, difference 0.13"
+    assert told[-2:] == ["1 file: 0 byte-equal, 0 equal to 1e-9, 1 different.", "1 more kept answer not asked for."]
+    data = run("verify", hard, "--against", kept, "--json").data
+    assert (data["status"], data["compared"][0]["verdict"]) == ("different", "differs")
+
+
+def test_an_answer_does_not_depend_on_where_its_file_lies(run: Run, press: str, tmp_path: Path) -> None:
+    kept, copy = str(tmp_path / "kept.json"), tmp_path / "elsewhere" / Path(press).name
+    copy.parent.mkdir()
+    copy.write_bytes(Path(press).read_bytes())
+    assert run("verify", press, "--save", kept).code == 0
+    assert f"{copy.name}: byte-equal\n" in run("verify", str(copy), "--against", kept).out
+
+
+def test_keeping_answers_writes_over_nothing_else(run: Run, file: Callable[..., str], tmp_path: Path) -> None:
+    soft, mine = file(SPRING), tmp_path / "mine.json"
+    mine.write_text("{}")
+    done = run("verify", soft, "--save", str(mine))
+    assert (done.code, mine.read_text()) == (2, "{}")
+    assert done.err == (
+        f"{mine} cannot be written: it is there already, and vibopt did not write it or it has been changed since. "
+        "Name another file, or add --force.\n"
+    )
+    assert run("verify", soft, "--save", str(mine), "--force").code == 0
+    assert run("verify", soft, "--save", str(mine)).code == 0
+    done = run("verify", soft, "--save", str(mine), "--against", str(mine))
+    assert done.err == f"{mine} cannot be written: it is read in this run. Name another file.\n"
+
+
+def test_a_file_without_an_answer_is_not_kept_and_that_is_said(
+    run: Run, file: Callable[..., str], tmp_path: Path
+) -> None:
+    kept = str(tmp_path / "kept.json")
+    done = run("verify", file(SPRING, "good.toml"), file("title = 1", "bad.toml"), "--save", kept)
+    assert done.code == 6
+    assert done.err == "Without an answer, so not kept: bad.toml.\n"

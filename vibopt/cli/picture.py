@@ -226,7 +226,7 @@ def _page(found: Answer, job: Job, changes: tuple[str, ...]) -> str:
 
 def _done(found: Answer, target: Path, as_json: bool) -> int:
     """Say what was written, and what it says."""
-    from vibopt.cli.solve import plain_answer
+    from vibopt.jobs import plain_answer
 
     if as_json:
         say_json({**plain_answer(found), "written": [str(target)]})

@@ -145,7 +145,7 @@ def _find_all() -> dict[str, Any]:
 
 
 def _record() -> dict[str, Any]:
-    from vibopt.study.verify import KEYS, VERDICTS
+    from vibopt.study.records import KEYS, VERDICTS
 
     words: dict[str, Any] = dict.fromkeys(KEYS, _TEXT)
     words["value"] = {"type": ["string", "number", "array"]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -108,6 +108,8 @@ def _save(found: Answer, drawn: Rounded | None, target: Path, changes: tuple[str
 
 def _say(found: Answer, job: Job, drawn: Rounded | None, written: Path | None, refused: str, *, as_json: bool) -> None:
     if as_json:
+        from vibopt.jobs import plain_answer
+
         more = {"written": [str(written)]} if written is not None else {"written": [], "messages": [refused]}
         say_json({**plain_answer(found), **(more if written is not None or refused else {})})
         return
@@ -153,17 +155,6 @@ def text_of(found: Answer, job: Job) -> str:
     from vibopt.balancing.table import text_of as balancing_text
 
     return balancing_text(found, job, width=width(), colour=colour())
-
-
-def plain_answer(found: Answer) -> Any:
-    """The answer as plain data."""
-    from vibopt.jobs import is_design
-
-    if is_design(found):
-        from vibopt.design.jsonable import as_json as design_json
-
-        return design_json(found)
-    return found.to_json()
 
 
 def with_prices(found: Answer) -> Answer:

@@ -2,50 +2,175 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from itertools import groupby
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, limited, method
-from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.options import Once, as_json, force, limited, method
+from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
     from vibopt.jobs import Answer, Job
-    from vibopt.study.verify import Row, Verification
+    from vibopt.study.archive import Comparison
+    from vibopt.study.records import Row
+    from vibopt.study.verify import Verification
 
-DIFFERENT = 6
+DIFFERENT, INTERRUPTED = 6, 130
+MOST_DIFFERENCES = 5
+"""Of one file, that are said in words; JSON has them all."""
 
 
 @click.command(cls=Once)
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @method
 @limited
+@click.option(
+    "--workers",
+    metavar="NUMBER",
+    type=click.IntRange(min=1),
+    help="Processes that share the files; without it as many as there are cores, two at most.",
+)
+@click.option("--save", metavar="FILE", help="Keep the answers, without their timings (.json).")
+@click.option("--against", metavar="FILE", help="Compare with answers that were kept, here or on another machine.")
+@force
 @as_json
-def verify(paths: tuple[str, ...], method: str | None, as_json: bool) -> int:
+def verify(
+    paths: tuple[str, ...],
+    method: str | None,
+    workers: int | None,
+    save: str | None,
+    against: str | None,
+    force: bool,
+    as_json: bool,
+) -> int:
     """Solve every .toml file of the folders and files named, and compare with its [[expected]] records.
 
-    Exit code 6 unless every file gives what it recorded.
+    The answers are the same with any number of workers, and come in the order of the files.  With --save
+    they are kept; with --against they are compared with kept ones, file by file: byte-equal, equal to 1e-9,
+    or what differs.
+
+    Exit code 6 unless every file gives what it recorded, and what was kept.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.jobs import answer as answer_of
-    from vibopt.jobs import is_scene
+    from vibopt.study.archive import kept_answer
     from vibopt.study.verify import verify as verified
+    from vibopt.study.workers import usual_number
 
-    def answer(job: Job) -> Answer:
-        return answer_of(job, method=method if is_scene(job) else None)
-
-    with Bar() as bar:
-        result = verified(paths, answer, bar)
+    kept = _kept(against) if against is not None else None
+    target = _target(paths, save, force=force) if save is not None else None
+    keep = None if kept is None and target is None else kept_answer
+    try:
+        with Bar() as bar:
+            result = verified(paths, partial(_answer, method=method), bar, workers=workers or usual_number(), keep=keep)
+    except KeyboardInterrupt:
+        return _stopped(as_json)
+    comparisons = _compared(result, kept) if kept is not None else []
+    written = _save(result, target) if target is not None else None
     if as_json:
-        say_json({"status": "ok" if result.ok else "different", "files": result.files, "records": result.rows})
+        _say_json(result, comparisons, written)
     else:
         _tell(result)
-    return 0 if result.ok else DIFFERENT
+        if kept is not None:
+            _tell_comparisons(comparisons, kept, str(against))
+        if written is not None:
+            _tell_written(result, written)
+    alike = all(one.verdict != "differs" for one in comparisons)
+    return 0 if result.ok and alike else DIFFERENT
+
+
+def _target(paths: tuple[str, ...], save: str, *, force: bool) -> Path:
+    """Where answers will be kept; the problem files are inputs, though other processes read them."""
+    from vibopt.files.reading import FileFault, Kind, stamp_of
+    from vibopt.study.verify import problem_files
+
+    for file, _ in problem_files(paths):
+        with suppress(FileFault):
+            stamp_of(file, Kind("a problem file", 1_000_000_000, "", ""))
+    return checked_target(save, (".json",), force=force)
+
+
+def _kept(against: str) -> dict[str, Any]:
+    from vibopt.study.archive import read_archive
+
+    return read_archive(against)
+
+
+def _compared(result: Verification, kept: Mapping[str, Any]) -> list[Comparison]:
+    from vibopt.study.archive import compared
+
+    return [compared(one.name, kept["answers"].get(one.name), one.kept) for one in result.results]
+
+
+def _save(result: Verification, target: Path) -> Path:
+    from vibopt.study.archive import archive_text
+
+    write_file(target, archive_text({one.name: one.kept for one in result.results if one.kept is not None}).encode())
+    return target
+
+
+def _say_json(result: Verification, comparisons: Sequence[Comparison], written: Path | None) -> None:
+    alike = result.ok and all(one.verdict != "differs" for one in comparisons)
+    say_json(
+        {
+            "status": "ok" if alike else "different",
+            "files": result.files,
+            "records": result.rows,
+            **({"compared": comparisons} if comparisons else {}),
+            **({"written": [str(written)]} if written is not None else {}),
+        }
+    )
+
+
+def _tell_comparisons(comparisons: Sequence[Comparison], kept: Mapping[str, Any], against: str) -> None:
+    """A line for each file, what differs below it, and how many are as they were."""
+    from vibopt.study.archive import CLOSE, EQUAL, changed_versions
+
+    say(f"\nAgainst {against}:")
+    for one in comparisons:
+        say(f"{one.file}: {one.words}")
+        for difference in one.differences[:MOST_DIFFERENCES]:
+            say(f"  {difference}")
+        if len(one.differences) > MOST_DIFFERENCES:
+            say(f"  and {len(one.differences) - MOST_DIFFERENCES} more")
+    verdicts = [one.verdict for one in comparisons]
+    counts = ((EQUAL, verdicts.count(EQUAL)), (CLOSE, verdicts.count(CLOSE)), ("different", verdicts.count("differs")))
+    say(f"{len(verdicts)} file{'s' * (len(verdicts) != 1)}: {', '.join(f'{count} {word}' for word, count in counts)}.")
+    if rest := len(set(kept["answers"]) - {one.file for one in comparisons}):
+        say(f"{rest} more kept answer{'s' * (rest != 1)} not asked for.")
+    for words in changed_versions(kept):
+        say(f"{words}.")
+
+
+def _tell_written(result: Verification, written: Path) -> None:
+    missing = [one.name for one in result.results if one.kept is None]
+    say(f"Written: {written}")
+    if missing:
+        complain(f"Without an answer, so not kept: {', '.join(missing)}.")
+
+
+def _answer(job: Job, method: str | None) -> Answer:
+    """The answer to a job; a method is one for scenes."""
+    from vibopt.jobs import answer, is_scene
+
+    return answer(job, method=method if is_scene(job) else None)
+
+
+def _stopped(as_json: bool) -> int:
+    message = "Stopped before every file was solved; nothing was compared."
+    if as_json:
+        say_json({"status": "interrupted", "messages": [message]})
+    else:
+        complain(message)
+    return INTERRUPTED
 
 
 def _tell(result: Verification) -> None:

@@ -1,62 +1,42 @@
-"""Records: what a problem file says its answer is, against the answer."""
+"""Problem files solved one after the other, or side by side, and compared with their own records."""
 
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from math import inf, isinf, tau
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.design.design import Checked, Design, Shown
-from vibopt.errors import InputError, QuantityError, UnknownName, way_out
+from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.jobs import is_design, open_job
-from vibopt.responses import Response
-from vibopt.units import read_quantity, show, to_unit
-from vibopt.units.spelling import split_detector
-from vibopt.values.speeds import ROTATION
-
-KEYS = ("what", "path", "value", "rel_tol", "printed", "verdict", "why")
-VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
-REL_TOL = 1e-4
-DIGITS = 8
+from vibopt.jobs import open_job
+from vibopt.study.records import Row, compare
+from vibopt.study.workers import Lost, each
+from vibopt.work import each_answer_within, seconds_of_each_answer
 
 if TYPE_CHECKING:
-    from vibopt.jobs import Answer, Job, Solution
+    from vibopt.jobs import Answer, Job
 
 Solve = Callable[["Job"], "Answer"]
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
-    """One record against our answer.
+class FileResult:
+    """What became of one problem file.
 
-    file, what, printed, verdict
-        As recorded; `printed` is what the source says, never compared.
-    right
-        The recorded answer.
-    ours
-        The answer now, in the unit of the record.
-    difference
-        Relative difference; None where the answer is a word.
-    ok
-        Whether they agree.
-    why
-        What is wrong with the record or the answer; "" when nothing is.
+    rows
+        Its records against the answer; one row that is not ok where there is no answer.
+    kept
+        What is kept of the answer, where that was asked for; None where there is no answer.
     """
 
-    file: str
-    what: str
-    printed: str
-    right: str
-    ours: str
-    verdict: str
-    ok: bool
-    difference: float | None = None
-    why: str = ""
+    name: str
+    rows: tuple[Row, ...]
+    kept: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +45,7 @@ class Verification:
 
     rows: tuple[Row, ...]
     files: int
+    results: tuple[FileResult, ...] = field(default=(), repr=False)
 
     @property
     def ok(self) -> bool:
@@ -72,7 +53,14 @@ class Verification:
         return all(row.ok for row in self.rows)
 
 
-def verify(paths: Iterable[str | Path], solve: Solve, progress: Progress | None = None) -> Verification:
+def verify(
+    paths: Iterable[str | Path],
+    solve: Solve,
+    progress: Progress | None = None,
+    *,
+    workers: int = 0,
+    keep: Callable[[Path, Job, Answer], Mapping[str, Any]] | None = None,
+) -> Verification:
     """Solve every problem file and compare with its records.
 
     Parameters
@@ -80,9 +68,13 @@ def verify(paths: Iterable[str | Path], solve: Solve, progress: Progress | None 
     paths
         Files, or folders that are searched for .toml files with all that is below them.
     solve
-        Scene to Design.
+        Job to answer; a function of a module, or a partial of one, where there are workers.
     progress
-        Called with the file and the part done.
+        Called with how many files are done, in words and as a part.
+    workers
+        Processes that share the files; 0 solves them in this one.
+    keep
+        Called with file, job and answer: what is kept of each answer.
 
     Raises
     ------
@@ -90,227 +82,73 @@ def verify(paths: Iterable[str | Path], solve: Solve, progress: Progress | None 
         A path that is not there, or a folder without any .toml file.
     """
     files = problem_files(paths)
-    rows: list[Row] = []
-    for index, (file, name) in enumerate(files):
+    work = partial(verify_file, solve=solve, keep=keep, seconds=seconds_of_each_answer())
+
+    def done(count: int) -> None:
         if progress is not None:
-            progress(name, index / len(files))
-        rows += verify_file(file, name, solve)
-    return Verification(tuple(rows), len(files))
+            progress(f"{count} of {len(files)} files", count / len(files))
+
+    done(0)
+    if workers:
+        found = each(work, files, workers, done)
+        results = [
+            _lost(name, one) if isinstance(one, Lost) else one for (_, name), one in zip(files, found, strict=True)
+        ]
+    else:
+        results = []
+        for one in files:
+            results.append(work(one))
+            done(len(results))
+    return Verification(tuple(row for one in results for row in one.rows), len(files), tuple(results))
 
 
 def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:
-    """Each file once, with the name that is shown for it."""
-    found: dict[Path, str] = {}
+    """Each file once, with the name that is shown for it: short, and as given where two would be the same."""
+    found: dict[Path, tuple[str, str]] = {}
     for given in map(Path, paths):
         if os.path.isdir(given):
             inside = sorted(one for one in given.rglob("*.toml") if one.is_file())
             if not inside:
                 raise InputError(f"{shown_name(given)} holds no problem file (.toml). Name another folder, or a file.")
             for one in inside:
-                found.setdefault(one.resolve(), str(one.relative_to(given)))
+                found.setdefault(one.resolve(), (one.relative_to(given).as_posix(), one.as_posix()))
         elif os.path.exists(given):
-            found.setdefault(given.resolve(), given.name)
+            found.setdefault(given.resolve(), (given.name, given.as_posix()))
         else:
             raise InputError(f"{shown_name(given)} is not there. Name a problem file (.toml) or a folder of them.")
-    return list(found.items())
+    short = Counter(name for name, _ in found.values())
+    return [(file, name if short[name] == 1 else whole) for file, (name, whole) in found.items()]
 
 
-def verify_file(file: Path, name: str, solve: Solve) -> list[Row]:
-    """The records of one file; one row that is not ok where there is no answer to compare with."""
+def verify_file(
+    given: tuple[Path, str],
+    solve: Solve,
+    keep: Callable[[Path, Job, Answer], Mapping[str, Any]] | None = None,
+    seconds: float | None = None,
+) -> FileResult:
+    """The records of one file with its name; one row that is not ok where there is no answer to compare with."""
+    file, name = given
     try:
         job = open_job(file)
     except InputError as error:
-        return [Row(name, "the file", "", "no mistakes", "input_error", "", False, why=str(error))]
+        return FileResult(name, (_no_answer(name, "the file", "no mistakes", "input_error", str(error)),))
     try:
-        found = solve(job)
+        with each_answer_within(seconds):
+            found = solve(job)
+            kept = keep(file, job, found) if keep is not None else None
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())
-        return [Row(name, "the answer", "", "an answer", "internal_error", "", False, why=text)]
+        return FileResult(name, (_no_answer(name, "the answer", "an answer", "internal_error", text),))
     rows = [compare(found, record, name) for record in job.expected]
     recorded = any(record.get("path") == "status" for record in job.expected)
     if found.status in ("check_failed", "unproven") and not recorded:
-        rows.append(Row(name, "status", "", "a checked answer", found.status, "", False, why=found.claim))
-    return rows
+        rows.append(_no_answer(name, "status", "a checked answer", found.status, found.claim))
+    return FileResult(name, tuple(rows), kept)
 
 
-def compare(found: Answer, record: Mapping[str, Any], file: str = "") -> Row:
-    """One record against the answer it speaks of."""
-    path, given = str(record.get("path", "")), record.get("value")
-    tolerance = record.get("rel_tol", REL_TOL)
-    said = str(record.get("what", path))
-    printed, verdict = str(record.get("printed", "")), str(record.get("verdict", ""))
-    complaint = _complaint(record)
-    ours, difference = "nothing", None
-    if not complaint:
-        try:
-            if is_design(found):
-                ours, difference = _compared(found, path, given)
-            else:
-                ours, difference = _compared_balancing(found, path, given)
-        except (QuantityError, _NoSuchPathError) as error:
-            complaint = f"{path} = {_text(given)} {error}" if isinstance(error, QuantityError) else str(error)
-    ok = not complaint and (ours == given if difference is None else difference <= tolerance)
-    if not ok and not complaint and difference is not None:
-        complaint = f"{ours} instead of {_text(given)}, relative difference {difference:.2g}, allowed {tolerance:.2g}."
-    return Row(file, said, printed, _text(given), ours, verdict, ok, difference, complaint)
+def _lost(name: str, lost: Lost) -> FileResult:
+    return FileResult(name, (_no_answer(name, "the answer", "an answer", "internal_error", f"{lost.why}."),))
 
 
-class _NoSuchPathError(Exception):
-    """A record points at nothing in the answer."""
-
-
-def _complaint(record: Mapping[str, Any]) -> str:
-    """What is wrong with the record itself."""
-    for key in record:
-        if key not in KEYS:
-            return f'unknown key "{key}" in the record.{way_out(key, KEYS)}'
-    for key in ("what", "path", "value"):
-        if key not in record:
-            return f"the record has no {key}."
-    tolerance = record.get("rel_tol", REL_TOL)
-    if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not 0.0 < tolerance < 1.0:
-        return f"rel_tol = {tolerance} is no number between 0 and 1."
-    verdict = record.get("verdict")
-    if verdict is not None and verdict not in VERDICTS:
-        return f'verdict = "{verdict}" is none of {", ".join(VERDICTS)}.'
-    if verdict is not None and "printed" not in record:
-        return "there is a verdict, but nothing printed that it judges."
-    if verdict not in (None, "right") and not record.get("why"):
-        return f'verdict = "{verdict}" needs a why.'
-    return ""
-
-
-def _compared(design: Design, path: str, given: object) -> tuple[str, float | None]:
-    """Our answer as text, and its relative difference; None for a word."""
-    if path == "status":
-        return design.status, None
-    if path == "set":
-        return _compared_set(design, given)
-    placed = design.places.get(path.removeprefix("variables."))
-    if placed is not None:
-        return placed.value, None
-    shown, dimension, amplitude = _find(design, path)
-    right, unit = _read(given, dimension, amplitude)
-    return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)
-
-
-def _compared_balancing(found: Solution, path: str, given: object) -> tuple[str, float | None]:
-    """As above for a balancing job: angles agree modulo a turn, and beside zero the unit of the record counts."""
-    try:
-        entry = found.find(path)
-    except UnknownName as error:
-        raise _NoSuchPathError(f"the answer has no such path: {error}") from None
-    if isinstance(entry.value, str):
-        return entry.value, None
-    word = split_detector(entry.unit)[2]
-    right, unit = _read(given, entry.dimension, entry.amplitude or bool(word))
-    if word and given != "infinite" and not split_detector(unit)[2]:
-        raise QuantityError(f'says neither pk, pp nor rms. Write "{given} {word}".')
-    ours = entry.value
-    if entry.dimension == "angle":
-        ours = right + (ours - right + 0.5 * tau) % tau - 0.5 * tau
-    gap = _difference(ours, right) if right else abs(to_unit(ours, unit, entry.dimension))
-    return _in_unit(entry.value, unit or entry.unit, entry.dimension), gap
-
-
-def _compared_set(design: Design, given: object) -> tuple[str, float]:
-    """Intervals end by end, each relative to the greatest end."""
-    if design.found is None:
-        raise _NoSuchPathError("the answer has no set: the file asks for none, or none was found.")
-    pairs = given if isinstance(given, list) else []
-    if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs) or not isinstance(given, list):
-        raise QuantityError('is no list of pairs. Write [["0 rpm", "540 rpm"]].')
-    dimension = _speed_dimension(design)
-    right = [_read(end, dimension, False) for pair in pairs for end in pair]
-    unit = right[-1][1] if right else ""
-    ours = [end.value for pair in design.found for end in pair]
-    text = [_in_unit(value, unit, dimension) for value in ours]
-    shown = ", ".join(f"{low}..{high}" for low, high in zip(text[::2], text[1::2], strict=True)) or "empty"
-    if len(ours) != len(right):
-        return shown, inf
-    top = max((abs(value) for value, _ in right), default=1.0) or 1.0
-    gaps = [abs(one - value) / (abs(value) or top) for one, (value, _) in zip(ours, right, strict=True)]
-    return shown, max(gaps, default=0.0)
-
-
-def _speed_dimension(design: Design) -> str:
-    name = str(design.scene.find_all).removesuffix(".speed")
-    return design.scene.excitations[name].speed.dimension if name in design.scene.excitations else ROTATION
-
-
-def _dimension(design: Design, path: str) -> str:
-    """Of a variable; a position of a mount is a length."""
-    return next((one.dimension for one in design.scene.variables if one.path == path), "length")
-
-
-def _find(design: Design, path: str) -> tuple[Shown, str, bool]:
-    """The value at a path of the answer, its dimension, and whether it is an amplitude."""
-    family, _, rest = path.partition(".")
-    if family == "variables":
-        chosen = _entry(design.variables, rest, "variable")
-        return chosen.value, _dimension(design, rest), False
-    if family in ("limits", "measures"):
-        return _find_checked(design, family, rest)
-    if path == "goal":
-        if design.goal is None or design.scene.goal is None:
-            raise _NoSuchPathError("the answer has no goal.")
-        response = design.scene.goal.response
-        return design.goal[1], response.dimension, response.amplitude
-    known = ("status", "goal", "set", "variables", "limits", "measures")
-    raise _NoSuchPathError(f'there is no "{family}" in an answer.{way_out(family, known)}')
-
-
-def _find_checked(design: Design, family: str, rest: str) -> tuple[Shown, str, bool]:
-    """NAME.value, NAME.worst_at or NAME.worst_at.EXCITATION."""
-    name, _, key = rest.partition(".")
-    checked: Checked = _entry(getattr(design, family), name, family.removesuffix("s"))
-    response: Response = getattr(design.scene, family)[checked.name]
-    if key == "value":
-        return checked.value, response.dimension, response.amplitude
-    if key == "worst_at" or key.startswith("worst_at."):
-        return _worst_at(design, checked, key.removeprefix("worst_at").removeprefix("."))
-    raise _NoSuchPathError(f'{family}.{name} has no "{key}". Write value or worst_at.')
-
-
-def _worst_at(design: Design, checked: Checked, excitation: str) -> tuple[Shown, str, bool]:
-    if not excitation and len(checked.worst_at) != 1:
-        names = ", ".join(checked.worst_at) or "none"
-        raise _NoSuchPathError(f"the worst of {checked.name} is at a speed of each of: {names}. Write worst_at.NAME.")
-    name = excitation or next(iter(checked.worst_at))
-    speed = _entry(checked.worst_at, name, "excitation")
-    return speed, design.scene.excitations[name].speed.dimension, False
-
-
-def _entry(table: Mapping[str, Any], name: str, what: str) -> Any:
-    if name not in table:
-        raise _NoSuchPathError(f'the answer has no {what} "{name}".{way_out(name, table)}')
-    return table[name]
-
-
-def _read(given: object, dimension: str, amplitude: bool) -> tuple[float, str]:
-    """A recorded value in SI (amplitudes peak), and its unit."""
-    if given == "infinite":
-        return inf, ""
-    quantity = read_quantity(given, dimension, amplitude=amplitude)
-    return quantity.value, quantity.unit
-
-
-def _difference(ours: float, right: float) -> float:
-    """Relative to the right value; absolute [SI] where that is zero."""
-    if isinf(ours) or isinf(right):
-        return 0.0 if ours == right else inf
-    gap = abs(ours - right)
-    return gap / abs(right) if right else gap
-
-
-def _in_unit(value: float, unit: str, dimension: str) -> str:
-    """Our value in the unit of the record, with eight digits."""
-    return show(value, unit, dimension, digits=DIGITS)
-
-
-def _text(given: object) -> str:
-    """A recorded value as it stands in the file, short."""
-    if isinstance(given, list):
-        pairs = [pair if isinstance(pair, list) else [pair] for pair in given]
-        return ", ".join("..".join(map(str, pair)) for pair in pairs) or "empty"
-    return str(given)
+def _no_answer(name: str, what: str, right: str, ours: str, why: str) -> Row:
+    return Row(name, what, "", right, ours, "", False, why=why)
