@@ -10,8 +10,6 @@ import pytest
 
 from absorber_cases import BRIDGE, CASES, SKID, TOOL, Case, grid, refined, scaled
 from absorber_records import ROUTES
-from vibopt.jobs import answer
-from vibopt.study.verify import verify
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "absorbers"
 STEMS = sorted(ROUTES)
@@ -93,13 +91,6 @@ def test_every_answer_of_a_route_is_recorded_once(stem: str) -> None:
     paths = [record["path"] for record in records(stem)]
     assert len(paths) == len(set(paths))
     assert set(paths) == set(ROUTES[stem]())
-
-
-@pytest.mark.parametrize("stem", STEMS)
-def test_vibopt_answers_as_recorded(stem: str) -> None:
-    outcome = verify([PROBLEMS / f"{stem}.toml"], answer)
-    assert outcome.rows
-    assert [row for row in outcome.rows if not row.ok] == []
 
 
 def test_every_problem_has_a_route_and_every_route_a_file() -> None:

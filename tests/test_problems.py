@@ -1,0 +1,54 @@
+"""Every problem file: its answer is what it records, and the answer can be told."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from vibopt.balancing.said import blocks_of, verdict
+from vibopt.balancing.table import text_of
+from vibopt.jobs import answer, is_design, is_scene, open_job
+from vibopt.study.records import KEYS, REL_TOL, compare
+
+if TYPE_CHECKING:
+    from vibopt.jobs import BalancingJob, Solution
+
+PROBLEMS = Path(__file__).parents[1] / "problems"
+FILES = sorted(PROBLEMS.rglob("*.toml"))
+
+
+def name_of(file: Path) -> str:
+    return file.relative_to(PROBLEMS).with_suffix("").as_posix()
+
+
+def records(file: Path) -> list[dict[str, Any]]:
+    """The `[[expected]]` tables of one problem file."""
+    return list(tomllib.loads(file.read_text(encoding="utf-8")).get("expected", []))
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_every_file_answers_what_it_records(file: Path) -> None:
+    job = open_job(file)
+    found = answer(job)
+    rows = [compare(found, record, name_of(file)) for record in job.expected]
+    assert rows
+    assert [row for row in rows if not row.ok] == []
+    if not is_scene(job) and not is_design(found):
+        told_in_80_columns(found, job)
+
+
+def told_in_80_columns(found: Solution, job: BalancingJob) -> None:
+    """The text and the blocks of the page of a balancing job."""
+    assert verdict(found).startswith(f"{found.status}: ")
+    assert max(map(len, text_of(found, job).splitlines())) <= 80
+    assert blocks_of(found, job)
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_a_record_coarser_than_the_rule_says_why(file: Path) -> None:
+    for record in records(file):
+        assert set(record) <= set(KEYS)
+        assert (record.get("rel_tol", REL_TOL) > REL_TOL) == ("rel_tol_why" in record), record["path"]
