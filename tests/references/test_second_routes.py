@@ -8,8 +8,6 @@ from typing import Any
 import pytest
 
 from second_routes import ROUTES, Answer
-from vibopt.jobs import answer
-from vibopt.study.verify import verify
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "isolation"
 STEMS = sorted(path.stem for path in PROBLEMS.glob("rao_*.toml"))
@@ -85,13 +83,6 @@ def test_record_judges_the_print_and_says_why(stem: str, record: dict[str, Any])
     if "verdict" in record:
         assert record["verdict"] in PRINT_VERDICTS
         assert "why" in record or record["verdict"] == "right"
-
-
-@pytest.mark.parametrize("stem", STEMS)
-def test_vibopt_answers_as_recorded(stem: str) -> None:
-    outcome = verify([PROBLEMS / f"{stem}.toml"], answer)
-    assert outcome.rows
-    assert [row for row in outcome.rows if not row.ok] == []
 
 
 @pytest.mark.parametrize("stem", STEMS)
