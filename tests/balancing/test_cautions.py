@@ -84,7 +84,7 @@ def test_with_the_scatter_given_it_decides() -> None:
 def test_every_way_round_gives_a_plan_that_can_be_bolted(text: str) -> None:
     plan = solve_text(text)
     assert plan.status == "optimal"
-    assert "; put back into a simulated rotor, which shows the same to " in plan.claim
+    assert "; put back into a simulated rotor, which shows the same " in plan.claim
     assert max(abs(one.u) for one in plan.planes) < 0.04 * 0.15
 
 

@@ -195,7 +195,7 @@ def test_the_odd_run_is_left_out_and_said_with_the_other_plan_beside() -> None:
     )
     assert [one.name for one in plan.beside] == ["this plan", 'with run "both"']
     assert plan.status == "optimal"
-    assert "; put back into a simulated rotor, which shows the same to " in plan.claim
+    assert "; put back into a simulated rotor, which shows the same up to rounding" in plan.claim
     clean = solve_text(FAN + SCATTER)
     for one, other in zip(plan.planes, clean.planes, strict=True):
         assert abs(one.u - other.u) < 1e-6 * abs(other.u)

@@ -156,3 +156,12 @@ def test_what_is_kept_is_strict_json(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         archive_text({"a": {"answer": {"x": float("nan")}}})
     assert json.loads(archive_text({}))["kept_by"] == "vibopt verify"
+
+
+@pytest.mark.parametrize(("off", "verdict"), [(1e-8, CLOSE), (1e-5, DIFFERS)])
+def test_the_speed_of_a_flat_peak_may_differ_by_more_than_its_height(off: float, verdict: str) -> None:
+    def kept(speed: float) -> dict[str, Any]:
+        at = {"fan": {"value": speed, "unit": "rad/s", "shown": "12.4 rad/s"}}
+        return {"sha256": {}, "answer": {"limits": {"comfort": {"value": 1.0, "unit": "m", "worst_at": at}}}}
+
+    assert compared("a.toml", kept(12.4), kept(12.4 * (1.0 + off))).verdict == verdict

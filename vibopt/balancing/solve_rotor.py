@@ -31,6 +31,7 @@ from vibopt.balancing.words import show_angle
 from vibopt.units import show
 
 AGREES = 1e-6
+_ROUNDING = 1e-12
 
 
 def solve_job(job: RotorJob, *, thorough: bool = False) -> Plan:
@@ -152,7 +153,7 @@ def _certified(plan: Plan, identified: Identified) -> Plan:
         return replace(
             plan,
             details=details,
-            claim=f"{plan.claim}; put back into a simulated rotor, which shows the same to {max(off, 1e-16):.0e}",
+            claim=f"{plan.claim}; put back into a simulated rotor, which shows the same {_within(off)}",
         )
     row = int(np.argmax(np.abs(shown - said)))
     text = (
@@ -160,6 +161,11 @@ def _certified(plan: Plan, identified: Identified) -> Plan:
         f"plan says {fitting.rows[row].residual.shown}"
     )
     return replace(plan, status="check_failed", claim=text, details=details)
+
+
+def _within(off: float) -> str:
+    """How well two routes agree; what rounding alone decides has no digits."""
+    return f"to {off:.0e}" if off > _ROUNDING else "up to rounding"
 
 
 def _advice(job: RotorJob) -> Plan:

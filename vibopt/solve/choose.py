@@ -14,8 +14,8 @@ from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
-_MODEST_GAP, _MODEST_BOXES = 1e-4, 20_000
-"""Gap and boxes of a search for what an answer says beside itself."""
+_MODEST_GAP, _MODEST_BOXES, _MODEST_MEASUREMENTS = 1e-4, 20_000, 300
+"""Gap, boxes and exact measurements of a search for what an answer says beside itself."""
 _FEW = 2
 """Starts beside a design that is known to be near."""
 
@@ -76,9 +76,12 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
 def modest(program: Program) -> Method:
     """The method for what stands beside an answer (conflicts, loosenings, ideal values): a coarser proof will do."""
     from vibopt.solve.global_search import BranchAndBound
+    from vibopt.solve.nlp import Nlp
 
     method = choose(program, None)
-    return BranchAndBound(_MODEST_GAP, _MODEST_BOXES) if isinstance(method, BranchAndBound) else method
+    if isinstance(method, BranchAndBound):
+        return BranchAndBound(_MODEST_GAP, _MODEST_BOXES)
+    return replace(method, count=_FEW, most=_MODEST_MEASUREMENTS) if isinstance(method, Nlp) else method
 
 
 def _begun(method: Method, near: Sequence[float] | None) -> Method:

@@ -29,6 +29,8 @@ CLOSENESS = 1e-9
 NOISE = 1e-12
 """What is smaller than this part of the greatest value of its unit in the answer is rounding around zero."""
 RATIOS = ("margin", "gap")
+FLAT = 1e-6
+"""The same for a speed at which a response is worst: a peak is flat, its place has half the digits of its height."""
 NOT_COMPARED = ("timings", "details")
 """How long it took, and how the answer was found."""
 _NUMERAL = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -204,6 +206,8 @@ class _Beside:
         whole = self.greatest.get(unit, 0.0) if unit is not None else 0.0
         if path.rpartition(".")[2] not in RATIOS and gap:
             gap /= whole if gap <= NOISE * whole else size
+        if ".worst_at." in path and gap <= FLAT:
+            return
         if gap > CLOSENESS:
             self.differences.append(f"{path}: {after:.12g} instead of {before:.12g}, difference {gap:.2g}")
         elif gap > self.largest:
