@@ -88,7 +88,7 @@ def _worst_of(
         machine = machine_of(replace(scene, off=off), chosen)
         differs = differing(scene, off)
         rows.append(replace(_checked(scene, machine, name, response, side), off=differs))
-    sign = -1.0 if (side or _natural_side(response)) == "at_least" else 1.0
+    sign = -1.0 if (side or response.worst_side) == "at_least" else 1.0
     worst = rows[0]
     for one in rows[1:]:
         worse = worst.margin - one.margin if side else sign * (one.value.value - worst.value.value) / _size(worst)
@@ -101,7 +101,7 @@ def _size(row: Checked) -> float:
 
 
 def _checked(scene: Scene, machine: Machine, name: str, response: Response, side: str) -> Checked:
-    found = measure_on(scene, machine, response, side or _natural_side(response))
+    found = measure_on(scene, machine, response, side or response.worst_side)
     given = getattr(response, side, None) if side else None
     unit = response.unit or getattr(given, "unit", "") or usual_unit(scene, response)
     margin = 0.0
@@ -132,11 +132,6 @@ def _checked(scene: Scene, machine: Machine, name: str, response: Response, side
         met=not side or margin >= -TOLERANCE,
         worst_at={key: _speed(scene, key, speed) for key, speed in found.speeds.items()},
     )
-
-
-def _natural_side(response: Response) -> str:
-    """The side that a measure without a bound shows: the worst."""
-    return "at_least" if response.complement or response.response == "insertion_loss" else "at_most"
 
 
 def _speed(scene: Scene, name: str, omega: float) -> Shown:

@@ -10,7 +10,17 @@ from pydantic import field_validator, model_validator
 
 from vibopt.devices.device import Device
 from vibopt.devices.disc import Disc
-from vibopt.devices.inertia import Piece, Principal, Shape, Solid, Tensor, read_inertia, tensor_fault, together
+from vibopt.devices.inertia import (
+    Piece,
+    Principal,
+    Shape,
+    Solid,
+    Tensor,
+    is_tensor,
+    read_inertia,
+    tensor_fault,
+    together,
+)
 from vibopt.devices.offset import SPAN, add_offset
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
@@ -197,8 +207,8 @@ class BodyTable(Device):
 
     @classmethod
     def freedoms_in(cls, name: str, given: Mapping[str, Any]) -> int:
-        motion = given.get("motion")
-        whole = isinstance(given.get("inertia"), (list, Mapping)) and "from" not in given["inertia"]
+        motion, inertia = given.get("motion"), given.get("inertia")
+        whole = is_tensor(inertia)
         if motion is None and (whole or "shape" in given or "made_of" in given):
             motion = "space"
         return len(FREEDOMS.get(str(motion), (name,)))

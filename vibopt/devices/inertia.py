@@ -113,6 +113,11 @@ class Shape(Table):
         return value
 
 
+def is_tensor(given: object) -> bool:
+    """Whether an inertia, as it stands in a file, is that of a body in space."""
+    return isinstance(given, list) or (isinstance(given, Mapping) and bool(set(given) & set(_SIX)))
+
+
 def read_inertia(given: object) -> object:
     """Three moments or a table of a tensor; anything else is left for the field to read."""
     if isinstance(given, list):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from vibopt.forms import FloatArray, Form, Monomials
 from vibopt.mechanics.model import Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.program.program import Aim, Limit, Program
+
+Part = TypeVar("Part", Limit, Aim)
 
 
 def held(program: Program, x: FloatArray, free: Sequence[int]) -> Program:
@@ -24,12 +27,13 @@ def held(program: Program, x: FloatArray, free: Sequence[int]) -> Program:
             models[id(model)] = _model(model, x, chosen, fixed)
         return models[id(model)]
 
-    def moved(part: Limit | Aim) -> Limit | Aim:
+    def moved(part: Part) -> Part:
         return replace(part, model=smaller(part.model), form=_form(part.form, x, chosen, fixed))
 
-    limits = tuple(one for one in map(moved, program.limits) if isinstance(one, Limit))
-    aim = moved(program.aim) if program.aim is not None else None
-    assert aim is None or isinstance(aim, Aim)
+    limits = tuple(moved(one) for one in program.limits)
+    aim = program.aim
+    if aim is not None:
+        aim = replace(moved(aim), others=tuple(moved(one) for one in aim.others))
     axes = tuple(program.axes[i] for i in chosen)
     return replace(program, model=smaller(program.model), axes=axes, limits=limits, aim=aim)
 

@@ -77,7 +77,7 @@ def doubts_at(scene: Scene, x: FloatArray) -> tuple[Uncertain, ...]:
 def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:
     """One measure as something that nature makes as bad as it can."""
     program, response = around(scene, x), scene.measures[name]
-    sense = -1.0 if response.response == "insertion_loss" else 1.0
+    sense = -1.0 if (response.worst_side == "at_least") != response.complement else 1.0
     pieces = []
     for each in members(scene, response):
         model, form = on_needed(replace(scene, off={}), program.model, each)

@@ -160,7 +160,8 @@ def _static_slope(model: Model, form: StaticRow, x: FloatArray) -> FloatArray:
     vectors = model.vectors[:, :n]
     change = np.where(model.kinds == INERTIA, GRAVITY * p * (vectors @ row), 0.0)
     change -= np.where(model.kinds == STIFFNESS, p * (vectors @ row) * (vectors @ down[:n]), 0.0)
-    slope: FloatArray = change @ model.exponents / (form.row @ down)
+    value = float(form.row @ down)
+    slope: FloatArray = change @ model.exponents / value if value else np.zeros(model.n_vars)
     return slope
 
 
@@ -306,7 +307,8 @@ def line_slope(
 def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: float) -> FloatArray:
     omega, slopes = frequency_slopes(model, x)
     asked = np.array([line.order * speed for line in drive.lines])
-    nearest = np.abs(np.log(np.maximum(omega, 1e-300))[:, None] - np.log(asked)).min(axis=1).argmin()
+    far = np.log(np.maximum(omega, 1e-300))[:, None] - np.log(np.maximum(asked, 1e-300))
+    nearest = np.abs(far).min(axis=1).argmin()
     slope: FloatArray = slopes[nearest]
     return slope
 

@@ -10,6 +10,7 @@ from vibopt.forms import Combine, ComplexArray, Drive, Form, Monomials, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.responses.kind import HarmonicResponse, Response
+from vibopt.responses.parameters import sum_of
 from vibopt.responses.rows import across_link
 
 
@@ -74,8 +75,8 @@ class AbsorberMass(Response):
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         own = model.families.get("absorbers", ())
-        chosen = [term for term in model.terms if term.kind == INERTIA and term.static_scale and term.owner in own]
-        return Monomials(np.array([t.scale for t in chosen]), np.array([t.exponents for t in chosen]))
+        weighing = [term for term in model.terms if term.kind == INERTIA and term.static_scale]
+        return sum_of(model, [term for term in weighing if term.owner in own])
 
     def measure_static(self, machine: Machine) -> float:
         return float(sum(machine.weights[name] for name in machine.tuned))

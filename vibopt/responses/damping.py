@@ -41,9 +41,9 @@ class DampingOfModes(Response):
 
     def measure_static(self, machine: Machine) -> float:
         if self.of is not None:
-            return next(one for one in machine.joints if one.name == self.of).damping_ratio
+            return machine.joint(self.of).damping_ratio
         poles = machine.poles()
-        ratios = np.sort(ratios_of(poles))
+        ratios = np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))
         return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
 
 
@@ -67,10 +67,10 @@ class LossFactor(OfLink):
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         imaginary = [t for t in model.terms if t.owner == self.of and t.kind == HYSTERETIC]
-        real = [t for t in model.terms if t.owner == self.of and t.kind == STIFFNESS]
+        real = [t for t in model.terms if t.owner == self.of and t.kind == STIFFNESS and t.scale]
         scale = np.array([a.scale / b.scale for a, b in zip(imaginary, real, strict=True)])
         exponents = np.array([a.exponents - b.exponents for a, b in zip(imaginary, real, strict=True)])
         return Monomials(scale, exponents)
 
     def measure_static(self, machine: Machine) -> float:
-        return next(one for one in machine.joints if one.name == self.of).loss_factor
+        return machine.joint(self.of).loss_factor

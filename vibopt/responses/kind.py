@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
 
 from vibopt.errors import QuantityError
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Output
@@ -55,16 +55,19 @@ class Response(Table):
     """A response with its place; `at_most` / `at_least` make it a limit.
 
     Class attributes of each kind: `dimension` of its value, `amplitude` (pk, pp, rms apply),
-    `complement` (the value is one minus the form's value), `signed` (the value has a sign and is only measured).
+    `complement` (the value is one minus the form's value), `less_is_worse` (a measure shows the least), `signed` (the
+    value has a sign and is only measured).
     """
 
     response: str
     at_most: Bound = None
     at_least: Bound = None
     unit: str | None = None
+    worst: Literal["least", "greatest"] | None = None
     dimension: ClassVar[str] = "ratio"
     amplitude: ClassVar[bool] = False
     complement: ClassVar[bool] = False
+    less_is_worse: ClassVar[bool] = False
     harmonic: ClassVar[bool] = False
     random: ClassVar[bool] = False
     signed: ClassVar[bool] = False
@@ -109,9 +112,23 @@ class Response(Table):
                     raise BoundError(key, given[key], "is negative. Write its size, a positive value.")
         return read
 
+    @field_validator("worst", mode="before")
+    @classmethod
+    def _worst(cls, given: Any) -> Any:
+        if given not in (None, "least", "greatest"):
+            raise complaint('is neither "least" nor "greatest". Write which value of a measure is the worst.')
+        return given
+
     @property
     def name(self) -> str:
         return self.response
+
+    @property
+    def worst_side(self) -> str:
+        """The side of a bound that its worst value would break first: "at_least" where less is worse."""
+        if self.worst is not None:
+            return "at_least" if self.worst == "least" else "at_most"
+        return "at_least" if self.less_is_worse else "at_most"
 
     def places(self) -> dict[str, tuple[str, str]]:
         """Names used, by key: (name, family), family "body", "link", "support" or "point"."""

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from vibopt.forms import Combine, Drive, Form, Monomials
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.responses.kind import Response
 
 
 def owned_by(model: Model, owner: str, kind: int, *, weighs: bool = False) -> Monomials:
     """The terms of one kind that belong to one body or link; with `weighs` those on which gravity acts."""
     chosen = [term for term in model.terms if term.owner == owner and term.kind == kind]
-    chosen = [term for term in chosen if term.static_scale or not weighs]
-    return Monomials(
-        np.array([term.scale for term in chosen]),
-        np.array([term.exponents for term in chosen]).reshape(len(chosen), -1),
-    )
+    return sum_of(model, [term for term in chosen if term.static_scale or not weighs])
+
+
+def sum_of(model: Model, chosen: Sequence[Term]) -> Monomials:
+    """The sum of some terms; of none it is zero."""
+    exponents = np.array([term.exponents for term in chosen]).reshape(len(chosen), model.n_vars)
+    return Monomials(np.array([term.scale for term in chosen]), exponents)
 
 
 class TotalMass(Response):
@@ -28,8 +31,7 @@ class TotalMass(Response):
     dimension: ClassVar[str] = "mass"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        chosen = [term for term in model.terms if term.kind == INERTIA and term.static_scale]
-        return Monomials(np.array([t.scale for t in chosen]), np.array([t.exponents for t in chosen]))
+        return sum_of(model, [term for term in model.terms if term.kind == INERTIA and term.static_scale])
 
     def measure_static(self, machine: Machine) -> float:
         return float(sum(machine.weights.values()))

@@ -114,3 +114,4 @@ class Isolation(Transmissibility):
     """`response = "isolation"`: one minus the transmissibility; negative where it amplifies."""
 
     complement: ClassVar[bool] = True
+    less_is_worse: ClassVar[bool] = True

@@ -123,6 +123,8 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
         )
     if key == "absorber_mass" and not set(scene.absorbers) - places.turning(scene) and not broken:
         mistakes.add(path, f"{where} asks for the mass of all absorbers, but there is none that moves along a line.")
+    if key == "total_mass" and not {*scene.bodies, *scene.absorbers} - places.turning(scene) and not broken:
+        mistakes.add(path, f"{where} asks for the mass of all bodies, but there is none that moves along a line.")
     mode, many = getattr(response, "mode", 1), max(places.freedoms(scene), 1)
     if mode > many:
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {many}.")

@@ -17,7 +17,7 @@ from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, is_spatial, mount_of, place_in_space
 from vibopt.units import show
-from vibopt.values.vectors import AXES
+from vibopt.values.vectors import AXES, Vector
 
 _RANK = 1e-9
 _ALONG = ("displacement", "velocity", "acceleration")
@@ -217,12 +217,16 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
             )
         elif axis is None:
             mistakes.add(path, f'excitations.{name} is a moment about no axis. Add axis = "x", or "y" or "z".')
+        elif kept := _kept(scene, on, axis, turn=True):
+            mistakes.add(path, f"excitations.{name} acts {kept}")
     elif way is None and axis is None:
         more = ', or axis = "x" where it rotates about it' if one.kind == "unbalance" else ""
         mistakes.add(
             path,
             f'excitations.{name} acts on {on}, which moves in space, but in no direction. Add direction = "z"{more}.',
         )
+    elif kept := _kept(scene, on, way, turn=False):
+        mistakes.add(path, f"excitations.{name} acts {kept}")
     if getattr(one, "at", None) is not None and on not in bodies_in_space(scene):
         mistakes.add(
             (*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body."
@@ -306,6 +310,11 @@ def _of_mount(scene: Scene, path: Path, response: Response, name: str, group: st
             mistakes.add(
                 path, f'{where} asks for the force through {name} in no direction. Add direction = "z", or "x" or "y".'
             )
+    elif key == "static_deflection" and "direction" in response.model_fields_set:
+        mistakes.add(
+            (*path, "direction"),
+            f"{where} has a direction, but {name} sags along its own axis. Remove direction, or ask of a body.",
+        )
     elif key not in _OF_MOUNT:
         mistakes.add(path, f"{where} asks for the {key} of {name}, which is a mount. Ask for something else.")
     elif key in ("damping", "loss_factor") and getattr(scene.mounts[group], key) is None:
@@ -328,6 +337,28 @@ def _of_body(scene: Scene, path: Path, response: Response, name: str, mistakes: 
         mistakes.add(path, f"{where} asks for the {key} of {name}, which moves in space. Ask for something else.")
     elif key in _OF_BODY and name in scene.points:
         mistakes.add(path, f'{where} asks for the {key} of a place. Write of = "{scene.points[name].on}".')
+    else:
+        axis = getattr(response, "axis", None)
+        kept = _kept(scene, name, axis or getattr(response, "direction", None), turn=axis is not None)
+        if kept:
+            mistakes.add(path, f"{where} asks for the {key} {kept}")
+
+
+def _kept(scene: Scene, name: str, way: Vector | None, *, turn: bool) -> str:
+    """That a body in a plane does not move along a direction, or turn about an axis; "" where it does."""
+    body = scene.points[name].on if name in scene.points else name
+    free = scene.bodies[body].freedoms if body in scene.bodies else ()
+    if (
+        way is None
+        or not free
+        or any(f"{'r' * turn}{one}" in free for one, part in zip(AXES, way, strict=True) if part)
+    ):
+        return ""
+    what = ("about", 'axis = "y"') if turn else ("along", 'direction = "x", or "z"')
+    return (
+        f"{what[0]} {_axis(np.array(way))}, but bodies.{body} moves in a plane: along x and z, and about y. Write "
+        f"{what[1]}."
+    )
 
 
 __all__ = ["check_acting", "check_in_space", "check_space"]

@@ -113,9 +113,11 @@ def confirmed_bound(
     """
     fact, response = fact_at(scene, f"limits.{name}.{side}"), scene.limits[name]
     trial, step = _Trial(scene, fact, answer), guess - fact.value
-    aimed = [outward(trial.number(fact.value + part * step), side, _DIGITS) for part in _WIDER]
-    now = trial.number(fact.value)
+    wide = [fact.value + part * step for part in _WIDER]
     try:
+        now, aimed = trial.number(fact.value), [outward(trial.number(one), side, _DIGITS) for one in wide]
+        if response.dimension == "count":
+            aimed = [float(math.ceil(one - 1e-9) if side == "at_most" else math.floor(one + 1e-9)) for one in wide]
         found = trial.least([now, *[one for one in dict.fromkeys(aimed) if one != now]], known=known)
     except ValueError:  # no such number in this unit: decibels of what is not positive
         return None

@@ -8,10 +8,12 @@ from typing import Any
 
 from vibopt.design.build import machine_of
 from vibopt.design.checked import usual_unit
+from vibopt.responses import HarmonicResponse
 from vibopt.scene.document import changed
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
+from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
 
@@ -78,7 +80,17 @@ def _as_measure(scene: Scene, document: dict[str, Any]) -> None:
         return
     given = {key: one for key, one in document["goal"].items() if key != goal.sense}
     unit = {"unit": goal.response.unit} if goal.response.unit else {}
-    document.setdefault("measures", {}).setdefault(MEASURED[goal.sense], {"response": goal.name, **given, **unit})
+    measure = {"response": goal.name, **given, **unit, **_worst(scene, goal)}
+    document.setdefault("measures", {}).setdefault(MEASURED[goal.sense], measure)
+
+
+def _worst(scene: Scene, goal: Goal) -> dict[str, str]:
+    """Which of several values a goal is, over speeds, mounts or tolerances, where a measure would show another."""
+    response, least = goal.response, goal.sense == MAXIMISE
+    several = isinstance(response, HarmonicResponse) or len(members(scene, response)) > 1 or bool(uncertain(scene))
+    if not several or least == (response.worst_side == "at_least"):
+        return {}
+    return {"worst": "least" if least else "greatest"}
 
 
 def goal_as_shown(scene: Scene) -> Goal | None:

@@ -68,6 +68,8 @@ def _price(design: Design, row: Checked, until: bool) -> Price | None:
     aimed = fact.value * (1.0 + sign * STEP)
     if response.complement:
         aimed = 1.0 - (1.0 - fact.value) * (1.0 + STEP * (1.0 if row.side == "at_least" else -1.0))
+    if response.dimension == "count":  # the next whole number; there is none below one
+        aimed, until = max(fact.value + sign, 1.0), False
     loosened = _rounded(response, fact, aimed)
     if loosened.value == fact.value:
         return None

@@ -192,7 +192,8 @@ def _judge(
 ) -> Least:
     """What Clarabel's points prove by our own arithmetic."""
     if "Infeasible" in run.status:
-        certificate, falls = run.A.T @ run.z, float(run.b @ run.z)
+        with np.errstate(invalid="ignore", over="ignore"):  # a ray that is not finite proves nothing
+            certificate, falls = run.A.T @ run.z, float(run.b @ run.z)
         reach = REACH * (1.0 + len(q))
         if falls < 0.0 and np.abs(certificate).max() * reach < -falls:
             return Least(None, np.nan, np.inf, "infeasible", "no weights keep the limits: certified by a dual ray")

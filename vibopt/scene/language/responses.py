@@ -14,9 +14,10 @@ from vibopt.scene.language.values import Speeds, Way
 
 
 class Shown(TypedDict, total=False):
-    """`unit`: how the value is shown, as "mm rms"."""
+    """`unit`: how the value is shown, as "mm rms"; `worst`: "least" or "greatest", which value a measure shows."""
 
     unit: str
+    worst: str
 
 
 class Looked(Shown, total=False):

@@ -1,0 +1,89 @@
+"""What was made best is measured again from the saved design as it was meant: the least of what was made greatest."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import pytest
+
+import vibopt as vo
+from vibopt.responses import KINDS
+from vibopt.scene.read import from_dict
+from vibopt.study.freeze import MEASURED, frozen
+
+DOCUMENT: dict[str, Any] = {
+    "bodies": {"m": {"mass": "100 kg"}, "f": {"mass": "300 kg"}},
+    "links": {
+        "l": {"between": ["m", "f"], "stiffness": {"from": "50 kN/m", "to": "200 kN/m"}, "damping": "500 N s/m"},
+        "s": {"between": ["f", "ground"], "stiffness": "1 MN/m", "damping": "3 kN s/m"},
+    },
+    "excitations": {
+        "e": {"kind": "force", "on": "m", "amplitude": "10 N", "speed": "4..9 Hz", "varies": "constant"},
+        "u": {"kind": "force", "on": "f", "amplitude": "5 N", "speed": "6 Hz", "varies": "constant"},
+    },
+}
+PLACES: dict[str, dict[str, str]] = {
+    "displacement": {"of": "m"},
+    "transmitted_force": {"into": "ground"},
+    "relative_displacement": {"across": "l"},
+    "isolation": {"into": "ground"},
+    "insertion_loss": {"across": "l"},
+}
+
+
+@pytest.mark.parametrize("sense", MEASURED)
+@pytest.mark.parametrize("response", PLACES)
+@pytest.mark.parametrize("loose", [False, True], ids=["exact", "with a tolerance"])
+def test_the_measure_that_a_goal_becomes_has_its_value(sense: str, response: str, loose: bool) -> None:
+    document = copy.deepcopy(DOCUMENT)
+    document["goal"] = {sense: response, **PLACES[response], "due_to": ["e"]}
+    if loose:
+        document["links"]["s"]["stiffness"] = {"value": "1 MN/m", "tolerance": "10 %"}
+    design = vo.solve(from_dict(document))
+    assert design.goal is not None
+    again = vo.solve(frozen(design.scene, design.x)).measures[MEASURED[sense]]
+    assert again.value.value == pytest.approx(design.goal[1].value, rel=1e-7)
+
+
+def test_a_measure_shows_the_least_or_the_greatest_as_asked() -> None:
+    document = copy.deepcopy(DOCUMENT)
+    document["links"]["l"]["stiffness"] = "100 kN/m"
+    asked = {"response": "displacement", "of": "m", "due_to": ["e"]}
+    document["measures"] = {
+        "usual": asked,
+        "least": {**asked, "worst": "least"},
+        "most": {**asked, "worst": "greatest"},
+    }
+    found = {name: one.value.value for name, one in vo.solve(from_dict(document)).measures.items()}
+    assert found["usual"] == found["most"] > 2.0 * found["least"] > 0.0
+
+
+WRONG = {
+    ("measures", "worst"): (
+        'scene: measures.x.worst = "worst" is neither "least" nor "greatest". Write which value of a measure is the '
+        "worst."
+    ),
+    ("limits", "least"): "scene: limits.x has worst, but its bound says which value is the worst. Remove worst.",
+    ("goal", "least"): ("scene: goal has worst, but minimise and maximise say which value is the worst. Remove worst."),
+}
+
+
+@pytest.mark.parametrize(("where", "worst"), WRONG)
+def test_only_measures_say_which_value_is_the_worst(where: str, worst: str) -> None:
+    document = copy.deepcopy(DOCUMENT)
+    asked = {"of": "m", "due_to": ["e"], "worst": worst}
+    document["goal"] = {
+        "minimise": "displacement",
+        **{k: v for k, v in asked.items() if k != "worst" or where == "goal"},
+    }
+    if where != "goal":
+        bound = {"at_most": "1 m"} if where == "limits" else {}
+        document[where] = {"x": {"response": "displacement", **asked, **bound}}
+    with pytest.raises(vo.InputError) as caught:
+        from_dict(document)
+    assert caught.value.messages == (WRONG[where, worst],)
+
+
+def test_every_response_says_which_side_is_the_worst() -> None:
+    assert {name for name, one in KINDS.items() if one.less_is_worse} == {"isolation", "insertion_loss"}
