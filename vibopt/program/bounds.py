@@ -24,9 +24,11 @@ from vibopt.forms import (
     StaticRow,
 )
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
-from vibopt.program.rational import Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
+from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
 from vibopt.program.resonant import applies, resonant_floor
 from vibopt.program.worst import monomials, rigid_form
+
+MOST_GROUPS = 12
 
 
 @dataclass
@@ -45,7 +47,7 @@ class FormBounds:
     @property
     def bounded(self) -> bool:
         """Whether this form has bounds on boxes at all."""
-        if isinstance(self.form, Modulus | StaticRow | StaticLoad) and self.model.mixed:
+        if isinstance(self.form, Modulus | StaticRow | StaticLoad) and (self.model.mixed or self._too_many):
             return False
         if isinstance(self.form, Modulus):
             several = sum(len(drive.lines) for drive in self.form.drives) > 1
@@ -53,6 +55,12 @@ class FormBounds:
         if isinstance(self.form, RootMeanSquare | DecayRate | StaticForce | ModeGap | EnergyShare):
             return False
         return not isinstance(self.form, ModeDamping) or self.model.n_free == 1
+
+    @cached_property
+    def _too_many(self) -> bool:
+        """Whether a determinant has more directions than can be expanded: each doubles its terms."""
+        signs = self.form.output.signs if isinstance(self.form, Modulus) else None
+        return len(Groups.of(self.model, signs, static=not isinstance(self.form, Modulus)).members) > MOST_GROUPS
 
     def add(self, speeds: dict[str, float]) -> bool:
         """Sample more speeds, per excitation [rad/s]; whether any of them is new."""
@@ -71,6 +79,8 @@ class FormBounds:
 
     def _sample(self, drive: Drive, speeds: FloatArray) -> None:
         assert isinstance(self.form, Modulus)
+        if self._too_many:
+            return
         for index, line in enumerate(drive.lines):
             self._keep((drive.name, index), sampled(self.model, self.form.output, line, speeds, self.reference))
             if self.form.rigid_link:
