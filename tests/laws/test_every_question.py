@@ -23,16 +23,17 @@ def dressed(question: dict[str, Any]) -> dict[str, Any]:
     return {**question, "due_to": ["torque" if turns else "shaker"], "at": "15 Hz"}
 
 
-@pytest.mark.parametrize(("motion", "many"), [("space", 127), ("plane", 127), ("line", 91)])
+@pytest.mark.parametrize(("motion", "many"), [("space", 118), ("plane", 105), ("line", 82)])
 def test_every_question_about_a_machine_is_answered_or_refused(motion: str, many: int) -> None:
     """All are asked in one file; those that a message names are taken out, and the file is then answered."""
     asked = {f"q{i}": dressed(one) for i, one in enumerate(questions(KINDS))}
-    for _ in range(4):
+    for _ in range(20):  # a file tells of so many mistakes at once
         try:
             scene = from_dict({**machine(motion, opened=False), "measures": asked})
             break
         except InputError as error:
-            refused = [re.findall(r"measures\.(q\d+)", message) for message in error.messages]
+            told = [message for message in error.messages if "only the first" not in message]
+            refused = [re.findall(r"measures\.(q\d+)", message) for message in told]
             assert all(refused), "a message names no question"
             asked = {name: one for name, one in asked.items() if name not in {two for one in refused for two in one}}
     design = solve(scene, explain=False)

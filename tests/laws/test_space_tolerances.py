@@ -20,6 +20,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.proof import settled, worst_machines
+from vibopt.work import Budget
 
 _settings = settings(derandomize=True, database=None, deadline=None, max_examples=8)
 _seeds = st.integers(0, 10**6)
@@ -152,7 +153,7 @@ def test_what_is_proven_of_all_machines_holds_for_each(seed: int, centre: bool, 
             values.append(worst(limit.model, limit.form, factors, least_wanted=least).value)
         reached = min(values) if least else max(values)
         level = reached - abs(reached) * over if least else reached + abs(reached) * over
-        proven = Vicinity(limit, program.axes, level, least).proven(0.15)
+        proven = Vicinity(limit, program.axes, level, least).proven(Budget(30, "batches"))
         assert not (proven and over < 0.0), limit.name
 
 
@@ -188,7 +189,9 @@ def test_a_band_that_is_proven_free_of_modes_is_free_on_every_machine(seed: int,
         document["limits"] = {"free": {"response": "natural_frequency", "outside": band}}
         scene = from_dict(document)
         limit = around(scene, np.zeros(0)).limits[0]
-        proven = Vicinity(limit, around(scene, np.zeros(0)).axes, 0.0).proven(3.0 if part == 0.2 else 0.3)
+        proven = Vicinity(limit, around(scene, np.zeros(0)).axes, 0.0).proven(
+            Budget(600 if part == 0.2 else 60, "batches")
+        )
         met = [
             bool(((found > limit.bound) & (found < limit.upper)).any())
             for trial in range(40)

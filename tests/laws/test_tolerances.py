@@ -21,6 +21,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.branch import Judge
 from vibopt.solve.robust import judged
+from vibopt.work import Budget
 
 _parts = st.sampled_from([0.0, 0.02, 0.05, 0.1, 0.2, 0.4])
 
@@ -89,7 +90,7 @@ def test_a_limit_that_some_machine_breaks_is_never_called_proven(
     program = around(scene, np.zeros(0))
     worst = hit(program.limits[0], program.axes).value
     level = worst * (1.0 + over)
-    proven = Cover(program.limits[0], program.axes, level).proven(5.0 if over > 0.0 else 0.2)
+    proven = Cover(program.limits[0], program.axes, level).proven(Budget(1000 if over > 0.0 else 40, "batches"))
     assert proven == (over > 0.0)
 
 
