@@ -156,7 +156,8 @@ def balanced(job: BalancingJob, *, thorough: bool = False) -> Solution:
     """The answer to a balancing job; `thorough` computes every price, whatever the work."""
     with answering() as limit:
         found = _balanced(job, thorough)
-    return replace(found, claim=found.claim + limit.words) if limit is not None else found
+    ended = "" if limit is None or found.proven else limit.words
+    return replace(found, claim=found.claim + ended) if ended else found
 
 
 def plain_answer(found: Answer) -> dict[str, Any]:

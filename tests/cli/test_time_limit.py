@@ -78,3 +78,30 @@ def test_absorbers_are_designed_anew_only_where_that_is_little_work_or_asked_for
     if "designed anew" in said:
         assert "not computed: much work. `vibopt explain FILE --thorough` does." in said
     assert "not computed: much work" not in run("explain", file, "--thorough").out
+
+
+@pytest.mark.parametrize("given", ["nan", "inf"])
+def test_a_time_limit_that_is_no_number_of_seconds_is_refused(run: Run, given: str) -> None:
+    done = run("solve", GIRDER, "--time-limit", given)
+    assert done.code == 2
+    assert f"{given} is no number of seconds. Write --time-limit 5, or leave it out." in done.err
+
+
+def test_a_complete_proof_says_nothing_of_a_time_limit(run: Run, press: str) -> None:
+    done = run("solve", press, "--time-limit", "1e-9", "--json")
+    assert done.data["status"] == "optimal"
+    assert "time limit" not in done.data["claim"]
+
+
+def test_a_goal_at_the_bound_of_a_limit_to_the_same_response_is_proven(file: Callable[[str], str]) -> None:
+    text = (
+        'title = "Two springs"\n[bodies.a]\nmass = "100 kg"\n[links.p]\nbetween = ["a", "ground"]\n'
+        'stiffness = { from = "10 kN/m", to = "1 MN/m" }\n[links.q]\nbetween = ["a", "ground"]\n'
+        'stiffness = { from = "20 kN/m", to = "1 MN/m" }\n[limits.low]\nresponse = "natural_frequency"\nmode = 1\n'
+        'at_most = "10 Hz"\n[goal]\nmaximise = "natural_frequency"\nmode = 1\n'
+    )
+    found = vo.solve(vo.read(file(text)))
+    assert found.status == "optimal"
+    assert isinstance(found, Design)
+    assert found.goal is not None
+    assert abs(found.goal[1].value - 62.83185307179586) <= 1e-6 * 62.9

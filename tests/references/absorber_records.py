@@ -376,8 +376,9 @@ def let_go() -> Answers:
 
 def pendulum() -> Answers:
     found = solved("assignment 4 b")
-    swing = abs(amplitudes(mpf(8), mpf(400), mpf(2), 2 * GRAVITY / mpf("0.3"), mpf(5), mpf(10))[1])
-    answers = {"measures.own.value": found["quiet_at"], "measures.bob.value": swing}
+    mass, bob = amplitudes(mpf(8), mpf(400), mpf(2), 2 * GRAVITY / mpf("0.3"), mpf(5), mpf(10))
+    swings = {"measures.mass.value": abs(mass), "measures.bob.value": abs(bob)}
+    answers = {"measures.own.value": found["quiet_at"], **swings}
     return answers | both(found["frequencies"], "measures.low.value", "measures.high.value")
 
 

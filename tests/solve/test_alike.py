@@ -77,3 +77,25 @@ def test_names_of_identical_absorbers_change_no_number_of_the_answer() -> None:
     x, other = (np.array(one.x) for one in answers)
     np.testing.assert_allclose(x, other, rtol=1e-12)
     assert x[0] >= x[3] * (1.0 - 1e-9)
+
+
+def test_words_and_units_make_no_two_devices_of_one() -> None:
+    document = machine(("a", "b"))
+    document["absorbers"]["b"] |= {
+        "mass": {"from": "1000 g", "to": "9000 g"},
+        "frequency": {"from": "360 rpm", "to": "20 Hz"},
+    }
+    scene = from_dict(document)
+    x = np.array([1.5, 60.0, 0.1, 8.0, 70.0, 0.1])
+    there = in_order(scene, pose(scene), Found("feasible", x, "", "")).x
+    np.testing.assert_array_equal(there, [8.0, 70.0, 0.1, 1.5, 60.0, 0.1])
+
+
+def test_springs_side_by_side_that_may_share_in_any_way_share_evenly() -> None:
+    mount = {"between": ["skid", "ground"], "stiffness": {"from": "10 kN/m", "to": "1 MN/m"}, "damping": "90 N s/m"}
+    document = machine(())
+    document |= {"links": {"p": dict(mount), "q": dict(mount)}, "limits": {}}
+    del document["absorbers"]
+    scene = from_dict(document)
+    there = in_order(scene, pose(scene), Found("feasible", np.array([2e4, 6e4]), "", "")).x
+    np.testing.assert_allclose(there, [4e4, 4e4], rtol=1e-15)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+import vibopt as vo
+from vibopt.cli.main import main
 from vibopt.errors import InputError
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
@@ -83,3 +86,20 @@ def test_one_listed_variable_with_a_mean_square_is_decided() -> None:
     assert not fine or design.x == (pytest.approx(min(fine)),)
     loose = solve(with_changes(from_dict(document), {"limits.sway.at_most": "2.7 mm"}))
     assert (loose.status, loose.x) == ("optimal", (pytest.approx(40e3),))
+
+
+def test_an_answer_over_listed_values_is_printed_reported_and_saved(tmp_path: Path) -> None:
+    file = tmp_path / "tank.toml"
+    file.write_text(
+        'title = "Tank"\n[bodies.t]\nmass = { one_of = ["100 kg", "140 kg"] }\n[links.l]\nbetween = ["t", "ground"]\n'
+        'stiffness = { from = "10 kN/m", to = "1 MN/m" }\ndamping = { from = "10 N s/m", to = "9 kN s/m" }\n'
+        '[excitations.e]\nkind = "force"\non = "t"\namplitude = "100 N"\nspeed = "10 Hz"\nvaries = "constant"\n'
+        '[limits.x]\nresponse = "decay_rate"\nat_least = "3 1/s"\n[goal]\nminimise = "total_mass"\n',
+        encoding="utf-8",
+    )
+    assert main(["solve", str(file)]) == 0
+    assert main(["report", str(file), "-o", str(tmp_path / "page.html")]) == 0
+    assert main(["solve", str(file), "--save", str(tmp_path / "design.toml")]) == 0
+    found = vo.solve(vo.read(file))
+    assert (found.status, found.method) == ("optimal", "each_listed")
+    assert "the listed values alone decide the goal" in found.claim

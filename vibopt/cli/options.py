@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -39,6 +40,9 @@ method = click.option("--method", metavar="NAME", help="Answer by this method in
 
 def _limited(ctx: click.Context, _: click.Parameter, seconds: float | None) -> None:
     from vibopt.work import each_answer_within
+
+    if seconds is not None and not isfinite(seconds):
+        raise click.BadParameter(f"{seconds} is no number of seconds. Write --time-limit 5, or leave it out.")
 
     ctx.with_resource(each_answer_within(seconds))
 

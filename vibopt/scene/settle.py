@@ -10,6 +10,7 @@ from typing import Any
 
 from vibopt.devices.absorber import Places
 from vibopt.devices.sites import Sites
+from vibopt.scene.alike import numbers_of
 from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene
 
@@ -55,6 +56,7 @@ def _identical(scene: Scene, one: str, other: str) -> bool:
         return False
     names = {first: other.split(".")[1], other.split(".")[1]: first}
     document = {key: table for key, table in scene.document.items() if key not in _NOT_PHYSICAL}
+    document["absorbers"] = {name: repr(numbers_of(table)) for name, table in scene.absorbers.items()}
     return bool(_plain(document, {}) == _plain(document, names))
 
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from vibopt.forms import FloatArray
 from vibopt.program.program import Program
+from vibopt.scene.alike import numbers_of
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found
 
-_FAMILIES = ("absorbers", "links")
 _FALLING = ("mass", "mass_ratio", "inertia")
 _RISING = ("frequency", "tuning", "stiffness", "torsional_stiffness", "damping_ratio", "damping", "torsional_damping")
 _DIGITS = 9
@@ -26,25 +26,28 @@ _EQUAL = 1e-9
 
 
 def in_order(scene: Scene, program: Program, found: Found) -> Found:
-    """The answer with the numbers of identical devices exchanged into their order, where that changes no goal."""
+    """The answer with the numbers of identical devices exchanged into their order, where that changes no goal.
+
+    Where it makes no difference how they share, as with springs side by side, they share evenly.
+    """
     if found.x is None or program.ties:
         return found
     x, judge = np.array(found.x, dtype=float), Judge(program)
     for groups in _alike(scene, program):
-        there = _exchanged(x, groups)
-        if (there != x).any() and _as_good(judge, x, there):
-            x = there
+        for there in (_even(x, groups, program), _exchanged(x, groups)):
+            if (there == x).all() or _as_good(judge, x, there):
+                x = there
+                break
     return replace(found, x=x) if (x != found.x).any() else found
 
 
 def _alike(scene: Scene, program: Program) -> Iterator[list[dict[str, int]]]:
     """Per set of identical devices, the index of each variable of each device, by its word."""
-    for family in _FAMILIES:
-        tables = scene.document.get(family, {})
-        names = list(tables) if isinstance(tables, Mapping) else []
-        left = [name for name in names if _variables(program, family, name)]
+    for family, tables in (("absorbers", scene.absorbers), ("links", scene.links)):
+        left = [name for name in tables if _variables(program, family, name)]
         while left:
-            same = [name for name in left if tables[name] == tables[left[0]]]
+            said = numbers_of(tables[left[0]])
+            same = [name for name in left if numbers_of(tables[name]) == said]
             left = [name for name in left if name not in same]
             if len(same) > 1:
                 yield [_variables(program, family, name) for name in same]
@@ -53,6 +56,16 @@ def _alike(scene: Scene, program: Program) -> Iterator[list[dict[str, int]]]:
 def _variables(program: Program, family: str, name: str) -> dict[str, int]:
     head = f"{family}.{name}."
     return {axis.path.removeprefix(head): i for i, axis in enumerate(program.axes) if axis.path.startswith(head)}
+
+
+def _even(x: FloatArray, groups: Sequence[dict[str, int]], program: Program) -> FloatArray:
+    """The design with the mean of each number in all of the devices; listed values stay."""
+    there = x.copy()
+    for word in groups[0]:
+        own = [group[word] for group in groups]
+        if all(program.axes[i].values is None for i in own):
+            there[own] = x[own].mean()
+    return there
 
 
 def _exchanged(x: FloatArray, groups: Sequence[dict[str, int]]) -> FloatArray:

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.forms import FloatArray, Monomials
 from vibopt.program.held import held
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
@@ -66,11 +66,13 @@ class EachListed:
             return found
         whole = x.copy()
         whole[free] = found.x
+        if found.status == "feasible" and _settled_by_lists(program, free):
+            found = replace(found, status="optimal", claim="the listed values alone decide the goal")
         return replace(found, x=whole)
 
     def _whole(self, program: Program, best: Found | None, value: float, statuses: list[str]) -> Found:
         many, proven = len(statuses), sum(one in _PROVEN for one in statuses)
-        details: dict[str, float] = {"combinations": many, "proven": proven}
+        details: dict[str, float] = {"listed combinations": many, "proven": proven}
         what = f"each of {many} combinations of listed values"
         if best is None:
             if proven == many:
@@ -85,6 +87,14 @@ class EachListed:
         said = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
         claim = f"the best of {many} combinations of listed values ({said}); with those chosen: {best.claim}"
         return Found("feasible", best.x, claim, self.name, details=details)
+
+
+def _settled_by_lists(program: Program, free: list[int]) -> bool:
+    """Whether the goal is a number of the listed values alone: with them one design is as good as any."""
+    aim = program.aim
+    return aim is not None and all(
+        isinstance(one.form, Monomials) and not one.form.exponents[:, free].any() for one in aim.pieces
+    )
 
 
 __all__ = ["MOST_COMBINATIONS", "EachListed"]

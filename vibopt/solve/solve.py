@@ -28,6 +28,7 @@ from vibopt.solve.alike import in_order
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.own_bound import at_own_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.rows import direction
 from vibopt.solve.standstill import NAME as STANDSTILL
@@ -83,7 +84,7 @@ def solve(
         worked(_ROAD)
         wish = _Wish(method, progress, explain, near, np.inf if thorough else _PATIENCE)
         design = _solved(scene, wish)
-    ended = "" if limit is None else limit.words
+    ended = "" if limit is None or design.proven else limit.words  # a complete proof needs no more search
     return replace(design, work=meter.done, claim=design.claim + ended)
 
 
@@ -109,7 +110,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if scene.is_analysis:
         return _analysis(scene, program, clock)
     found, reason_text = answer(program, scene, wish.method, wish.progress, wish.near)
-    found = in_order(scene, program, found)
+    found = at_own_bound(scene, program, in_order(scene, program, found))
     clock.stage("solve")
     if program.ties and wish.explain and found.x is not None:
         from vibopt.solve.shelf.free import free_optimum
