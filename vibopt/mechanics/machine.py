@@ -266,7 +266,7 @@ class Machine:
             zero = np.zeros(motion.omega.shape, dtype=complex)
             return sum((s * self.joint_force(j, motion) for s, j in zip(signs, into, strict=True)), zero)
         total = np.zeros(motion.omega.shape, dtype=complex)
-        for body in group:
+        for body in (one for one in self.masses if one in group):  # a set has an order of its own in each process
             total = total + self._external(body, motion) - self._inertia(body, motion)
         return total
 

@@ -178,7 +178,7 @@ def reached(
         moved.add(here)
         todo += [one for one in near.get(here, ()) if one in moving]
     known = set(places.points(scene)) | set(ends)
-    for place in {name for name, _ in response.places().values()} & known:
+    for place in sorted({name for name, _ in response.places().values()} & known):
         if place in moving:
             still = place not in moved
         elif place in ends:
