@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse as sparse
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from scipy.io import mmread, mmwrite
 
@@ -87,12 +87,43 @@ def test_a_shape_that_no_matrix_has_is_refused(form: str, shape: list[Any], tmp_
     refused(tmp_path / "m.npz")
 
 
-def with_header(folder: Path, shape: tuple[int, ...], data: bytes = b"\0" * 72) -> Path:
+def with_header(folder: Path, shape: object, data: bytes = b"\0" * 72) -> Path:
     """An archive whose dense K claims a shape."""
-    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}".encode().ljust(117) + b"\n"
+    return headed(folder, f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}", data)
+
+
+def headed(folder: Path, said: str, data: bytes = b"\0" * 72) -> Path:
+    """An archive whose dense K has this header."""
+    header = said.encode().ljust(117) + b"\n"
     with zipfile.ZipFile(folder / "m.npz", "w") as archive:
         archive.writestr("K.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + data)
     return folder / "m.npz"
+
+
+NO_ARCHIVE = "is no valid .npz file. Write it anew with numpy.savez or scipy.sparse.save_npz."
+PIECES = ("(", "{", "[", "'", "'''", "\\", "\n  ", "\0", "#", "0777", "3L", "1e999", "**", "O", "<M8", "None", ",", "é")
+
+
+@settings(max_examples=200, suppress_health_check=list(HealthCheck))
+@given(
+    changes=st.lists(st.tuples(st.integers(0, 60), st.sampled_from(PIECES)), min_size=1, max_size=4),
+    over=st.booleans(),
+)
+@example(changes=[(0, "(")], over=False)
+@example(changes=[(10, "'''")], over=False)
+@example(changes=[(0, "(" * 5000)], over=False)
+def test_a_damaged_header_is_a_matrix_or_a_sentence(
+    changes: list[tuple[int, str]], over: bool, tmp_path_factory: Any
+) -> None:
+    header = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 3), }"
+    for place, piece in changes:
+        header = header[:place] + piece + header[place + over :]
+    with suppress(QuantityError):
+        matrix_of(headed(tmp_path_factory.mktemp("m"), header), "K")
+
+
+def test_a_header_that_breaks_off_in_the_middle_is_said(tmp_path: Path) -> None:
+    assert refused(headed(tmp_path, "{'descr': ('<f8', "), "K") == NO_ARCHIVE
 
 
 @pytest.mark.parametrize("shape", [(10**6, 10**6), (HUGE, HUGE), (4, 3), (-1, -1)])
@@ -107,11 +138,63 @@ def test_a_dense_matrix_without_rows_is_refused(tmp_path: Path) -> None:
     )
 
 
+NO_VALUES = "It says where its entries are, but not their values. Export the matrix with its values."
+
+
+@pytest.mark.parametrize("form", ["dense", *FORMS])
+def test_entries_without_values_are_no_matrix(form: str, tmp_path: Path) -> None:
+    there = MATRIX != 0.0
+    matrix = there if form == "dense" else sparse.coo_array(there).asformat(form)
+    if form == "dense":
+        np.savez(tmp_path / "m.npz", K=matrix)
+    else:
+        sparse.save_npz(tmp_path / "m.npz", matrix)
+    said = refused(tmp_path / "m.npz", "K" if form == "dense" else "")
+    assert said == f"cannot be used. {NO_VALUES if form != 'dense' else NO_VALUES.replace('It', 'Its matrix K')}"
+
+
+def test_a_pattern_is_no_matrix(tmp_path: Path) -> None:
+    (tmp_path / "m.mtx").write_text("%%MatrixMarket matrix coordinate pattern symmetric\n3 3 1\n1 1\n")
+    assert refused(tmp_path / "m.mtx") == f"cannot be used. {NO_VALUES}"
+
+
+@pytest.mark.parametrize(
+    "data", [["a", "b"], np.zeros(2, "S0"), np.zeros(2, "M8[s]")], ids=["texts", "nothing", "dates"]
+)
+@pytest.mark.parametrize("form", FORMS)
+def test_values_that_are_no_numbers_are_said(form: str, data: Any, tmp_path: Path) -> None:
+    np.savez(tmp_path / "m.npz", **{**parts_of(form), "data": np.array(data)})
+    assert refused(tmp_path / "m.npz") == (
+        "cannot be used. It is damaged: its values are no numbers. Write the file anew."
+    )
+
+
+@pytest.mark.parametrize(
+    ("size", "words"), [(1e-310, "no entry greater than 1e-310"), (1e-31, "no entry greater than 1e-31"),
+                        (1e31, "an entry of 1e+31"), (1e300, "an entry of 1e+300")]
+)  # fmt: skip
+def test_entries_that_no_machine_has_are_refused(size: float, words: str, tmp_path: Path) -> None:
+    np.savez(tmp_path / "m.npz", K=np.eye(3) * size)
+    assert refused(tmp_path / "m.npz", "K") == (
+        f"cannot be used. Its matrix K has {words}, which no machine has. Check the units of the export."
+    )
+
+
+def test_a_mark_of_utf_8_may_stand_before_a_matrix_market_file(tmp_path: Path) -> None:
+    (tmp_path / "m.mtx").write_text(
+        "%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 3\n2 2 4\n", encoding="utf-8-sig"
+    )
+    assert (matrix_of(tmp_path / "m.mtx").toarray() == np.diag([3.0, 4.0])).all()
+
+
 MARKET: dict[str, tuple[str, str]] = {
     "dense and huge": ("array real general\n1000000 1000000\n1.0\n", "1000000 rows and 1000000 columns"),
     "dense and larger than the file": ("array real general\n4000 4000\n1.0\n", "16000000 entries, more than the file"),
     "sparse and larger than the file": ("coordinate real general\n3 3 900000\n1 1 1\n", "900000 entries, more than"),
     "sparse and huge": ("coordinate real general\n3 3 99999999999\n1 1 1\n", "20000000 are the most"),
+    "sparse and beyond": (
+        "coordinate real symmetric\n3 3 999999999999\n1 1 1\n", "It has 999999999999 entries; 20000000 are the most"
+    ),
     "beyond all numbers": (f"array real general\n{10**40} {10**40}\n1.0\n", "has no sizes"),
     "negative": ("coordinate real general\n-3 3 1\n1 1 1\n", "has no sizes"),
     "empty": ("coordinate real general\n0 0 0\n", "It is empty: 0 rows, 0 columns."),
@@ -164,6 +247,7 @@ def test_empty_lines_and_remarks_may_stand_before_the_sizes(tmp_path: Path) -> N
     assert (matrix_of(tmp_path / "m.mtx").toarray() == np.diag([3.0, 4.0])).all()
 
 
+EMPTY = "cannot be used. It is empty: nothing that has a mass has a stiffness. Check the export."
 SINGULAR = {
     "of one direction": [[1.0, 1.0], [1.0, 1.0]],
     "of nothing": [[0.0, 0.0], [0.0, 0.0]],
@@ -176,7 +260,9 @@ def test_a_singular_mass_is_refused_where_no_coordinate_is_massless_and_a_singul
 ) -> None:
     matrix = sparse.csc_array(np.array(given_matrix))
     assert mass_fault(matrix).startswith("cannot be used.")
-    assert holding_fault(matrix, sparse.csc_array(np.eye(2)), "stiffness") == ""
+    fault = holding_fault(matrix, sparse.csc_array(np.eye(2)), "stiffness")
+    assert fault == ("" if matrix.nnz else EMPTY)
+    assert holding_fault(matrix, sparse.csc_array(np.eye(2)), "damping") == ""
 
 
 def mutated(content: bytes, changes: list[tuple[int, int]]) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -256,4 +257,42 @@ def test_a_beam_that_has_lost_its_digits_is_not_trusted(tmp_path: Path) -> None:
         'bad.toml line 3: structures.skid.stiffness = "k.npz" does not hold enough digits: rounding each of its '
         "entries once moves the receptance at end by 2.3 %, and 0.01 % is the most that can be trusted. The mesh is "
         "much finer than the motion needs: take fewer elements, or give modes instead."
+    ]
+
+
+N = 4
+FREE = np.diag([1.0, 2.0, 2.0, 1.0]) - np.diag(np.ones(3), 1) - np.diag(np.ones(3), -1)
+BLOCKS: dict[str, np.ndarray] = {
+    "empty": np.zeros((N, N)), "free": FREE, "of one coordinate": np.diag([1.0, 0.0, 0.0, 0.0]),
+    "of one direction": np.ones((N, N)), "crossed": np.eye(N)[::-1],
+    "one pair": np.kron(np.diag([1.0, 0]), np.eye(2)[::-1]),
+    "crossed beside one": np.diag([9.0, 0.0, 0.0, 0.0]) + np.kron(np.diag([0.0, 1.0]), np.eye(2)[::-1]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("c", BLOCKS)
+@pytest.mark.parametrize("k", BLOCKS)
+@pytest.mark.parametrize("m", ["whole", "empty", "of one coordinate", "of one direction", "crossed"])
+def test_singular_matrices_are_answered_or_refused_and_what_pulls_both_ways_never_passes(
+    m: str, k: str, c: str, tmp_path: Path
+) -> None:
+    mass = 10.0 * (np.eye(N) if m == "whole" else BLOCKS[m])
+    np.savez(tmp_path / "all.npz", M=mass, K=1e6 * BLOCKS[k], C=10.0 * BLOCKS[c])
+    file = tmp_path / "bad.toml"
+    file.write_text('[structures.skid]\nfile = "all.npz"\npoints = { end = 0 }\n' + REST, encoding="utf-8")
+    indefinite = any(np.linalg.eigvalsh(BLOCKS[one]).min() < -1e-9 for one in (k, c))
+    passes = m == "whole" and k != "empty" and not indefinite
+    with nullcontext() if passes else pytest.raises(InputError):
+        vo.solve(vo.read(file))
+
+
+@pytest.mark.parametrize(("k", "said_of_it"), [
+    ("empty", "is empty: nothing that has a mass has a stiffness. Check the export."),
+    ("one pair", "has a negative eigenvalue: some motion would be pushed on instead of held back. Check signs and "
+     "units of the export."),
+])  # fmt: skip
+def test_a_stiffness_that_holds_nothing_is_said(k: str, said_of_it: str, tmp_path: Path) -> None:
+    table = SKID.replace('damping = "damping.mtx"\n', "")
+    assert said(tmp_path, table, {"mass": np.eye(N), "stiffness": BLOCKS[k]}) == [
+        f'bad.toml line 3: structures.skid.stiffness = "stiffness.mtx" cannot be used. It {said_of_it}'
     ]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+import tokenize
 import warnings
 import zipfile
 import zlib
+from codecs import BOM_UTF8
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, NoReturn
@@ -19,6 +21,7 @@ MOST_ROWS = 100_000
 """Most degrees of freedom of a structure."""
 MOST_ENTRIES = 20_000_000
 """Most entries of one matrix, dense or sparse."""
+NO_VALUES = "says where its entries are, but not their values. Export the matrix with its values."
 _BANNER = re.compile(
     rb"%%MatrixMarket\s+matrix\s+(coordinate|array)\s+(real|double|integer|pattern|complex)\s+"
     rb"(general|symmetric|skew-symmetric|hermitian)\s*\Z",
@@ -32,7 +35,7 @@ _LEAST_BYTES = {"array": 2, "coordinate": 4}
 _MATRIX_MARKET = "is no valid Matrix Market file: {}. Write it anew, for example with scipy.io.mmwrite."
 _NPZ = "is no valid .npz file. Write it anew with numpy.savez or scipy.sparse.save_npz."
 _DAMAGED = (ValueError, TypeError, OverflowError, OSError, EOFError, KeyError, RuntimeError, NotImplementedError,
-            zipfile.BadZipFile, zlib.error)  # fmt: skip
+            zipfile.BadZipFile, zlib.error, SyntaxError, tokenize.TokenError, MemoryError, AttributeError)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +59,15 @@ def from_matrix_market(content: bytes) -> Any:
     QuantityError
         It is no such file, or says sizes that it cannot hold.
     """
-    said = _said(content)
-    parts = {"pattern": 0, "complex": 2}.get(said.field, 1)
+    said = _said(content.removeprefix(BOM_UTF8))
+    parts = 2 if said.field == "complex" else 1
     wide = parts + (2 if said.form == "coordinate" else 0)
     table = _numbers(said.body)
     if len(table) != said.count * wide:
         raise QuantityError(_MATRIX_MARKET.format("it has not as many numbers as it says"))
     table = table.reshape(said.count, wide)
     last = table[:, wide - parts :]
-    values = np.ones(said.count) if not parts else last[:, 0] if parts == 1 else last[:, 0] + 1j * last[:, 1]
+    values = last[:, 0] if parts == 1 else last[:, 0] + 1j * last[:, 1]
     return _of_places(said, table[:, :2], values) if said.form == "coordinate" else _of_columns(said, values)
 
 
@@ -75,10 +78,12 @@ def _said(content: bytes) -> _Market:
     if not found:
         raise QuantityError(_MATRIX_MARKET.format("its first line does not say so"))
     form, field, symmetry = (one.decode().lower() for one in found.groups())
+    if field == "pattern":
+        raise QuantityError(f"cannot be used. It {NO_VALUES}")
     start = _COMMENTS.match(rest)
     line, _, body = rest[start.end() if start else 0 :].partition(b"\n")
     sizes = line.split()
-    if len(sizes) != (3 if form == "coordinate" else 2) or not all(one.isdigit() and len(one) < 12 for one in sizes):
+    if len(sizes) != (3 if form == "coordinate" else 2) or not all(one.isdigit() and len(one) < 20 for one in sizes):
         raise QuantityError(_MATRIX_MARKET.format("the line behind its comments has no sizes"))
     rows, columns, *entries = map(int, sizes)
     _check_sizes(rows, columns)
@@ -188,7 +193,7 @@ class Archive:
                 _too_many(int(np.prod(shape, dtype=object)))
             with self._held.open(info) as raw:
                 return np.lib.format.read_array(raw, allow_pickle=False)
-        except (*_DAMAGED, SyntaxError, MemoryError) as error:
+        except _DAMAGED as error:
             if isinstance(error, QuantityError):
                 raise
             raise QuantityError(_NPZ) from None
@@ -238,7 +243,9 @@ def _sparse(held: Archive, before: str, form: str) -> Any:
     if any(f"{before}{one}" not in held.names for one in parts):
         raise QuantityError(_NPZ)
     data, *places = (held.array(f"{before}{one}") for one in parts)
-    if any(one.ndim != 1 or one.dtype.kind not in "iu" for one in places) or data.dtype.kind not in "fiubc":
+    if data.dtype.kind not in "fiubc":
+        _unfit(before, "its values are no numbers")
+    if any(one.ndim != 1 or one.dtype.kind not in "iu" for one in places):
         _unfit(before, "its places are no lists of whole numbers")
     if form == "coo":
         _check_places(before, places[0], rows, len(data) if data.ndim == 1 else -1)
@@ -294,4 +301,4 @@ def _unfit(before: str, why: str) -> NoReturn:
     raise QuantityError(f"cannot be used. {which} is damaged: {why}. Write the file anew.")
 
 
-__all__ = ["MOST_ENTRIES", "MOST_ROWS", "Archive", "from_archive", "from_matrix_market"]
+__all__ = ["MOST_ENTRIES", "MOST_ROWS", "NO_VALUES", "Archive", "from_archive", "from_matrix_market"]

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.devices.matrix_contents import Archive, from_archive, from_matrix_market
+from vibopt.devices.matrix_contents import NO_VALUES, Archive, from_archive, from_matrix_market
 from vibopt.errors import QuantityError
 from vibopt.files.reading import FileFault, Kind, Stamp, content_of, shown_name, stamp_of
+from vibopt.units.reading import LARGEST
 
 MATRIX = Kind("a matrix file", 500_000_000, "", "Name a Matrix Market file (.mtx) or a NumPy file (.npz).")
 SYMMETRIC = 1e-10
@@ -93,6 +94,8 @@ def _plain(raw: Any, which: str) -> Any:
 
     if getattr(raw, "ndim", 0) != 2 or raw.dtype.kind not in "fiubc":
         raise QuantityError(f"cannot be used. {which} is no table of numbers with rows and columns.")
+    if raw.dtype.kind == "b":
+        raise QuantityError(f"cannot be used. {which} {NO_VALUES}")
     if raw.dtype.kind == "c":
         raise QuantityError(
             f"cannot be used. {which} has complex values; mass, damping and stiffness are real. Write structural "
@@ -113,6 +116,10 @@ def _plain(raw: Any, which: str) -> Any:
             "from 0), which is no number. Correct the export."
         )
     whole.eliminate_zeros()
+    largest = float(np.abs(whole.data).max(initial=0.0))
+    if largest and not 1.0 / LARGEST <= largest <= LARGEST:
+        said = f"an entry of {largest:g}" if largest > 1.0 else f"no entry greater than {largest:g}"
+        raise QuantityError(f"cannot be used. {which} has {said}, which no machine has. Check the units of the export.")
     return whole
 
 
@@ -167,14 +174,15 @@ def sign_fault(matrix: Any, what: str, which: str = "It") -> str:
 
 
 def holding_fault(matrix: Any, mass: Any, what: str, which: str = "It") -> str:
-    """Why a stiffness or damping matrix gives energy away; "" when it does not."""
+    """Why a stiffness matrix holds nothing, or it or a damping matrix gives energy away; "" when all is well."""
     from vibopt.mechanics.host.matrices import negative_count
 
     if not matrix.nnz:
-        return ""
+        empty = f"cannot be used. {which} is empty: nothing that has a mass has a stiffness. Check the export."
+        return empty if what == "stiffness" else ""
     diagonal = matrix.diagonal()
     size = float((np.abs(diagonal) / mass.diagonal()).max())
-    if negative_count(matrix + _TINY * size * mass) > 0:
+    if not size or negative_count(matrix + _TINY * size * mass) > 0:  # entries beside an empty diagonal pull both ways
         moved = "would be pushed on instead of held back" if what == "stiffness" else "would gain energy"
         return (
             f"cannot be used. {which} has a negative eigenvalue: some motion {moved}. Check signs and units of the "

@@ -197,10 +197,11 @@ class StructureTable(Device):
         lost = _lost(self.matrices, tuple(self.kept_points.values()))
         if lost.worst > MOST_LOST:
             at = next(name for name, place in self.kept_points.items() if place == lost.place)
+            much = f"{100 * lost.worst:.2g} %" if lost.worst < 1.0 else "as much as it is"
             self._fault(
                 "K",
                 f"does not hold enough digits: rounding each of its entries once moves the receptance at {at} by "
-                f"{100 * lost.worst:.2g} %, and {100 * MOST_LOST:g} % is the most that can be trusted. The mesh is "
+                f"{much}, and {100 * MOST_LOST:g} % is the most that can be trusted. The mesh is "
                 "much finer than the motion needs: take fewer elements, or give modes instead.",
             )
 
