@@ -34,6 +34,7 @@ Progress = Callable[[str, float], None]
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
 _SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
+NO_NAME = "No file is named: the name is empty. Name a problem file (.toml)."
 
 
 def kind_of(document: Mapping[str, Any]) -> str:
@@ -60,6 +61,8 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     InputError
         All mistakes at once, with lines.
     """
+    if not str(path):
+        raise InputError(NO_NAME)
     file = FilePath(path)
     text, name = text_of(file), shown_name(file.name)
     document = placed(parsed(text, name), file.parent)

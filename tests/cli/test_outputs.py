@@ -18,7 +18,7 @@ from vibopt.errors import InputError
 from vibopt.files import marks
 from vibopt.files.marks import is_ours, with_check
 from vibopt.files.reading import forget
-from vibopt.files.writing import checked_target, write_file
+from vibopt.files.writing import checked_target, format_of, write_file
 
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2]
@@ -169,8 +169,36 @@ def test_places_that_are_no_files_are_told(tmp_path: Path) -> None:
 
 def test_a_pipe_that_nobody_reads_is_no_wait(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError) as caught:
         write_file(checked_target(str(tmp_path / "pipe")), b"content")
+    assert str(caught.value) == (
+        f"{tmp_path / 'pipe'} cannot be written: it is a pipe, and nobody reads from it. Name a file, or begin to read "
+        "first."
+    )
+
+
+PICTURES = {name: words for name, (words, ending) in WRITERS.items() if ending == ".svg"}
+
+
+@pytest.mark.parametrize("words", PICTURES.values(), ids=PICTURES)
+@pytest.mark.parametrize(("device", "code"), [("/dev/null", 0), ("/dev/full", 2)])
+def test_a_picture_for_a_device_without_an_ending_is_svg(
+    run: Run, fan: Path, words: tuple[str, ...], device: str, code: int
+) -> None:
+    done = run(*command(words, fan, Path(device)))
+    assert (done.code, done.err) == (code, f"{device} cannot be written: no space left on device.\n" if code else "")
+
+
+@pytest.mark.parametrize("ending", ["", ".svg", ".PNG", ".dat"])
+def test_the_format_of_a_stream_is_its_ending_or_the_first_there_is(tmp_path: Path, ending: str) -> None:
+    os.mkfifo(tmp_path / f"pipe{ending}")
+    found = format_of(checked_target(str(tmp_path / f"pipe{ending}"), (".svg", ".png")), (".svg", ".png"))
+    assert found == ("png" if ending == ".PNG" else "svg")
+
+
+def test_a_path_is_varied_or_set_and_not_both(run: Run, fan: Path) -> None:
+    done = run("sweep", str(fan), "--vary", f"{BOUND}=1 N..2 N", "--set", f"{BOUND}=3 N")
+    assert (done.code, done.err) == (2, f"{BOUND} is given by --vary and by --set. Leave out the --set.\n")
 
 
 def test_an_option_given_twice_is_refused(run: Run, fan: Path, tmp_path: Path) -> None:

@@ -290,3 +290,48 @@ def test_a_file_without_an_answer_is_not_kept_and_that_is_said(
     done = run("verify", file(SPRING, "good.toml"), file("title = 1", "bad.toml"), "--save", kept)
     assert done.code == 6
     assert done.err == "Without an answer, so not kept: bad.toml.\n"
+
+
+@pytest.mark.parametrize("verb", ["solve", "check", "verify", "explain"])
+def test_an_empty_name_is_no_folder(run: Run, verb: str) -> None:
+    done = run(verb, "")
+    assert (done.code, done.err) == (2, "No file is named: the name is empty. Name a problem file (.toml).\n")
+
+
+def test_a_device_is_refused_and_counts_as_no_file_that_differs(run: Run) -> None:
+    done = run("verify", "/dev/zero")
+    assert (done.code, done.err) == (
+        2,
+        "/dev/zero is a device, and only files are read. Name a problem file (.toml).\n",
+    )
+
+
+def test_answers_that_are_not_there_say_how_they_are_kept(run: Run, file: Callable[..., str]) -> None:
+    done = run("verify", file(SPRING), "--against", "nope.json")
+    assert (done.code, done.err) == (
+        2,
+        "nope.json is not there. Keep answers with vibopt verify PATH... --save FILE.\n",
+    )
+
+
+def test_kept_answers_are_found_however_the_path_is_written(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder, stiffness in (("one", "100 N/m"), ("two", "400 N/m")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "x.toml").write_text(SPRING.replace("100 N/m", stiffness), encoding="utf-8")
+    kept = str(tmp_path / "kept.json")
+    monkeypatch.chdir(tmp_path)
+    assert run("verify", "one", "two", "--save", kept).code == 0
+    done = run("verify", "two", "--against", kept)
+    assert (done.code, done.out.splitlines()[-3:]) == (
+        0,
+        [
+            "x.toml: byte-equal; kept as two/x.toml",
+            "1 file: 1 byte-equal, 0 equal to 1e-9, 0 different.",
+            "1 more kept answer not asked for.",
+        ],
+    )
+    (tmp_path / "two" / "x.toml").rename(tmp_path / "two" / "y.toml")
+    done = run("verify", "two", "--against", kept)
+    assert (done.code, "y.toml: differs\n  no answer of it was kept.\n" in done.out) == (6, True)

@@ -13,7 +13,7 @@ import click
 from vibopt.cli.options import Once, as_json, force, limited, read_scene
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
-from vibopt.files.writing import checked_target, write_file
+from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -171,7 +171,7 @@ def _draw(target: Path | None, make: Callable[[], Figure]) -> None:
     if target is not None:
         from vibopt.design.figures import saved
 
-        write_file(target, saved(make(), target.suffix[1:].lower()))
+        write_file(target, saved(make(), format_of(target, FORMATS)))
 
 
 def _say(write: Callable[[Console], None], target: Path | None) -> None:

@@ -11,7 +11,7 @@ import click
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import say, say_json
 from vibopt.errors import InputError
-from vibopt.files.writing import checked_target, write_file
+from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
     from vibopt.design.design import Design
@@ -80,7 +80,7 @@ def plot(
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
     found = answer(job, method)
-    write_file(target, _drawn(found, job, as_map, target.suffix[1:].lower()))
+    write_file(target, _drawn(found, job, as_map, format_of(target, FORMATS)))
     return _done(found, target, as_json)
 
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes, file, force, keep_design, limited, read_scene
+from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_scene
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.files.writing import checked_target, write_file
+from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,6 +57,8 @@ def sweep(
     checked answer.
     """
     path, low_high = split_range(vary)
+    if path in changes_of(changes):
+        raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
     scene = read_scene(file, "sweep", changes, "Solve the file with several values of --set PATH=VALUE.")
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
@@ -69,7 +71,7 @@ def sweep(
         from vibopt.design.figures import saved, strips_figure
         from vibopt.study.strips import strips
 
-        write_file(picture, saved(strips_figure(strips(result)), picture.suffix[1:].lower()))
+        write_file(picture, saved(strips_figure(strips(result)), format_of(picture, FORMATS)))
     written = [str(one) for one in (table, picture) if one is not None]
     if as_json:
         status = "ok" if result.complete else "unproven"

@@ -105,9 +105,9 @@ def _kept(against: str) -> dict[str, Any]:
 
 
 def _compared(result: Verification, kept: Mapping[str, Any]) -> list[Comparison]:
-    from vibopt.study.archive import compared
+    from vibopt.study.archive import compared_among
 
-    return [compared(one.name, kept["answers"].get(one.name), one.kept) for one in result.results]
+    return [compared_among(one.name, kept["answers"], one.kept) for one in result.results]
 
 
 def _save(result: Verification, target: Path) -> Path:
@@ -144,7 +144,7 @@ def _tell_comparisons(comparisons: Sequence[Comparison], kept: Mapping[str, Any]
     verdicts = [one.verdict for one in comparisons]
     counts = ((EQUAL, verdicts.count(EQUAL)), (CLOSE, verdicts.count(CLOSE)), ("different", verdicts.count("differs")))
     say(f"{len(verdicts)} file{'s' * (len(verdicts) != 1)}: {', '.join(f'{count} {word}' for word, count in counts)}.")
-    if rest := len(set(kept["answers"]) - {one.file for one in comparisons}):
+    if rest := len(set(kept["answers"]) - {one.kept_as or one.file for one in comparisons}):
         say(f"{rest} more kept answer{'s' * (rest != 1)} not asked for.")
     for words in changed_versions(kept):
         say(f"{words}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 import tempfile
@@ -45,6 +46,12 @@ def checked_target(path: str, endings: tuple[str, ...] = (), *, force: bool = Fa
     if why:
         raise InputError(f"{shown} cannot be written: {why}")
     return target
+
+
+def format_of(target: Path, endings: tuple[str, ...]) -> str:
+    """The format that an output file is written in, "svg": its ending, or the first there is for a device or a pipe."""
+    ending = target.suffix.lower()
+    return (ending if ending in endings else endings[0])[1:]
 
 
 def write_file(target: Path, content: bytes) -> None:
@@ -92,6 +99,7 @@ def replace_file(target: Path, content: bytes) -> None:
         raise InputError(f"{shown_name(target)} cannot be written: {(error.strerror or str(error)).lower()}.") from None
 
 
+_NOBODY = "it is a pipe, and nobody reads from it. Name a file, or begin to read first."
 _READ = "it is read in this run. Name another file."
 _FOREIGN = (
     "it is there already, and vibopt did not write it or it has been changed since. Name another file, or add --force."
@@ -129,7 +137,12 @@ def _is_ours(target: Path) -> bool:
 
 def _send(target: Path, content: bytes) -> None:
     """To a device or a pipe as it stands; a pipe that nobody reads is an error, no wait."""
-    handle = os.open(target, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+    try:
+        handle = os.open(target, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+    except OSError as error:
+        if error.errno == errno.ENXIO and stat.S_ISFIFO(target.stat().st_mode):
+            raise InputError(f"{shown_name(target)} cannot be written: {_NOBODY}") from None
+        raise
     os.set_blocking(handle, True)
     with os.fdopen(handle, "wb") as stream:
         stream.write(content)
@@ -154,4 +167,4 @@ def _umask() -> int:
     return mask
 
 
-__all__ = ["add_line", "checked_target", "is_stream", "replace_file", "write_file"]
+__all__ = ["add_line", "checked_target", "format_of", "is_stream", "replace_file", "write_file"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from math import tau
 from pathlib import Path
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from vibopt.jobs import Answer, Job
 
 MARK = "vibopt verify"
-_ARCHIVE = Kind("an archive of answers", 1_000_000_000, "", "Keep answers with vibopt verify PATH... --save FILE.")
+_KEEP = "Keep answers with vibopt verify PATH... --save FILE."
+_ARCHIVE = Kind("an archive of answers", 1_000_000_000, _KEEP, _KEEP)
 LIBRARIES = ("vibopt", "numpy", "scipy", "clarabel", "casadi")
 EQUAL, CLOSE, DIFFERS = "byte-equal", "equal to 1e-9", "differs"
 CLOSENESS = 1e-9
@@ -132,6 +133,8 @@ class Comparison:
         What differs, one sentence each.
     note
         That the files are not those the kept answer was made from; "" where they are.
+    kept_as
+        Another name that the answer of the same files was kept by; "" where it is this one.
     """
 
     file: str
@@ -140,12 +143,24 @@ class Comparison:
     at: str = ""
     differences: tuple[str, ...] = field(default=())
     note: str = ""
+    kept_as: str = ""
 
     @property
     def words(self) -> str:
         """The verdict with what belongs to it."""
         more = f" (largest difference {self.largest:.2g} at {self.at})" if self.verdict == CLOSE and self.at else ""
-        return f"{self.verdict}{more}{f'; {self.note}' if self.note else ''}"
+        note = f"kept as {self.kept_as}" if self.kept_as else self.note
+        return f"{self.verdict}{more}{f'; {note}' if note else ''}"
+
+
+def compared_among(name: str, answers: Mapping[str, Any], now: Mapping[str, Any] | None) -> Comparison:
+    """The answer of one file, and what was kept by its name, else of the same files seen from another folder."""
+    if name in answers or now is None:
+        return compared(name, answers.get(name), now)
+    same = [other for other, one in answers.items() if one["sha256"] and one["sha256"] == now["sha256"]]
+    if not same:
+        return compared(name, None, now)
+    return replace(compared(name, answers[min(same)], now), note="", kept_as=min(same))
 
 
 def compared(name: str, kept: Mapping[str, Any] | None, now: Mapping[str, Any] | None) -> Comparison:

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibopt.errors import InputError
-from vibopt.files.reading import shown_name
-from vibopt.jobs import open_job
+from vibopt.files.reading import FileFault, shown_name, stamp_of
+from vibopt.jobs import NO_NAME, open_job
+from vibopt.scene.document import PROBLEM
 from vibopt.study.records import Row, compare
 from vibopt.study.workers import Lost, each
 from vibopt.work import each_answer_within, seconds_of_each_answer
@@ -105,7 +106,10 @@ def verify(
 def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:
     """Each file once, with the name that is shown for it: short, and as given where two would be the same."""
     found: dict[Path, tuple[str, str]] = {}
-    for given in map(Path, paths):
+    for path in paths:
+        if not str(path):
+            raise InputError(NO_NAME)
+        given = Path(path)
         if os.path.isdir(given):
             inside = sorted(one for one in given.rglob("*.toml") if one.is_file())
             if not inside:
@@ -113,11 +117,19 @@ def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:
             for one in inside:
                 found.setdefault(one.resolve(), (one.relative_to(given).as_posix(), one.as_posix()))
         elif os.path.exists(given):
+            _check_regular(given)
             found.setdefault(given.resolve(), (given.name, given.as_posix()))
         else:
             raise InputError(f"{shown_name(given)} is not there. Name a problem file (.toml) or a folder of them.")
     short = Counter(name for name, _ in found.values())
     return [(file, name if short[name] == 1 else whole) for file, (name, whole) in found.items()]
+
+
+def _check_regular(file: Path) -> None:
+    try:
+        stamp_of(file, PROBLEM, counts=False)
+    except FileFault as fault:
+        raise InputError(f"{shown_name(file)} {fault.text}") from None
 
 
 def verify_file(
