@@ -136,6 +136,22 @@ def test_a_corrupted_run_is_left_out_or_it_cannot_be_told_and_the_band_holds_the
     assert ends_as["left out"] >= (0.7 if given and spare > 2 else 0.3 if given or spare > 2 else 0.0) * len(held)
 
 
+@pytest.mark.parametrize("given", [True, False], ids=["scatter given", "scatter learnt"])
+@pytest.mark.parametrize(("planes", "sensors"), [(1, 1), (1, 2), (2, 2)])
+def test_with_two_spare_runs_a_sound_run_is_never_taken_for_the_corrupted_one(
+    planes: int, sensors: int, given: bool
+) -> None:
+    """One other run that agrees as well is enough to leave nothing out; then the corrupted one is among those named."""
+    template, dice, right = blank(planes, sensors, 2, given), np.random.default_rng(3), 0
+    for _ in range(300):
+        one = case(template, dice, 2, sigmas=dice.uniform(5.0, 50.0))
+        of = heard(one.job)
+        assert of.job.odd in {(), (one.bad,)}
+        assert of.told or any(one.bad in out for found in of.found for out in found.possible)
+        right += of.job.odd == (one.bad,)
+    assert right >= (0.7 if given else 0.25) * 300
+
+
 @pytest.mark.parametrize(("planes", "sensors"), [(1, 1), (1, 2), (2, 2)])
 def test_with_one_spare_run_nobody_can_tell_and_the_band_holds_the_truth(planes: int, sensors: int) -> None:
     template, dice = blank(planes, sensors, 1, True), np.random.default_rng(5)

@@ -3,7 +3,7 @@
 What readings Y of n runs have beyond the unknowns is N* Y, N the left null space of X = (1, weights): errors alone.
 With the scatter given its square, measured by its covariance, follows chi-squared.  Learnt from the runs, a run that is
 left out takes a part of the squares that follows the beta law, sensor by sensor.  Sets of runs that agree are those
-whose squares are not too rare; the odd runs are known where one such set alone is left.
+whose squares are not too rare; the odd runs are known where one such set alone is left and all others are far rarer.
 """
 
 from __future__ import annotations
@@ -23,6 +23,9 @@ from vibopt.work import Budget
 
 ODD = 0.01
 """Runs that belong together contradict each other in one job of a hundred."""
+CLEAR = 1e-4
+"""With the scatter given, sets of runs are no longer suspected where what the others show is rarer than this: it happens
+to the odd ones in one job of ten thousand.  Learnt scatter compares with the best set, where ODD is as far."""
 DOUBT = 0.20
 """From here on the band holds what each run alone could have spoilt."""
 UNCHECKED = 0.98
@@ -79,16 +82,20 @@ def _at_speed(job: RotorJob, speed: int, runs: _Runs, many: int) -> Agreement:
     if chance >= DOUBT:
         return Agreement(speed, chance, unchecked=unchecked)
     clear = chance < ODD
+    cleared = CLEAR if clear and runs.scatter is not None else ODD
     budget = Budget(_MOST_SETS, "sets of runs")
+    doubtful: list[Runs] = []
     for count in range(1, min(spare, _MOST_ODD) + 1 if clear else 2):
         if budget.spent + comb(runs.n, count) > budget.most:
             break
         budget.spend(comb(runs.n, count))
-        agreeing = [tuple(int(places[k]) for k in one) for one in runs.agreeing(count)]
-        if len(agreeing) == 1 and clear and spare > count:
-            return Agreement(speed, chance, out=agreeing[0], unchecked=unchecked)
-        if agreeing:
-            return Agreement(speed, chance, possible=tuple(agreeing), told=not clear, unchecked=unchecked)
+        chances = {tuple(int(places[k]) for k in one): p for one, p in runs.agreeing(count).items()}
+        likely = [one for one, p in chances.items() if p >= ODD]
+        doubtful += [one for one, p in chances.items() if p >= cleared]
+        if likely == doubtful and len(likely) == 1 and clear and spare > count:
+            return Agreement(speed, chance, out=likely[0], unchecked=unchecked)
+        if likely:
+            return Agreement(speed, chance, possible=tuple(doubtful), told=not clear, unchecked=unchecked)
     alone = tuple((int(places[k]),) for (k,) in runs.sets(1))
     return Agreement(speed, chance, possible=alone, told=not clear, unchecked=unchecked)
 
@@ -130,29 +137,29 @@ class _Runs:
         rarest = min((float(gammaincc(self.Y.shape[1], self._taken(one))) for one in self.sets(1)), default=1.0)
         return float(min(self.n * rarest, 1.0))
 
-    def agreeing(self, count: int) -> list[Runs]:
-        """The sets of so many runs without which the others agree."""
+    def agreeing(self, count: int) -> dict[Runs, float]:
+        """Sets of so many runs, and how rarely agreeing runs would differ as much as the others do."""
         spare, sensors = self.learnt.spare - count, self.Y.shape[1]
         sets = self.sets(count)
         if spare < 1:
-            return sets if self.scatter is not None else []
+            return dict.fromkeys(sets, 1.0) if self.scatter is not None else {}
         if self.scatter is not None:
             from scipy.special import chdtrc
 
-            return [one for one in sets if float(chdtrc(2.0 * spare * sensors, self._squares(one).sum())) >= ODD]
+            return {one: float(chdtrc(2.0 * spare * sensors, self._squares(one).sum())) for one in sets}
         return self._near_the_best(sets, spare)
 
-    def _near_the_best(self, sets: Sequence[Runs], spare: int) -> list[Runs]:
-        """Sets whose rest does not scatter more than the rest of the best one by more than chance."""
+    def _near_the_best(self, sets: Sequence[Runs], spare: int) -> dict[Runs, float]:
+        """How rarely the rest of each set scatters so much more than the rest of the best one."""
         from scipy.special import fdtrc, gammaincc
 
         squares = np.array([self._squares(one) for one in sets]) + self.floor
         if not len(squares):
-            return []
+            return {}
         best = squares[int(np.argmin(np.log(squares).sum(axis=1)))]
         rare = np.maximum(fdtrc(2.0 * spare, 2.0 * spare, squares / best), 1e-300)
         total = -np.log(np.minimum(2.0 * rare, 1.0)).sum(axis=1)
-        return [one for one, x in zip(sets, total, strict=True) if float(gammaincc(squares.shape[1], x)) >= ODD]
+        return {one: float(gammaincc(squares.shape[1], x)) for one, x in zip(sets, total, strict=True)}
 
     def _taken(self, out: Runs) -> float:
         """Minus the logarithms of the chances that a run left out takes away so much, added up over the sensors."""
