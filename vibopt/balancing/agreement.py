@@ -24,12 +24,14 @@ from vibopt.work import Budget
 ODD = 0.01
 """Runs that belong together contradict each other in one job of a hundred."""
 CLEAR = 1e-4
-"""With the scatter given, sets of runs are no longer suspected where what the others show is rarer than this: it happens
-to the odd ones in one job of ten thousand.  Learnt scatter compares with the best set, where ODD is as far."""
+"""With the scatter given, sets of runs are no longer suspected where what the others show is rarer than this: it
+happens to the odd ones in one job of ten thousand.  Learnt scatter compares with the best set, where ODD is as far."""
 DOUBT = 0.20
 """From here on the band holds what each run alone could have spoilt."""
 UNCHECKED = 0.98
 """A run that decides its own fit by so much is checked by no other."""
+WILD = 0.20
+"""Part of the greatest reading of a sensor from which one spare run contradicts the others whatever the scatter."""
 _ROUNDING = 1e-9
 _MOST_ODD = 3
 _MOST_SETS = 3000
@@ -52,6 +54,8 @@ class Agreement:
         Whether it is known which runs are odd, or that none is.
     unchecked
         Runs that no other checks, by index.
+    alone
+        Where the scatter is learnt from one spare run: runs each of which may be all that is wrong, by index.
     """
 
     speed: int
@@ -60,6 +64,7 @@ class Agreement:
     possible: tuple[Runs, ...] = ()
     told: bool = True
     unchecked: Runs = ()
+    alone: tuple[Runs, ...] = ()
 
 
 def agreements(job: RotorJob, identified: Identified, noise: Noise | None) -> tuple[Agreement, ...]:
@@ -78,6 +83,11 @@ def _at_speed(job: RotorJob, speed: int, runs: _Runs, many: int) -> Agreement:
     if spare < 1 or runs.exact:
         return Agreement(speed, 1.0)
     unchecked = tuple(int(places[k]) for k in np.flatnonzero(leverage(runs.learnt) > UNCHECKED))
+    if spare == 1 and runs.scatter is None:
+        alone = tuple((int(places[k]),) for (k,) in runs.sets(1) if int(places[k]) not in unchecked)
+        wild = runs.apart() > WILD
+        possible = alone if wild else ()
+        return Agreement(speed, 1.0, possible=possible, told=not wild, unchecked=unchecked, alone=alone)
     chance = min(many * runs.chance(), 1.0)
     if chance >= DOUBT:
         return Agreement(speed, chance, unchecked=unchecked)
@@ -116,6 +126,12 @@ class _Runs:
         """Whether nothing but rounding contradicts."""
         return float(np.abs(self.learnt.misfit).max(initial=0.0)) <= _ROUNDING * self.size
 
+    def apart(self) -> float:
+        """How far the run that is checked best would have to be off with one spare run, in greatest readings."""
+        misfit, size = np.abs(self.learnt.misfit), np.abs(self.Y).max(axis=0)
+        off = (misfit**2).sum(axis=0) / np.maximum(misfit.max(axis=0), 1e-300)
+        return float((off / np.maximum(size, _ROUNDING * self.size)).max())
+
     def sets(self, count: int) -> list[Runs]:
         """Sets of so many runs without which the others still tell every unknown."""
         found = []
@@ -132,8 +148,6 @@ class _Runs:
 
         if self.scatter is not None:
             return float(chdtrc(2.0 * self.learnt.spare * self.Y.shape[1], self._squares(()).sum()))
-        if self.learnt.spare < 2:
-            return 1.0
         rarest = min((float(gammaincc(self.Y.shape[1], self._taken(one))) for one in self.sets(1)), default=1.0)
         return float(min(self.n * rarest, 1.0))
 

@@ -20,6 +20,8 @@ from vibopt.forms import ComplexArray, FloatArray
 
 MOST_BESIDE = 6
 """Plans shown side by side."""
+MET = 1e-6
+"""A limit is met to this part of itself."""
 _SEEN = 0.02
 """Part of the greatest reading from which a misfit of one spare run is worth a word."""
 
@@ -60,18 +62,23 @@ def held_bands(of: Heard, u: ComplexArray) -> FloatArray | None:
     speeds = np.array([speed for speed, _ in of.job.readings])
     for one in of.found:
         rows = speeds == one.speed
-        for more in [_other(of.job, out, u) for out in one.possible] + ([] if one.told else [_as_seen(of, u)]):
+        for more in [_other(of.job, out, u) for out in one.possible or one.alone] + ([] if one.told else [_as_seen(of, u)]):
             if more is not None:
                 ends[rows, 0] = np.fmin(ends[rows, 0], more[rows, 0])
                 ends[rows, 1] = np.fmax(ends[rows, 1], more[rows, 1])
     return ends
 
 
-def _other(job: RotorJob, out: Runs, u: ComplexArray) -> FloatArray | None:
+def _other(job: RotorJob, out: Runs, u: ComplexArray) -> FloatArray:
+    """Without these runs; what the others predict where they leave no run to learn the scatter from."""
     fewer = without(job, out)
     identified = identify(fewer)
     noise = noise_of(fewer, identified)
-    return None if noise is None else bands(fewer, identified, noise, u)
+    left = np.abs(identified.residual(u))[:, None].repeat(2, axis=1)
+    if noise is None:
+        return left
+    ends = bands(fewer, identified, noise, u)
+    return np.where(np.isnan(ends), left, ends)
 
 
 def _as_seen(of: Heard, u: ComplexArray) -> FloatArray | None:
@@ -104,8 +111,10 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
 def judged(of: Heard, plan: Plan) -> Plan:
     """The plan with what its runs say against each other; unproven where nobody can tell which is wrong."""
     plan = replace(plan, notes=(*_notes(of), *plan.notes))
-    if of.told or not plan.fittings:
+    if not plan.fittings:
         return plan
+    if of.told:
+        return _kept_by_bands(of, plan)
     doubtful = [one for one in of.found if not one.told]
     where = " and at ".join(of.job.show_speed(one.speed) for one in doubtful)
     odd = "; ".join(_either(of.whole, one.possible) for one in doubtful)
@@ -113,6 +122,26 @@ def judged(of: Heard, plan: Plan) -> Plan:
     todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
     bands = "; the bands hold what is left whichever it is" if plan.rows and plan.rows[0].band else ""
     return replace(plan, status="unproven", claim=f"{claim}{bands}", words=(todo, *plan.words))
+
+
+def _kept_by_bands(of: Heard, plan: Plan) -> Plan:
+    """Unproven where one spare run, which any run may have spoilt, leaves open whether a limit is met."""
+    alone = {one.speed: one.alone for one in of.found if one.alone}
+    open_rows = [
+        (float(row.band[1].value) / float(row.limit.value), speed, row)
+        for (speed, _), row in zip(of.job.readings, plan.rows, strict=True)
+        if speed in alone and row.band is not None and row.limit is not None
+    ]
+    worst, speed, row = max(open_rows, key=lambda one: one[0], default=(0.0, 0, None))
+    if worst <= 1.0 + MET or row is None or row.band is None or row.limit is None:
+        return plan
+    at, either = of.job.show_speed(speed), _either(of.whole, alone[speed])
+    claim = (
+        f"whether the limit of {row.limit.shown} on {row.sensor} at {at} is met is not known: with one run to spare "
+        f"and no scatter given up to {row.band[1].shown} can be left, and any run may be wrong ({either})"
+    )
+    todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {either}."
+    return replace(plan, status="unproven", claim=claim, words=(todo, *plan.words))
 
 
 def _less(odd: Runs, out: Sequence[int]) -> Runs:
