@@ -172,7 +172,7 @@ def test_with_one_spare_run_nobody_can_tell_and_the_band_holds_the_truth(planes:
 def one_spare(
     planes: int, sensors: int, dice: np.random.Generator, part: float | None = None, falsified: float = 0.0
 ) -> Case:
-    """A rotor of up to 100 µm read with 2 % of scatter, one run to spare, perhaps one trial off by a part of its effect.
+    """A rotor of up to 100 µm read with 2 % of scatter, one run to spare, perhaps a trial off by a part of its effect.
 
     part
         The limit, of 100 µm; None without one.
@@ -267,13 +267,14 @@ def test_the_odd_run_is_left_out_and_said_with_the_other_plan_beside() -> None:
     assert note.startswith(
         'Run "both" at 1200 rpm does not agree with the others and is left out: they predict a reading'
     )
-    assert [one.name for one in plan.beside] == ["this plan", 'with run "both"']
+    assert [one.name for one in plan.beside] == ["this plan", 'with run "both", which contradicts the others']
     assert plan.status == "optimal"
     assert "; put back into a simulated rotor, which shows the same up to rounding" in plan.claim
     clean = solve_text(FAN + SCATTER)
     for one, other in zip(plan.planes, clean.planes, strict=True):
         assert abs(one.u - other.u) < 1e-6 * abs(other.u)
-    assert plan.to_json()["beside"][1]["remedy"] == 'with run "both"'
+    assert plan.to_json()["beside"][1]["remedy"] == 'with run "both", which contradicts the others'
+    assert [bool(one.band) for one in plan.beside] == [True, False]
 
 
 def test_where_it_cannot_be_told_the_status_says_so() -> None:
@@ -303,3 +304,9 @@ def test_a_speed_without_a_spare_run_has_no_band_where_the_scatter_is_learnt() -
     plan = solve_text(FAN + repeated + second)
     assert [one.band is None for one in plan.rows] == [False, False, True, True]
     assert "At 1500 rpm there is none: no run is spare there." in plan.notes
+
+
+def test_a_goal_that_is_rounding_of_the_readings_is_zero() -> None:
+    plan = solve_text(FAN)
+    assert plan.goal is not None
+    assert (plan.goal[1].value, plan.goal[1].shown) == (0.0, "0 mil pp")

@@ -25,6 +25,9 @@ UNJUDGED = (
 )
 OFF = "Take every trial weight off first: the plan is added to the rotor as found."
 
+_ROUNDING = 1e-12
+"""Part of the greatest reading below which a goal is zero."""
+
 
 def begun(job: RotorJob, **more: Any) -> Plan:
     """A plan with what every plan of the job says."""
@@ -72,6 +75,8 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0)
         "worst": f" of {question.n_readings // max(n_rows, 1)} rotors within the scatter",
         "": "",
     }[robust]
+    if value < _ROUNDING * float((question.importance * np.abs(question.y0)).max(initial=0.0)):
+        value = 0.0
     return names[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
 
 

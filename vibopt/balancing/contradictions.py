@@ -20,6 +20,7 @@ from vibopt.forms import ComplexArray, FloatArray
 
 MOST_BESIDE = 6
 """Plans shown side by side."""
+_AGAINST = (", which contradicts the others", ", which contradict the others")
 MET = 1e-6
 """A limit is met to this part of itself."""
 _SEEN = 0.02
@@ -62,7 +63,8 @@ def held_bands(of: Heard, u: ComplexArray) -> FloatArray | None:
     speeds = np.array([speed for speed, _ in of.job.readings])
     for one in of.found:
         rows = speeds == one.speed
-        for more in [_other(of.job, out, u) for out in one.possible or one.alone] + ([] if one.told else [_as_seen(of, u)]):
+        others = [_other(of.job, out, u) for out in one.possible or one.alone]
+        for more in (*others, *(() if one.told else (_as_seen(of, u),))):
             if more is not None:
                 ends[rows, 0] = np.fmin(ends[rows, 0], more[rows, 0])
                 ends[rows, 1] = np.fmax(ends[rows, 1], more[rows, 1])
@@ -92,7 +94,12 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
     sets: list[tuple[str, RotorJob]] = []
     for one in of.found:
         if one.out:
-            sets.append((f"with {_named(of.whole, one.out)}", replace(of.job, odd=_less(of.job.odd, one.out))))
+            sets.append(
+                (
+                    f"with {_named(of.whole, one.out)}{_AGAINST[len(one.out) > 1]}",
+                    replace(of.job, odd=_less(of.job.odd, one.out)),
+                )
+            )
         elif not one.told:
             sets += [(f"without {_named(of.whole, out)}", without(of.job, out)) for out in one.possible]
     if not sets:
@@ -104,7 +111,7 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
         noise = noise_of(job, identified)
         solved = solve_question(pose(job, identified, noise).question)
         if solved.u is not None:
-            plans.append(remedy_of(job, name, solved.u, identified, noise))
+            plans.append(remedy_of(job, name, solved.u, identified, None if name.endswith(_AGAINST) else noise))
     return tuple(plans)
 
 

@@ -71,7 +71,7 @@ class InfluenceTable(Table):
 
 
 class ScatterTable(Table):
-    """[scatter]: how far readings differ from run to run."""
+    """[scatter]: one standard deviation of one reading, of its amplitude and of its angle."""
 
     amplitude: Any = None
     angle: Any = None
