@@ -277,6 +277,21 @@ def test_the_odd_run_is_left_out_and_said_with_the_other_plan_beside() -> None:
     assert [bool(one.band) for one in plan.beside] == [True, False]
 
 
+def test_one_spare_run_far_off_is_unproven_without_a_scatter_too() -> None:
+    plan = solve_text(fan_again(1, 2.0))
+    assert (plan.status, plan.exit_code) == ("unproven", 5)
+    assert plan.claim.startswith("the runs at 1200 rpm contradict each other, and it cannot be told which is wrong")
+
+
+def test_a_limit_that_one_spare_run_leaves_open_is_unproven_and_the_claim_says_how_much_can_be_left() -> None:
+    limit = '[limits.low]\nresponse = "residual"\nat_most = "0.5 mil pp"\n'
+    plan = solve_text(fan_again(1, 1.1) + limit)
+    assert (plan.status, plan.exit_code) == ("unproven", 5)
+    assert plan.claim.startswith("whether the limit of 0.5 mil pp on ")
+    assert "is met is not known: with one run to spare and no scatter given up to " in plan.claim
+    assert plan.words[0].startswith("Repeat one of these runs before anything is fitted, ")
+
+
 def test_where_it_cannot_be_told_the_status_says_so() -> None:
     plan = solve_text(fan_again(1, 2.0) + SCATTER)
     assert (plan.status, plan.exit_code) == ("unproven", 5)
