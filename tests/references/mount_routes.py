@@ -97,7 +97,7 @@ def generator_set() -> dict[str, float | str]:
     squares = np.linalg.eigvals(np.linalg.solve(body.whole, held(k, 0.0).real)).real
     loads = [k * carried(one, body.centre)[2] @ still for one in places]
     return {
-        "status": "feasible",
+        "status": "optimal",
         "variables.mounts.foot.stiffness": k,
         "goal": float(abs(force)),
         "limits.load.value": float(max(loads)),

@@ -123,7 +123,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "speeds of noise": (
         {"measures.x.over": "3 Hz"},
-        'unknown key "over" in measures.x. Known: response, at_most, at_least, unit, due_to, of.',
+        'unknown key "over" in measures.x. Known: response, at_most, at_least, unit, worst, due_to, of.',
     ),
     "find all": (
         {"goal": {"find_all": "w.speed"}, "excitations.f": STEADY},

@@ -148,6 +148,7 @@ def test_moving_the_origin_changes_nothing(moved: float) -> None:
     assert there.goal[1].value == pytest.approx(here.goal[1].value, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_listed_stiffnesses_are_chosen_together_with_the_position() -> None:
     """Of listed feet the softest that keeps a sag at some position: 2 % softer than this, none would at any."""
     limit = {"response": "static_deflection", "of": "box", "at_most": "2 mm"}
