@@ -4,11 +4,14 @@ import subprocess
 import sys
 from math import pi, sqrt
 
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from vibopt.units import DIMENSIONS, is_range, read_quantity, read_range
+from vibopt.units.registry import DEFINITIONS, factor_and_dimensionality, symbols
+from vibopt.units.spelling import expression
 
 numbers = st.floats(min_value=-1e6, max_value=1e6).filter(lambda number: number == 0 or abs(number) > 1e-6)
 
@@ -184,6 +187,50 @@ def test_a_range_is_known_by_its_points() -> None:
     assert is_range("800..2000 rpm")
     assert not is_range("800 rpm")
     assert not is_range(800)
+
+
+@pytest.fixture(scope="module")
+def pints() -> pint.UnitRegistry[float]:
+    """Pint with the field's units and no others."""
+    return pint.UnitRegistry(str(DEFINITIONS))
+
+
+def like_pint(pints: pint.UnitRegistry[float], text: str) -> bool:
+    """Whether factor and dimensions of a product of units are those that pint finds."""
+    unit = pints.parse_units(text)
+    factor, powers = factor_and_dimensionality(text)
+    exact = pints.Quantity(1.0, unit).to_root_units().magnitude
+    return factor == pytest.approx(exact, rel=4e-15, abs=0.0) and dict(powers) == dict(unit.dimensionality)
+
+
+@pytest.mark.parametrize("symbol", sorted(symbols()))
+def test_every_unit_is_the_one_that_pint_reads(pints: pint.UnitRegistry[float], symbol: str) -> None:
+    assert like_pint(pints, symbol)
+
+
+def test_every_proposed_unit_is_the_one_that_pint_reads(pints: pint.UnitRegistry[float]) -> None:
+    texts = {text for one in DIMENSIONS.values() for text in (one.si, *one.units)} - {""}
+    for text in sorted(texts):
+        written = expression(text)
+        assert written is not None
+        assert like_pint(pints, written), text
+
+
+@st.composite
+def products(draw: st.DrawFn, depth: int = 2) -> str:
+    """Units multiplied and divided, with powers, brackets and brackets within brackets."""
+    parts = []
+    for index in range(draw(st.integers(1, 3))):
+        inner = draw(st.booleans()) if depth else False
+        unit = f"({draw(products(depth=depth - 1))})" if inner else draw(st.sampled_from(sorted(symbols() - {"dB"})))
+        power = draw(st.sampled_from(["", "", "**2", "**3"] if inner else ["", "", "**2", "**-1", "**-3"]))
+        parts.append((draw(st.sampled_from("*/")) if index else "") + unit + power)
+    return "".join(parts)
+
+
+@given(products())
+def test_every_product_of_units_is_the_one_that_pint_reads(pints: pint.UnitRegistry[float], text: str) -> None:
+    assert like_pint(pints, text)
 
 
 def test_importing_units_loads_no_heavy_library() -> None:

@@ -2,8 +2,5 @@
 
 from importlib import import_module
 
-from vibopt.units.registry import registry
-
 for _name in ("balancing.engine", "balancing.known", "balancing.solve_rotor", "solve", "study.archive", "study.prices"):
     import_module(f"vibopt.{_name}")
-registry()

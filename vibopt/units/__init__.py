@@ -1,7 +1,6 @@
 """Units at the door: text with a unit becomes an SI number here, and an SI number becomes text again.
 
 Inside vibopt every number is SI, every frequency in rad/s and every amplitude peak.
-Pint is loaded when the first unit is read.
 """
 
 from vibopt.units.dimensions import DIMENSIONS, Dimension, si_unit

@@ -1,4 +1,4 @@
-"""From a unit text and the place where it stands to a scale, asked of pint once per text."""
+"""From a unit text and the place where it stands to a scale, worked out once per text."""
 
 import re
 from dataclasses import dataclass
