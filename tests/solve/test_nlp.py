@@ -214,10 +214,10 @@ def test_nothing_found_is_called_unproven_and_never_infeasible() -> None:
     assert found.claim == "no design found from 18 starts, which proves nothing"
 
 
-def test_claim_counts_starts_and_those_that_agree() -> None:
+def test_claim_counts_starts_and_those_that_agree_as_far_as_every_processor_counts_the_same() -> None:
     found = Nlp(count=4).solve(pose(from_text(press())))
-    assert found.claim == f"best of 8 starts, {found.details['agreed']} agreed"
-    assert 1 <= found.details["agreed"] <= 8
+    assert found.claim == "best of 8 starts, 4 or more agreed"
+    assert 4 <= found.details["agreed"] <= 8
 
 
 def test_same_question_gives_the_same_answer() -> None:
