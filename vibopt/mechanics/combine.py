@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from math import gcd, lcm
 
@@ -10,19 +11,19 @@ import numpy as np
 from vibopt.forms import Combine, ComplexArray, FloatArray
 
 
-def combined(lines: list[ComplexArray], orders: tuple[float, ...], combine: Combine) -> FloatArray:
-    """Combine complex amplitudes, each of one shape, into one non-negative array of that shape."""
+def combined(lines: Sequence[ComplexArray] | ComplexArray, orders: tuple[float, ...], combine: Combine) -> FloatArray:
+    """Combine complex amplitudes (n_lines, ...) into one non-negative array (...)."""
     if len(lines) == 1:
         modulus: FloatArray = np.abs(lines[0])
         return modulus
-    moduli = np.abs(np.array(lines))
+    moduli = np.abs(np.asarray(lines))
     if combine == "sum":
         total: FloatArray = moduli.sum(axis=0)
         return total
     if combine == "rss":
         root: FloatArray = np.sqrt((moduli**2).sum(axis=0))
         return root
-    return _true_peak(np.array(lines), orders)
+    return _true_peak(np.asarray(lines), orders)
 
 
 def _true_peak(lines: ComplexArray, orders: tuple[float, ...]) -> FloatArray:

@@ -63,28 +63,31 @@ def modal_of(model: Model, p: FloatArray) -> Modal | None:
 def motion(
     model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal | None = None
 ) -> ComplexArray:
-    """Motion of all coordinates per unit line amplitude [m], shape (..., n_coords); inf at a pole."""
+    """Motion of all coordinates per unit line amplitude [m], shape (..., n_coords); inf at a pole.
+
+    `vector` (..., n_coords) is one line's, or one for each frequency.
+    """
     n = model.n_free
     if modal is not None:
         return _through_modes(model, p, vector, omega, modal)
     both = _assembled(model, p, omega) if np.ndim(p) == 1 else dynamic_stiffness(model, impedances(model, p, omega))
-    load = vector[:n] - both[..., n:] @ vector[n:]
+    load = vector[..., :n] - (both[..., n:] @ vector[..., n:, None])[..., 0]
     if n == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
             free = load / both[..., 0, :1]
     else:
         free = _solve(both[..., :n], load)
-    base = np.broadcast_to(vector[n:], (*free.shape[:-1], len(vector) - n))
+    base = np.broadcast_to(vector[..., n:], (*free.shape[:-1], vector.shape[-1] - n))
     return np.concatenate([free, base], axis=-1)
 
 
 def _through_modes(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal) -> ComplexArray:
     n = model.n_free
-    load = np.broadcast_to(vector[:n], (*omega.shape, n))
-    if vector[n:].any():
-        pull = (impedances(model, p, omega) * (model.vectors[:, n:] @ vector[n:])) @ model.vectors[:, :n]
+    load = np.broadcast_to(vector[..., :n], (*omega.shape, n))
+    if vector[..., n:].any():
+        pull = (impedances(model, p, omega) * (vector[..., n:] @ model.vectors[:, n:].T)) @ model.vectors[:, :n]
         load = load - pull
-    base = np.broadcast_to(vector[n:], (*omega.shape, len(vector) - n))
+    base = np.broadcast_to(vector[..., n:], (*omega.shape, vector.shape[-1] - n))
     return np.concatenate([modal.motion(load, omega), base], axis=-1)
 
 
@@ -115,7 +118,7 @@ def transfer(
     omega: FloatArray,
     modal: Modal | None = None,
 ) -> ComplexArray:
-    """Response per unit line amplitude, complex, shape of omega [rad/s]; inf exactly at a pole."""
+    """Response per unit line amplitude, shape of omega [rad/s]; inf exactly at a pole; `vector` as in `motion`."""
     omega = np.asarray(omega, dtype=float)
     u = motion(model, p, vector, omega, modal)
     row = output.row + (output.signs * impedances(model, p, omega)) @ model.vectors

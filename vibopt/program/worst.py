@@ -173,19 +173,19 @@ class DriveResponse:
             ratio: FloatArray = combined(self._lines(rigid, output, speed), orders, self.form.combine) / value
         return ratio
 
-    def _lines(self, model: Model, output: Output, speed: FloatArray) -> list[ComplexArray]:
-        p = model.values(self.x)
-        share = float(mount_count(model, self.form, self.x))
-        found = []
-        for line in self.drive.lines:
-            vector = line.vector if model is self.model else line.vector @ model.basis
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                modal = self.modal if model is self.model else None
-                h = transfer(model, p, output, vector, line.order * speed, modal)
-                size = line.amplitude.at(speed) / share
-                value = np.where(np.isfinite(h) | (size == 0.0), h * size, np.inf)
-                found.append(np.where(np.isnan(value), np.inf, value))  # complex infinity times a real number
-        return found
+    def _lines(self, model: Model, output: Output, speed: FloatArray) -> ComplexArray:
+        """Complex amplitude of every line, all lines in one batch, shape (n_lines, ...)."""
+        p, lines = model.values(self.x), self.drive.lines
+        speed = np.asarray(speed, dtype=float)
+        every = (len(lines), *[1] * speed.ndim)
+        orders = np.array([line.order for line in lines]).reshape(every)
+        vectors = np.array([line.vector if model is self.model else line.vector @ model.basis for line in lines])
+        size = np.array([line.amplitude.at(speed) for line in lines]) / float(mount_count(model, self.form, self.x))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            modal = self.modal if model is self.model else None
+            h = transfer(model, p, output, vectors.reshape(*every, -1), orders * speed, modal)
+            value = np.where(np.isfinite(h) | (size == 0.0), h * size, np.inf)
+            return np.where(np.isnan(value), np.inf, value)  # complex infinity times a real number
 
 
 def rigid_model(model: Model, link: str) -> Model:

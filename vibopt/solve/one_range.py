@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import brentq
 
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import Model
@@ -224,6 +223,8 @@ class _Run:
 
     def _meetings(self) -> list[float]:
         """Places at which a natural frequency of a machine meets one that is looked at there."""
+        from scipy.optimize import brentq
+
         found: list[float] = []
         for model, asked in self._watched():
             places = np.linspace(0.0, 1.0, max(_MODES, int(np.ceil(4.0 * self.span))) + 1)
@@ -260,6 +261,8 @@ class _Run:
 
     def _cross(self, row: int, place: float, piece: _Piece) -> None:
         """Where one limit is just met, near a place at which its polynomial is zero."""
+        from scipy.optimize import brentq
+
         reach = max(1e-4 * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
         low, high = max(place - reach, piece.low), min(place + reach, piece.high)
         if self.row(low)[row] * self.row(high)[row] < 0.0:
