@@ -40,10 +40,14 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Value of a response on the built machine [SI], and the speed [rad/s] of the worst per excitation."""
+    """Value of a response on the built machine [SI], and the speed [rad/s] of the worst per excitation.
+
+    `response` is the single question: of a group of mounts the worst of them.
+    """
 
     value: float
     speeds: Mapping[str, float]
+    response: Response
 
 
 def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side: str = "at_most") -> Measured:
@@ -66,10 +70,10 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
     if isinstance(response, HarmonicResponse):
         return _harmonic(scene, machine, response, side)
     if isinstance(response, RandomResponse):
-        return Measured(rms_of(scene, machine, response), {})
+        return Measured(rms_of(scene, machine, response), {}, response)
     if isinstance(response, NaturalFrequency) and isinstance(response.outside, SpeedRange):
-        return Measured(_nearest_mode(machine, response.outside), {})
-    return Measured(response.measure_static(machine), {})
+        return Measured(_nearest_mode(machine, response.outside), {}, response)
+    return Measured(response.measure_static(machine), {}, response)
 
 
 def _nearest_mode(machine: Machine, outside: SpeedRange) -> float:
@@ -87,7 +91,7 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
     values = np.array([one.value for one in found.values()])
     total = float(np.sqrt((values**2).sum())) if response.combine == "rss" else float(values.sum())
     value = 1.0 - total if response.complement else total
-    return Measured(value, {name: one.speed for name, one in found.items()})
+    return Measured(value, {name: one.speed for name, one in found.items()}, response)
 
 
 def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from vibopt.design.build import machine_of
-from vibopt.design.certify import TOLERANCE, measure, measure_on
+from vibopt.design.certify import TOLERANCE, Measured, measure_on
 from vibopt.design.design import Checked, Chosen, Shown
 from vibopt.design.off import differing
 from vibopt.design.rated import rated_rows
+from vibopt.design.routes import differs, modelled
 from vibopt.design.words import place_of
 from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import Model
 from vibopt.responses import Response
+from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
@@ -39,14 +43,15 @@ def limit_rows(scene: Scene) -> dict[str, tuple[str, str]]:
     return rows
 
 
-def checked_limits(scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None) -> dict[str, Checked]:
-    """Every limit on the built machine, or on the worst of several."""
-    machine = machine_of(scene, chosen)
+def checked_limits(
+    scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None, model: Model | None = None
+) -> dict[str, Checked]:
+    """Every limit on the built machine, or on the worst of several, compared with the model (that of the scene)."""
+    built = _Built(scene, chosen, model)
     rows = {}
     for key, (name, side) in limit_rows(scene).items():
-        off = (offs or {}).get(key, ())
-        rows[key] = _worst_of(scene, chosen, off, machine, name, scene.limits[name], side)
-    return rows | _rated(scene, chosen, machine, offs or {})
+        rows[key] = _worst_of(built, (offs or {}).get(key, ()), name, scene.limits[name], side)
+    return rows | _rated(scene, chosen, built.machine, offs or {})
 
 
 def _rated(scene: Scene, chosen: Mapping[str, float], machine: Machine, offs: Offs) -> dict[str, Checked]:
@@ -62,46 +67,69 @@ def _rated(scene: Scene, chosen: Mapping[str, float], machine: Machine, offs: Of
     return rows
 
 
-def checked_measures(scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None) -> dict[str, Checked]:
-    """Every measure on the built machine, or on the worst of several."""
-    machine = machine_of(scene, chosen)
-    return {
-        name: _worst_of(scene, chosen, (offs or {}).get(name, ()), machine, name, one, "")
-        for name, one in scene.measures.items()
-    }
+def checked_measures(
+    scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None, model: Model | None = None
+) -> dict[str, Checked]:
+    """Every measure on the built machine, or on the worst of several, compared with the model (that of the scene)."""
+    built = _Built(scene, chosen, model)
+    return {name: _worst_of(built, (offs or {}).get(name, ()), name, one, "") for name, one in scene.measures.items()}
 
 
-def _worst_of(
-    scene: Scene,
-    chosen: Mapping[str, float],
-    offs: Sequence[Mapping[str, float]],
-    nominal: Machine,
-    name: str,
-    response: Response,
-    side: str,
-) -> Checked:
+@dataclass(frozen=True)
+class _Built:
+    """A machine with its numbers off by `scene.off`, by both routes."""
+
+    scene: Scene
+    chosen: Mapping[str, float]
+    given: Model | None = None
+
+    @cached_property
+    def machine(self) -> Machine:
+        return machine_of(self.scene, self.chosen)
+
+    @cached_property
+    def model(self) -> Model:
+        return self.given or model_of(self.scene)
+
+    def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
+        found = measure_on(self.scene, self.machine, response, side or response.worst_side)
+        return _checked(self.scene, found, name, response, side), found
+
+    def compared(self, row: Checked, found: Measured) -> Checked:
+        """The row, with what the model says of it where that is another number."""
+        asked = self.scene, self.model, self.chosen, found.response, found
+        if not differs(*asked):
+            return row
+        both = [f"{one:.12g} {row.value.unit}".rstrip() for one in (modelled(*asked), found.value)]
+        at = ", ".join(f"{one.shown} of {name}" for name, one in row.worst_at.items())
+        what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
+        words = f"{what} is {both[0]} in the model, {both[1]} on the machine as built"
+        return replace(row, doubt=f"{words}, at {at}" if at else words)
+
+
+def _worst_of(built: _Built, offs: Sequence[Mapping[str, float]], name: str, response: Response, side: str) -> Checked:
     """The row of the machine, among those that are off, on which it is worst; the first among equals."""
     if not offs:
-        return _checked(scene, nominal, name, response, side)
+        return built.compared(*built.row(name, response, side))
+    sign = -1.0 if (side or response.worst_side) == "at_least" else 1.0
     rows = []
     for off in offs:
-        machine = machine_of(replace(scene, off=off), chosen)
-        differs = differing(scene, off)
-        rows.append(replace(_checked(scene, machine, name, response, side), off=differs))
-    sign = -1.0 if (side or response.worst_side) == "at_least" else 1.0
+        machine = _Built(replace(built.scene, off=off), built.chosen)
+        row, found = machine.row(name, response, side)
+        rows.append((replace(row, off=differing(built.scene, off)), found, machine))
     worst = rows[0]
     for one in rows[1:]:
-        worse = worst.margin - one.margin if side else sign * (one.value.value - worst.value.value) / _size(worst)
+        better, row = worst[0], one[0]
+        worse = better.margin - row.margin if side else sign * (row.value.value - better.value.value) / _size(better)
         worst = one if worse > TOLERANCE else worst
-    return worst
+    return worst[2].compared(*worst[:2])
 
 
 def _size(row: Checked) -> float:
     return abs(row.value.value) or 1.0
 
 
-def _checked(scene: Scene, machine: Machine, name: str, response: Response, side: str) -> Checked:
-    found = measure_on(scene, machine, response, side or response.worst_side)
+def _checked(scene: Scene, found: Measured, name: str, response: Response, side: str) -> Checked:
     given = getattr(response, side, None) if side else None
     unit = response.unit or getattr(given, "unit", "") or usual_unit(scene, response)
     margin = 0.0
@@ -142,12 +170,18 @@ def _speed(scene: Scene, name: str, omega: float) -> Shown:
 
 def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Shown] | None:
     """The goal's name and its value on the built machine."""
+    row = goal_row(scene, chosen)
+    return None if row is None else (row.name, row.value)
+
+
+def goal_row(scene: Scene, chosen: Mapping[str, float], model: Model | None = None) -> Checked | None:
+    """The goal on the built machine, compared with the model (that of the scene)."""
     if scene.goal is None:
         return None
-    response = scene.goal.response
+    built, response = _Built(scene, chosen, model), scene.goal.response
     side = "at_most" if scene.goal.sense == "minimise" else "at_least"
-    value = measure(scene, chosen, response, side).value
-    return scene.goal.name, shown_value(response, value, response.unit or usual_unit(scene, response))
+    found = measure_on(scene, built.machine, response, side)
+    return built.compared(_checked(scene, found, scene.goal.name, response, ""), found)
 
 
 def chosen_of(variable: Variable, value: float) -> Chosen:

@@ -97,6 +97,8 @@ class Checked:
         Speed per excitation at which the worst is reached.
     off
         By how much numbers of the machine are off at its worst, by path: -0.2 is 20 % less.
+    doubt
+        What the optimiser's model says of it where that is another number; "" where both routes agree.
     """
 
     name: str
@@ -111,6 +113,7 @@ class Checked:
     worst_at: Mapping[str, Shown] = field(default_factory=dict)
     price: Price | None = None
     off: Mapping[str, float] = field(default_factory=dict)
+    doubt: str = ""
 
 
 @dataclass(frozen=True, slots=True)

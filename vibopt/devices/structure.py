@@ -332,7 +332,9 @@ class StructureTable(Device):
         from vibopt.mechanics.host import Reduction
 
         if isinstance(host, Reduction):
+            lost = _lost(self.matrices, tuple(self.kept_points.values()))
             builder.left_out += self.whole.size - coordinates.count
+            builder.precision = max(builder.precision, host.error, lost.worst)
             builder.remarks.append(self._remark(name, host))
 
     def _remark(self, name: str, host: Reduction) -> str:

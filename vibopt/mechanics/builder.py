@@ -36,8 +36,8 @@ class ModelBuilder:
         Names by the family of the file that they come from.
     top, modes
         How high structures are looked at [rad/s], and how many of their lowest modes are asked for.
-    left_out, remarks
-        Degrees of freedom of structures that are not needed, and what is to be said of them.
+    left_out, precision, remarks
+        Degrees of freedom of structures that are not needed, the relative error of what is left, and its words.
     frames
         Bodies in space: their centre [m] and the words of their coordinates.
     fixed
@@ -52,6 +52,7 @@ class ModelBuilder:
     top: float = 1.0
     modes: int = 0
     left_out: int = 0
+    precision: float = 0.0
     remarks: list[str] = field(default_factory=list)
     free: list[str] = field(default_factory=list)
     bases: list[str] = field(default_factory=list)
@@ -195,4 +196,5 @@ class ModelBuilder:
             axes=self.axes,
             left_out=self.left_out,
             remarks=tuple(self.remarks),
+            precision=self.precision,
         )

@@ -69,6 +69,8 @@ class Model:
         Coordinates of the full model from these, shape (n_full, n_coords); empty where they are the same.
     left_out, remarks
         Degrees of freedom of structures that the points do not need, and how good the rest is, in words.
+    precision
+        Relative error of the receptances of its structures.
     """
 
     points: dict[str, FloatArray]
@@ -84,6 +86,7 @@ class Model:
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     left_out: int = 0
     remarks: tuple[str, ...] = ()
+    precision: float = 0.0
 
     @cached_property
     def kinds(self) -> IntArray:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibopt.design.checked import checked_limits, checked_measures, chosen_of, goal_of
+from vibopt.design.checked import checked_limits, checked_measures, chosen_of, goal_row
 from vibopt.design.design import Checked, Design, Shown, Used
 from vibopt.design.notes import notes_of
 from vibopt.design.rated import parts_of
@@ -315,17 +315,19 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         robust = judged(scene, np.zeros(0))
         limits, measures = rows_over(scene, np.zeros(0), robust)
     else:
-        limits, measures = checked_limits(scene, {}), checked_measures(scene, {})
+        limits = checked_limits(scene, {}, model=program.model)
+        measures = checked_measures(scene, {}, model=program.model)
     clock.stage("measure")
     good = all(one.met for one in limits.values())
     broken = [name for name, one in limits.items() if not one.met]
     claim = "every limit holds" if good else f"broken: {', '.join(broken)}"
     if not limits:
         claim = "measured; there is no limit to judge"
+    doubt = _doubt(limits, measures)
     design = Design(
         scene=scene,
-        status="met" if good else "violated",
-        claim=f"{claim} (measured at every speed of each range)",
+        status="check_failed" if doubt else "met" if good else "violated",
+        claim=doubt or f"{claim} (measured at every speed of each range)",
         goal=None,
         variables={},
         x=(),
@@ -336,7 +338,13 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         timings=clock.seconds,
         notes=notes_of(scene, {}),
     )
-    return design if robust is None else analysed(design, robust)
+    return design if robust is None or doubt else analysed(design, robust)
+
+
+def _doubt(*families: Mapping[str, Checked]) -> str:
+    """That the two routes to some number do not agree, in words; "" where all do."""
+    doubts = [row.doubt for rows in families for row in rows.values() if row.doubt]
+    return f"the two routes to an answer do not agree: {'; '.join(doubts)}" if doubts else ""
 
 
 def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
@@ -357,15 +365,19 @@ def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
         return Shown.of(excitation.from_rotation(omega), dimension, si_unit(dimension), unit)
 
     intervals = tuple((shown(low), shown(high)) for low, high in found)
+    limits = checked_limits(scene, {}, model=program.model)
+    measures = checked_measures(scene, {}, model=program.model)
+    claim = "the complete set of speeds, with exact ends" if found else "no speed in the range meets every limit"
+    doubt = _doubt(limits, measures)
     return Design(
         scene=scene,
-        status="met" if found else "infeasible",
-        claim="the complete set of speeds, with exact ends" if found else "no speed in the range meets every limit",
+        status="check_failed" if doubt else "met" if found else "infeasible",
+        claim=doubt or claim,
         goal=None,
         variables={},
         x=(),
-        limits=checked_limits(scene, {}),
-        measures=checked_measures(scene, {}),
+        limits=limits,
+        measures=measures,
         model=_used(program),
         method="exact crossings",
         timings=clock.seconds,
@@ -377,7 +389,8 @@ def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
 def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> Design:
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
-    return _answered(scene, program, found, clock, (checked_limits(scene, chosen), checked_measures(scene, chosen)))
+    limits = checked_limits(scene, chosen, model=program.model)
+    return _answered(scene, program, found, clock, (limits, checked_measures(scene, chosen, model=program.model)))
 
 
 def _answered(
@@ -387,17 +400,19 @@ def _answered(
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
     limits, measures = rows
+    goal = goal_row(scene, chosen, None if scene.off else program.model)
     broken = [name for name, one in limits.items() if not one.met]
+    doubt = _doubt(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
     clock.stage("certify")
     status, claim = found.status, found.claim
-    if broken:
+    if broken or doubt:
         status = "check_failed"
-        claim = f"{found.method} claims a design, but on the built machine it breaks {', '.join(broken)}"
+        claim = doubt or f"{found.method} claims a design, but on the built machine it breaks {', '.join(broken)}"
     return Design(
         scene=scene,
         status=status,
         claim=claim,
-        goal=_as_zero(goal_of(scene, chosen)) if found.zero else goal_of(scene, chosen),
+        goal=None if goal is None else (goal.name, _as_zero(goal.value) if found.zero else goal.value),
         variables={v.path: chosen_of(v, chosen[v.path]) for v in scene.variables},
         x=tuple(float(v) for v in found.x),
         limits=limits,
@@ -411,12 +426,9 @@ def _answered(
     )
 
 
-def _as_zero(goal: tuple[str, Shown] | None) -> tuple[str, Shown] | None:
+def _as_zero(shown: Shown) -> Shown:
     """A goal that is zero: what rounding left of it is no number to be shown."""
-    if goal is None:
-        return None
-    name, shown = goal
-    return name, replace(shown, value=0.0, shown=f"0 {shown.shown.partition(' ')[2]}".strip())
+    return replace(shown, value=0.0, shown=f"0 {shown.shown.partition(' ')[2]}".strip())
 
 
 def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, wish: _Wish) -> Design:

@@ -1,0 +1,111 @@
+"""Every number of an answer has two routes, and an answer whose routes do not agree is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from vibopt.devices import LinkTable
+from vibopt.devices.symbols import Symbols
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.machine import Machine
+from vibopt.scene.read import from_dict
+from vibopt.solve import solve
+
+
+def pump(**asked: Any) -> dict[str, Any]:
+    return {
+        "title": "pump",
+        "bodies": {"pump": {"mass": "120 kg"}},
+        "links": {"mount": {"between": ["pump", "ground"], "stiffness": "200 kN/m", "damping": "1 kN s/m"}},
+        "excitations": {
+            "rotor": {
+                "kind": "force",
+                "on": "pump",
+                "amplitude": "300 N",
+                "speed": "5..30 Hz",
+                "varies": "constant",
+            }
+        },
+        **asked,
+    }
+
+
+MEASURES = {
+    "motion": {"response": "displacement", "of": "pump"},
+    "force": {"response": "transmitted_force", "into": "ground"},
+    "sag": {"response": "static_deflection", "of": "pump"},
+    "mode": {"response": "natural_frequency"},
+    "decay": {"response": "decay_rate"},
+}
+
+
+def without_damper(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links whose damper only the machine as built has."""
+    add_to = LinkTable.add_to
+
+    def half(self: LinkTable, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        add_to(self.model_copy(update={"damping": None}), builder, name, symbols)
+
+    monkeypatch.setattr(LinkTable, "add_to", half)
+
+
+def test_a_damper_that_only_one_route_has_is_caught_in_an_analysis(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = from_dict(pump(measures=MEASURES))
+    assert solve(scene).status == "met"
+    without_damper(monkeypatch)
+    design = solve(scene)
+    assert design.status == "check_failed"
+    assert design.claim == (
+        "the two routes to an answer do not agree: motion (displacement of pump) is 0.0719999999539 m in the "
+        "model, 0.00738704413501 m on the machine as built, at 6.429 Hz of rotor; force (transmitted_force into "
+        "ground) is 14993.9976165 N in the model, 1507.25810807 N on the machine as built, at 6.432 Hz of rotor; "
+        "decay (decay_rate) is 0 1/s in the model, 4.16666666667 1/s on the machine as built"
+    )
+    assert design.exit_code == 6
+
+
+def test_a_spring_that_one_route_counts_twice_is_caught_in_what_is_static(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = from_dict(pump(measures=MEASURES))
+    sag = Machine.sag
+    monkeypatch.setattr(Machine, "sag", lambda self: {name: 0.5 * down for name, down in (sag(self) or {}).items()})
+    design = solve(scene)
+    assert design.status == "check_failed"
+    assert design.claim.endswith(
+        "agree: sag (static_deflection of pump) is 0.00588399 m in the model, 0.002941995 m on the machine as built"
+    )
+
+
+def test_a_goal_of_two_values_is_no_goal(monkeypatch: pytest.MonkeyPatch) -> None:
+    document = pump(goal={"minimise": "displacement", "of": "pump"})
+    document["links"]["mount"]["stiffness"] = {"from": "100 kN/m", "to": "300 kN/m"}
+    assert solve(from_dict(document)).status == "optimal"
+    without_damper(monkeypatch)
+    design = solve(from_dict(document))
+    assert design.status == "check_failed"
+    assert design.claim.startswith("the two routes to an answer do not agree: displacement (displacement of pump) is ")
+
+
+def test_the_worst_machine_within_tolerances_is_compared_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    document = pump(limits={"still": {"response": "displacement", "of": "pump", "at_most": "9 mm"}})
+    document["links"]["mount"]["damping"] = {"value": "1 kN s/m", "tolerance": "10 %"}
+    assert solve(from_dict(document)).status == "met"
+    without_damper(monkeypatch)
+    assert solve(from_dict(document)).status == "check_failed"
+
+
+@pytest.mark.parametrize("damping", ["0 N s/m", "1e-9 N s/m", "1e-3 N s/m"])
+def test_routes_to_a_sharp_resonance_agree_within_their_rounding(damping: str) -> None:
+    document = pump(measures=MEASURES)
+    document["links"]["mount"]["damping"] = damping
+    assert solve(from_dict(document)).status == "met"
+
+
+@pytest.mark.parametrize("soft", ["1 N/m", "1e-3 N/m"])
+def test_routes_through_very_different_springs_agree_within_their_rounding(soft: str) -> None:
+    document = pump(measures=MEASURES)
+    document["bodies"]["frame"] = {"mass": "3000 kg"}
+    document["links"]["mount"]["between"] = ["pump", "frame"]
+    document["links"]["soft"] = {"between": ["frame", "ground"], "stiffness": soft}
+    assert solve(from_dict(document)).status == "met"
