@@ -1,15 +1,20 @@
-"""Which kind of job a problem file is, and its answer: the one place where scenes and balancing jobs part ways."""
+"""Which kind of job a problem file is, and what studies and commands ask of it: the one place where kinds part ways.
+
+Of a job they know its name, title and document, the facts that may be varied, the same job with some values changed,
+whether anything is chosen, and its answer.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast, overload
 
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.scene.document import changed, parsed, placed, text_of
+from vibopt.scene.document import FileText, changed, inside, parsed, placed, text_of
 from vibopt.scene.locate import located
 from vibopt.scene.mistakes import Mistakes
 from vibopt.work import answering, each_answer_within
@@ -24,12 +29,14 @@ if TYPE_CHECKING:
     from vibopt.balancing.plan import Plan
     from vibopt.design.design import Design
     from vibopt.scene.scene import Scene
+    from vibopt.values.fact_at import FactAt
 
     BalancingJob: TypeAlias = RotorJob | KnownJob | EngineJob
     Job: TypeAlias = Scene | BalancingJob
     Solution: TypeAlias = Plan | Outcome
     Answer: TypeAlias = Design | Solution
 
+J = TypeVar("J", bound="Job")
 Progress = Callable[[str, float], None]
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
 _SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
@@ -66,13 +73,79 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     file = FilePath(path)
     text, name = text_of(file), shown_name(file.name)
     document = placed(parsed(text, name), file.parent)
-    job = _read(document, Mistakes(name, located(text)), file.parent)
-    if not changes:
-        return job
-    return _read(changed(document, changes), Mistakes(name, None), file.parent)
+    job = _read(document, Mistakes(name, located(text)))
+    return with_changes(job, changes) if changes else job
 
 
-def _read(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath) -> Job:
+def from_text(text: str, name: str = "job") -> Job:
+    """What a TOML text asks; `name` stands in front of each message."""
+    return _read(parsed(text, name), Mistakes(name, located(text)))
+
+
+def with_changes(job: J, changes: Mapping[str, Any]) -> J:
+    """The same job with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}.
+
+    Part of a text has a path of its own: {"runs.2.readings.a.angle": "125 deg"}.
+
+    Raises
+    ------
+    InputError
+        A path that the job does not have, or a value that does not fit there.
+    """
+    document, now = job.document, job
+    written: set[str] = set()
+    for path, value in changes.items():
+        part = None if inside(document, path) is not None else _part(now, path)
+        if part is not None and part.place in written:  # the text of its other numbers is not what it was
+            now = cast(J, _read(document, Mistakes(job.name, None)))
+            part = _part(now, path)
+        document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
+        written |= {part.place} if part is not None else set()
+    return cast(J, _read(document, Mistakes(job.name, None)))
+
+
+def _part(job: Job, path: str) -> FactAt | None:
+    """The number at a path that is a part of a text."""
+    return next((one for one in facts(job) if one.place and one.path == path), None)
+
+
+def facts(job: Job) -> Iterator[FactAt]:
+    """Every number of the job that may be varied."""
+    if is_scene(job):
+        from vibopt.scene.facts import facts as of_scene
+
+        return of_scene(job)
+    from vibopt.balancing.paths import facts_of
+
+    return facts_of(job.document)
+
+
+def fact_at(job: Job, path: str) -> FactAt:
+    """The fact at a path; InputError where there is none, with near ones."""
+    if is_scene(job):
+        from vibopt.scene.facts import fact_at as of_scene
+
+        return of_scene(job, path)
+    from vibopt.balancing.paths import fact_in
+
+    return fact_in(job.document, path)
+
+
+def is_open(job: Job) -> bool:
+    """Whether anything is to be chosen."""
+    if is_scene(job):
+        from vibopt.scene.positions import is_open as of_scene
+
+        return of_scene(job)
+    return bool(job.choices)
+
+
+def noun_of(job: Job) -> str:
+    """What a job is about: "a measured rotor"."""
+    return NOUNS[next(kind for kind, told in _TOLD.items() if told(job))]
+
+
+def _read(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
     kind = kind_of(document)
     if kind == SCENE:
         from vibopt.scene.read import from_dict
@@ -89,7 +162,8 @@ def _read(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath) -> 
         return read_engine(document, mistakes)
     from vibopt.balancing.rotor import read_rotor
 
-    return read_rotor(document, mistakes, folder)
+    file = document.get("readings")
+    return read_rotor(document, mistakes, file.folder if isinstance(file, FileText) else None)
 
 
 def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
@@ -103,11 +177,21 @@ def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
 
 @overload
 def answer(
-    job: Scene, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
+    job: Scene,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
+    explain: bool = True,
 ) -> Design: ...
 @overload
 def answer(
-    job: RotorJob, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
+    job: RotorJob,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
+    explain: bool = True,
 ) -> Plan: ...
 @overload
 def answer(
@@ -116,13 +200,24 @@ def answer(
     method: str | None = None,
     progress: Progress | None = None,
     time_limit: float | None = None,
+    explain: bool = True,
 ) -> Outcome: ...
 @overload
 def answer(
-    job: Job, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
+    job: Job,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
+    explain: bool = True,
 ) -> Answer: ...
 def answer(
-    job: Job, *, method: str | None = None, progress: Progress | None = None, time_limit: float | None = None
+    job: Job,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    time_limit: float | None = None,
+    explain: bool = True,
 ) -> Answer:
     """The answer to any job, with its evidence.
 
@@ -137,6 +232,8 @@ def answer(
     time_limit
         Seconds after which every search ends with what it has, and the claim says so.  Without it no clock is
         read: the same job has the same answer on any machine, idle or busy.
+    explain
+        Whether prices, and what clashes where nothing holds, are found out too.
 
     Raises
     ------
@@ -147,17 +244,19 @@ def answer(
         if is_scene(job):
             from vibopt.solve import solve
 
-            return solve(job, method=method, progress=progress)
+            return solve(job, method=method, progress=progress, explain=explain)
         if method is not None:
             raise InputError(
                 f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method."
             )
-        return balanced(job)
+        return balanced(job, explain=explain)
 
 
-def balanced(job: BalancingJob, *, thorough: bool = False) -> Solution:
-    """The answer to a balancing job; `thorough` computes every price, whatever the work."""
-    with answering() as limit:
+def balanced(job: BalancingJob, *, thorough: bool = False, explain: bool = True) -> Solution:
+    """The answer to a balancing job; `thorough` computes every price, whatever the work, without `explain` none."""
+    from vibopt.balancing.prices import without_prices
+
+    with answering() as limit, nullcontext() if explain else without_prices():
         found = _balanced(job, thorough)
     ended = "" if limit is None or found.proven else limit.words
     return replace(found, claim=found.claim + ended) if ended else found
@@ -203,6 +302,10 @@ def is_known(job: object) -> TypeIs[KnownJob]:
 
 def is_engine(job: object) -> TypeIs[EngineJob]:
     return type(job).__name__ == "EngineJob"
+
+
+_TOLD: Mapping[str, Callable[[object], bool]] = {SCENE: is_scene, ROTOR: is_rotor, KNOWN: is_known, ENGINE: is_engine}
+NOUNS = {SCENE: "a machine", ROTOR: "a measured rotor", KNOWN: "a shaft with known masses", ENGINE: "an engine"}
 
 
 def is_design(answer: object) -> TypeIs[Design]:

@@ -137,7 +137,7 @@ def test_set_takes_numbers_and_tables(run: Run) -> None:
     ("change", "text"),
     [
         ("nothing", '--set nothing: is no PATH=VALUE. Write --set limits.start_up.at_most="8 mm".'),
-        ("limits.start_upp.at_most=8 mm", 'there is no "start_upp" in this scene. Did you mean "start_up"?'),
+        ("limits.start_upp.at_most=8 mm", 'there is no "start_upp" in this file. Did you mean "start_up"?'),
         ("limits.start_up.at_most=8 kg", 'limits.start_up.at_most = "8 kg" is a mass, but displacement is a length.'),
         ("limits.start_up.at_most=nan", "is not a finite number"),
     ],

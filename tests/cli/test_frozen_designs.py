@@ -167,7 +167,7 @@ def test_mistakes_of_all_variants_are_said_together(run: Run, press: str, tmp_pa
     done = run("compare", press, str(tmp_path / "no.toml"), "--set", "limits.nope.at_most=5 mm")
     assert done.code == 2
     assert done.err.splitlines() == [
-        f'{press}: --set limits.nope.at_most: there is no "nope" in this scene. Known: floor_force, amplitude, '
+        f'{press}: --set limits.nope.at_most: there is no "nope" in this file. Known: floor_force, amplitude, '
         "start_up.",
         f"{tmp_path / 'no.toml'} is not there. Name an existing problem file (.toml).",
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -133,6 +133,8 @@ class RotorJob:
         Whether the readings have angles.
     odd
         Runs that are left out because the others contradict them, by index.
+    results
+        What the paths of that begin which the answer measures.
     """
 
     name: str
@@ -158,6 +160,13 @@ class RotorJob:
     notes: tuple[str, ...] = ()
     document: Mapping[str, Any] = field(default_factory=dict)
     odd: tuple[int, ...] = ()
+    results: ClassVar[str] = "sensors."
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Paths of the numbers that the answer chooses."""
+        free = [self.planes[index] for index in self.free] if self.runs else []
+        return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
 
     @property
     def readings(self) -> tuple[tuple[int, int], ...]:

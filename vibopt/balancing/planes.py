@@ -91,6 +91,11 @@ class Plane:
     def dimension(self) -> str:
         return "mass" if self.kind == MASS else "unbalance"
 
+    @property
+    def chosen_words(self) -> tuple[str, ...]:
+        """Last steps of the paths of what is chosen in this plane."""
+        return (self.dimension, "angle", *(("radius",) if len(self.radii) > 1 else ()))
+
     def amount(self, u: complex | float) -> float:
         """Mass [kg] at the greatest radius (unbalance [kg m]) of an internal unbalance."""
         return abs(u) / self.radius

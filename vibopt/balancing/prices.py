@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -14,16 +16,28 @@ from vibopt.work import Budget, metered
 Which = Literal["reading", "cap", "total"]
 BINDS = 1e-6
 THOROUGH = "`vibopt explain FILE --thorough`"
-
-
 ALLOWANCE = 2_000
 """Work for all prices of an answer [nominal ms]; what takes more is said to have none."""
 WHATEVER = 10**12
 
 
+_UNPRICED: ContextVar[bool] = ContextVar("no prices", default=False)
+
+
+@contextmanager
+def without_prices() -> Iterator[None]:
+    """Answers inside have no prices: one point of a sweep shows none."""
+    token = _UNPRICED.set(True)
+    try:
+        yield
+    finally:
+        _UNPRICED.reset(token)
+
+
 def allowance(thorough: bool = False) -> Budget:
     """The work that the prices of one answer may take."""
-    return Budget(WHATEVER if thorough else ALLOWANCE, "ms of nominal work")
+    most = 0 if _UNPRICED.get() else WHATEVER if thorough else ALLOWANCE
+    return Budget(most, "ms of nominal work")
 
 
 def left_out(names: Sequence[str], solves: int) -> tuple[str, ...]:

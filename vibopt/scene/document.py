@@ -53,8 +53,11 @@ class FileText(str):
 
 
 def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
-    """The document with the names of matrix files and catalogues seen from the folder of the problem file."""
+    """The document with the names of matrix files, catalogues and readings seen from the folder of the problem file."""
     new = dict(document)
+    for key in ("readings", "influence"):
+        if isinstance(new.get(key), str):
+            new[key] = FileText(new[key], folder)
     tables = new.get("structures")
     if isinstance(tables, Mapping):
         new["structures"] = {name: _placed(table, folder) for name, table in tables.items()}
@@ -164,6 +167,20 @@ def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
     return new
 
 
+def inside(document: Any, path: str) -> Any:
+    """What stands at a path; None where nothing does."""
+    here = document
+    for step in path.split("."):
+        if isinstance(here, list):
+            index = (
+                _LETTERS.index(step) if step in _LETTERS and len(here) == 3 else int(step) - 1 if step.isdigit() else -1
+            )
+            here = here[index] if 0 <= index < len(here) else None
+        else:
+            here = here.get(step) if isinstance(here, Mapping) else None
+    return here
+
+
 def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     steps = path.split(".")
     here: Any = document
@@ -176,7 +193,7 @@ def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     elif isinstance(here, dict):
         here[steps[-1]] = value
     else:
-        raise InputError(f"--set {path}: this is not a table of the scene.")
+        raise InputError(f"--set {path}: this is not a table of the file.")
 
 
 def _key(here: Any, step: str, path: str) -> Any:
@@ -190,4 +207,4 @@ def _key(here: Any, step: str, path: str) -> Any:
     if isinstance(here, dict) and step in here:
         return step
     known = list(here) if isinstance(here, dict) else []
-    raise InputError(f'--set {path}: there is no "{step}" in this scene.{way_out(step, known)}')
+    raise InputError(f'--set {path}: there is no "{step}" in this file.{way_out(step, known)}')

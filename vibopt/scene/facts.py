@@ -1,16 +1,15 @@
-"""Facts of a scene by path: what they are, and how a value is written back into the document."""
+"""Facts of a scene by path."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from vibopt.devices import FAMILIES
 from vibopt.devices.axes import Rating
 from vibopt.devices.part import Part
 from vibopt.devices.sites import Sites
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError
 from vibopt.excitations import Excitation
 from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.responses import Response
@@ -18,39 +17,11 @@ from vibopt.scene.positions import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
+from vibopt.values.fact_at import FactAt, fact_among
 from vibopt.values.vectors import AXES
 
 _PLACES = ("centre", "at")
 _SIDES = ("box",)
-
-
-@dataclass(frozen=True, slots=True)
-class FactAt:
-    """A fact: its path, value [SI], the user's unit, its dimension, whether it is an amplitude.
-
-    signed
-        Whether it may be zero or negative: a coordinate of a place.
-    place, around
-        For an end of a range: where the range stands in the file, and its text with {} for this end.
-    """
-
-    path: str
-    value: float
-    unit: str
-    dimension: str
-    amplitude: bool = False
-    signed: bool = False
-    place: str = ""
-    around: str = "{}"
-
-    def text(self, value: float) -> str | float:
-        """A value [SI] as it would stand in the file, exact to the last digit."""
-        shown = to_unit(value, self.unit, self.dimension) if self.unit else value
-        return f"{shown:.17g} {self.unit}".strip() if self.unit else shown
-
-    def changes(self, value: float) -> dict[str, str | float]:
-        """What to put into the document, by path, for a value [SI]."""
-        return {self.place: self.around.format(self.text(value))} if self.place else {self.path: self.text(value)}
 
 
 def facts(scene: Scene) -> Iterator[FactAt]:
@@ -139,15 +110,13 @@ def fact_at(scene: Scene, path: str) -> FactAt:
     InputError
         There is no such number; the text lists near ones.
     """
-    known = {one.path: one for one in facts(scene)}
-    if path not in known:
-        chosen = [variable.path for variable in scene.variables] + list(open_positions(scene))
-        if path in chosen:
-            raise InputError(
-                f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or write a value there first."
-            )
-        raise InputError(f"there is no fact called {path}.{way_out(path, list(known))}")
-    return known[path]
+    chosen = [variable.path for variable in scene.variables] + list(open_positions(scene))
+    known = list(facts(scene))
+    if path in chosen and path not in {one.path for one in known}:
+        raise InputError(
+            f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or write a value there first."
+        )
+    return fact_among(known, path)
 
 
 def _fact(path: str, table: Table, key: str) -> FactAt | None:
@@ -168,4 +137,7 @@ def _fact(path: str, table: Table, key: str) -> FactAt | None:
 
 def read_fact(at: FactAt, text: str) -> float:
     """A text as a value of that fact [SI]."""
-    return read_quantity(text, at.dimension, amplitude=at.amplitude).value
+    return at.read(text)
+
+
+__all__ = ["FactAt", "fact_at", "facts", "read_fact"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, tau
-from typing import Any
+from typing import Any, ClassVar
 
 from vibopt.balancing.engine.tables import (
     BalanceShaftTable,
@@ -128,6 +128,19 @@ class EngineJob:
     expected: tuple[Mapping[str, Any], ...]
     reference: float = 0.0
     spaced: bool = False
+    document: Mapping[str, Any] = field(default_factory=dict)
+    results: ClassVar[str] = "orders."
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Paths of the numbers that the answer chooses."""
+        throws = [k for k, one in enumerate(self.cylinders) if self.cranks[one.throw] is None]
+        free = [f"{one.family}.{one.name}" for one in self.weights if one.fixed is None]
+        return (
+            *(f"cylinders.{k + 1}.crank" for k in throws),
+            *(one.name for one in self.shares if one.is_free),
+            *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")),
+        )
 
     @property
     def is_search(self) -> bool:
@@ -217,6 +230,7 @@ def _job(
         expected=tuple(document.get("expected", ())),
         reference=middle,
         spaced=len(cylinders) > 1 and all(one.at is None for one in cylinders),
+        document=document,
     )
 
 

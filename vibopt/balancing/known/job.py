@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, pi
 from typing import Any, TypeVar
 
@@ -79,6 +79,18 @@ class KnownJob:
     goal: KnownGoalTable | None
     notes: tuple[str, ...]
     expected: tuple[Mapping[str, Any], ...]
+    document: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Paths of the numbers that the answer chooses."""
+        free = [one.plane for one in self.spots if not one.plane.keep]
+        return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
+
+    @property
+    def results(self) -> str:
+        """What the paths of that begin which the answer measures."""
+        return "residual." if self.spots else "as_found."
 
 
 def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
@@ -127,6 +139,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         goal=goal,
         notes=notes,
         expected=tuple(document.get("expected", ())),
+        document=document,
     )
 
 

@@ -1,0 +1,73 @@
+"""A number of a problem file by its path: what it is, and how a value is written back into the document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from vibopt.errors import InputError, way_out
+from vibopt.units import Detector, Quantity, read_quantity, read_range, to_unit
+from vibopt.units.reading import TO_PEAK
+
+
+@dataclass(frozen=True, slots=True)
+class FactAt:
+    """A fact: its path, value [SI], the user's unit, its dimension, whether it is an amplitude.
+
+    signed
+        Whether it may be zero or negative: a coordinate of a place.
+    place, around
+        For a part of a text (an end of a range, the angle of a reading): where the text stands in the file, and the
+        text with {} for this part.
+    detector
+        What an amplitude without a word means in this file; None: peak.
+    """
+
+    path: str
+    value: float
+    unit: str
+    dimension: str
+    amplitude: bool = False
+    signed: bool = False
+    place: str = ""
+    around: str = "{}"
+    detector: Detector | None = None
+
+    def text(self, value: float) -> str | float:
+        """A value [SI] as it would stand in the file, exact to the last digit."""
+        if not self.unit:
+            return int(value) if self.dimension == "count" and value.is_integer() else value
+        return f"{to_unit(value, self.unit, self.dimension):.17g} {self.unit}"
+
+    def changes(self, value: float) -> dict[str, str | float]:
+        """What to put into the document, by path, for a value [SI]."""
+        return {self.place: self.around.format(self.text(value))} if self.place else {self.path: self.text(value)}
+
+    def read(self, text: str) -> float:
+        """A text as a value of this fact [SI]."""
+        return self._meant(read_quantity(text, self.dimension, amplitude=self.amplitude)).value
+
+    def ends(self, text: str) -> tuple[Quantity, Quantity]:
+        """Both ends of a range [SI]; QuantityError where it cannot be read."""
+        low, high = read_range(text, self.dimension, amplitude=self.amplitude)
+        return self._meant(low), self._meant(high)
+
+    def _meant(self, said: Quantity) -> Quantity:
+        """An amplitude without a word as the file means it."""
+        if self.detector is None or said.detector is not None:
+            return said
+        return replace(said, value=said.value * TO_PEAK[self.detector], unit=f"{said.unit} {self.detector}")
+
+
+def fact_among(known: Iterable[FactAt], path: str) -> FactAt:
+    """The fact at a path; InputError where there is none, with near ones, or the parts of a text that stands there."""
+    found = {one.path: one for one in known}
+    if path in found:
+        return found[path]
+    parts = [one.path for one in found.values() if one.place == path]
+    if parts:
+        raise InputError(f"{path} holds {len(parts)} numbers. Name one: {' or '.join(parts)}.")
+    raise InputError(f"there is no fact called {path}.{way_out(path, list(found))}")
+
+
+__all__ = ["FactAt", "fact_among"]
