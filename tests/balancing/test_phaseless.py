@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rotor_jobs import correction, messages, read_text, solve_text
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.phaseless import circles, without_phase
-from vibopt.balancing.putback import put_back_without_phase
+from vibopt.balancing.verification import simulated_without_phase
 
 HEAD = """title = "without phase"
 speed = "900 rpm"
@@ -143,7 +143,7 @@ def test_the_squares_of_the_amplitudes_show_what_any_weights_in_two_planes_leave
         grams = u.conj() / 0.2 * 1e3  # counted against rotation, at 200 mm
         for row in (0, 1):
             truth = abs(Y0[row] + H[row] @ grams) * 1e-3 * 2**0.5
-            assert put_back_without_phase(job, row, u) == pytest.approx(truth, rel=1e-9)
+            assert simulated_without_phase(job, row, u) == pytest.approx(truth, rel=1e-9)
             assert abs(rotor.y0[row] + rotor.H[row] @ u) == pytest.approx(truth, rel=1e-6)
 
 
@@ -161,7 +161,7 @@ def test_a_plan_that_the_squares_do_not_show_is_refused(monkeypatch: pytest.Monk
     def wrong(job: RotorJob, row: int, u: np.ndarray) -> float:
         return 1e-3
 
-    monkeypatch.setattr("vibopt.balancing.solve_phaseless.put_back_without_phase", wrong)
+    monkeypatch.setattr("vibopt.balancing.solve_phaseless.simulated_without_phase", wrong)
     plan = solve_text(two_planes(ALONE))
     assert (plan.status, plan.exit_code) == ("check_failed", 6)
     assert plan.claim.startswith("the squares of the amplitudes give 0.707107 mm/s rms at a at 900 rpm, the plan says ")

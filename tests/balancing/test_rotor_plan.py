@@ -14,7 +14,7 @@ from rotor_jobs import FAN, correction, read_text, solve_text
 from vibopt.balancing import solve_rotor
 from vibopt.balancing.fitting import fitting_of, plan_text
 from vibopt.balancing.influence import identify
-from vibopt.balancing.putback import put_back
+from vibopt.balancing.verification import simulated
 
 LEFT = '[planes.left]\nradius = "150 mm"\n'
 RIGHT = '[planes.right]\nradius = "150 mm"\n'
@@ -28,7 +28,7 @@ def put_back_of(text: str) -> None:
     """What the plan says is what the simulated rotor shows."""
     job = read_text(text)
     plan = solve_rotor.solve_job(job)
-    shown = put_back(job, plan_text(job, plan.fittings[0]))
+    shown = simulated(job, plan_text(job, plan.fittings[0]))
     np.testing.assert_allclose([float(row.residual.value) for row in plan.rows], shown, atol=1e-15, rtol=1e-9)
 
 

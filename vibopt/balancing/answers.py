@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from vibopt.balancing.outcome import Entry
+from vibopt.forms import ComplexArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,10 +199,15 @@ class Remedy:
 
 @dataclass(frozen=True, slots=True)
 class Fitting:
-    """One complete answer: planes and rows; there are several where readings without phase leave more than one."""
+    """One complete answer: planes and rows; there are several where readings without phase leave more than one.
+
+    left
+        What is left per row, internal (n_rows,) [SI peak].
+    """
 
     planes: tuple[PlaneAnswer, ...]
-    rows: tuple[RowAnswer, ...]
+    rows: Sequence[RowAnswer]
+    left: ComplexArray
 
     def to_json(self) -> dict[str, Any]:
         sensors: dict[str, Any] = {}

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
+from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
@@ -29,11 +31,14 @@ _ROUNDING = 1e-12
 """Part of the greatest reading below which a goal is zero."""
 
 
-def begun(job: RotorJob, **more: Any) -> Plan:
-    """A plan with what every plan of the job says."""
-    values = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
+def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Entry]] | None = None, **more: Any) -> Plan:
+    """A plan with what every plan of the job says; `later` gives values that are worked out when they are looked at."""
+    values: Mapping[str, Entry] = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
     unjudged = job.quality is not None and bool(more.get("fittings")) and "quality.earned" not in values
     notes = (*job.notes, *_swallowed(job), *((UNJUDGED,) if unjudged else ()), *more.pop("notes", ()))
+    if later is not None:
+        known, further = values, later
+        values = DeferredMapping(lambda: {**known, **further()})
     return Plan(job=job, conventions=job.conventions.sentences(bool(job.runs)), values=values, notes=notes, **more)
 
 
@@ -102,5 +107,5 @@ def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved,
         job, status=solved.status, claim=solved.claim, reason=reason,
         details=dict(solved.details),
         method=method_of(job, posed.question, identified),
-        values=coefficients(job, identified) if job.has_phase else {},
+        later=(lambda: coefficients(job, identified)) if job.has_phase else None,
     )  # fmt: skip

@@ -134,6 +134,8 @@ def judged(of: Heard, plan: Plan) -> Plan:
 def _kept_by_bands(of: Heard, plan: Plan) -> Plan:
     """Unproven where one spare run, which any run may have spoilt, leaves open whether a limit is met."""
     alone = {one.speed: one.alone for one in of.found if one.alone}
+    if not alone:
+        return plan
     open_rows = [
         (float(row.band[1].value) / float(row.limit.value), speed, row)
         for (speed, _), row in zip(of.job.readings, plan.rows, strict=True)

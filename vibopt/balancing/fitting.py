@@ -8,6 +8,7 @@ from math import pi, tau
 import numpy as np
 
 from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.balancing.deferred import DeferredRows
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.options import Options, neighbours
@@ -33,7 +34,8 @@ def fitting_of(
     """The correction u as weights, and what is left with it."""
     tiny = NOTHING * _scale(identified, u)
     planes = tuple(_plane(job, index, complex(u[index]), options[index], tiny) for index in range(len(job.planes)))
-    return Fitting(planes, _rows(job, identified, u, band))
+    left = _without_rounding(identified, u)
+    return Fitting(planes, DeferredRows(len(left), lambda: _rows(job, identified, left, band)), left)
 
 
 def _scale(identified: Identified, u: ComplexArray) -> float:
@@ -145,8 +147,8 @@ def _zero(job: RotorJob) -> str:
     return zero if named or first in _OWN else f"the {zero}"
 
 
-def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArray | None) -> tuple[RowAnswer, ...]:
-    left, limits = _without_rounding(identified, u), row_limits(job)
+def _rows(job: RotorJob, identified: Identified, left: ComplexArray, band: FloatArray | None) -> list[RowAnswer]:
+    limits = row_limits(job)
     rows = []
     for row, (speed, index) in enumerate(job.readings):
         sensor = job.sensors[index]
@@ -154,9 +156,9 @@ def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArr
             RowAnswer(
                 sensor=sensor.name,
                 speed=Entry(job.speeds[speed], "angular_rate", job.speed_units[speed]),
-                found=amplitude(job, row, abs(job.as_found(row))),
+                found=amplitude(job, row, float(abs(job.as_found[row]))),
                 residual=amplitude(job, row, float(abs(left[row]))),
-                found_phasor=sensor.show_phasor(job.as_found(row), job.conventions),
+                found_phasor=sensor.show_phasor(complex(job.as_found[row]), job.conventions),
                 fitted_phasor=_fitted(job, identified, row),
                 residual_phasor=sensor.show_phasor(complex(left[row]), job.conventions),
                 y0=complex(identified.y0[row]),
@@ -167,12 +169,12 @@ def _rows(job: RotorJob, identified: Identified, u: ComplexArray, band: FloatArr
                 limit=amplitude(job, row, float(limits[row])) if np.isfinite(limits[row]) else None,
             )
         )
-    return tuple(rows)
+    return rows
 
 
 def _fitted(job: RotorJob, identified: Identified, row: int) -> str:
     """What the fit takes for the rotor as found; "" where that is what was read."""
-    read, fit = job.as_found(row), complex(identified.y0[row])
+    read, fit = complex(job.as_found[row]), complex(identified.y0[row])
     if abs(fit - read) <= 1e-9 * abs(read) or not job.has_phase:
         return ""
     return job.sensors[job.readings[row][1]].show_phasor(fit, job.conventions)

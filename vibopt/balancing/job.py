@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 from typing import Any, ClassVar
 
@@ -168,7 +169,7 @@ class RotorJob:
         free = [self.planes[index] for index in self.free] if self.runs else []
         return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
 
-    @property
+    @cached_property
     def readings(self) -> tuple[tuple[int, int], ...]:
         """(speed, sensor) of each row of the problem."""
         return tuple((speed, sensor) for speed in range(len(self.speeds)) for sensor in range(len(self.sensors)))
@@ -178,8 +179,9 @@ class RotorJob:
         """Planes that may be changed."""
         return tuple(index for index, plane in enumerate(self.planes) if not plane.keep)
 
-    @property
+    @cached_property
     def runout(self) -> ComplexArray:
+        """Per sensor [SI peak]."""
         return np.array([sensor.runout for sensor in self.sensors], dtype=complex)
 
     @property
@@ -187,10 +189,10 @@ class RotorJob:
         """Whether nothing but runs as found is there yet, and a first trial weight is asked for."""
         return self.rotor_mass is not None and not self.influence and all(run.is_initial for run in self.runs)
 
-    @property
+    @cached_property
     def importance(self) -> FloatArray:
         """Per row."""
-        return np.array([self.sensors[sensor].importance for _, sensor in self.readings])
+        return np.tile(np.array([sensor.importance for sensor in self.sensors]), len(self.speeds))
 
     def row_name(self, row: int) -> str:
         """A row in words: "a at 1200 rpm"."""
@@ -208,12 +210,15 @@ class RotorJob:
         """The runs at a speed that are not left out."""
         return tuple(self.runs[k] for k in self.places_at(speed))
 
-    def as_found(self, row: int) -> complex:
-        """What was read as found, runout subtracted, the mean where it was read more than once [SI peak].
+    @cached_property
+    def as_found(self) -> ComplexArray:
+        """What was read as found per row, runout subtracted, the mean where it was read more than once [SI peak].
 
         A run that is left out counts only where there is no other.
         """
-        speed, sensor = self.readings[row]
-        kept = [run for run in self.runs_at(speed) if run.is_initial]
-        read = kept or [run for run in self.runs if run.speed == speed and run.is_initial]
-        return complex(np.mean([run.readings[sensor] for run in read])) - self.sensors[sensor].runout
+        found = []
+        for speed in range(len(self.speeds)):
+            kept = [run for run in self.runs_at(speed) if run.is_initial]
+            read = kept or [run for run in self.runs if run.speed == speed and run.is_initial]
+            found.append(np.mean([run.readings for run in read], axis=0) - self.runout)
+        return np.concatenate(found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from vibopt.balancing.answers import LimitAnswer
 from vibopt.balancing.conflict import Step, conflict_words, smallest_set
+from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.own_caps import OwnCap, own_caps, with_wider
@@ -28,11 +30,19 @@ _HALVINGS = 24
 
 @dataclass(frozen=True)
 class Priced:
-    """The limits of the file at an answer with their prices, those of caps by path, and what was left out in words."""
+    """The limits of the file at an answer, what wider ones and caps buy by name, and what is left out in words."""
 
     limits: dict[str, LimitAnswer]
-    caps: dict[str, str]
+    words: Mapping[str, str]
     notes: tuple[str, ...]
+
+    def with_words(self) -> dict[str, LimitAnswer]:
+        """The limits with their prices."""
+        return {name: replace(one, price=self.words.get(name, "")) for name, one in self.limits.items()}
+
+    def caps(self) -> dict[str, str]:
+        """Prices of the planes' own caps, by their path."""
+        return {name: said for name, said in self.words.items() if name not in self.limits and said}
 
 
 def limit_answers(
@@ -66,13 +76,14 @@ def limit_answers(
     answers = {limit.name: _answer(job, measured, limit, u) for limit in limits}
     value = asked.question.chosen_only(solved.chosen).value(u)
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
-    words = {one.name: asking.price(one) for one in limits if steps or answers[one.name].margin < _ACTIVE}
+    priced = [one for one in limits if steps or answers[one.name].margin < _ACTIVE]
+    words: Mapping[str, str] = DeferredMapping(lambda: {one.name: asking.price(one) for one in priced})
+    if asked.question.is_search:
+        words = dict(words)
+    else:
+        asking.plan(priced)
     own = {one.name for one in own_caps(job)}
-    return Priced(
-        {name: replace(one, price=words.get(name, "")) for name, one in answers.items() if name not in own},
-        {name: said for name, said in words.items() if name in own and said},
-        asking.notes(),
-    )
+    return Priced({name: one for name, one in answers.items() if name not in own}, words, asking.notes())
 
 
 class _Asking:
@@ -80,7 +91,7 @@ class _Asking:
 
     def __init__(self, job: RotorJob, asked: Posed, value: float, goal: Entry, work: float, budget: Budget) -> None:
         self.job, self.asked, self.value, self.goal = job, asked, value, goal
-        self.work, self.budget = work, budget
+        self.work, self.budget = max(work, 1.0), budget
         self.left: list[str] = []
         self.endless: list[str] = []
 
@@ -92,24 +103,42 @@ class _Asking:
         )
         return (*left_out(self.left, len(self.left)), *where)
 
+    def plan(self, limits: Sequence[Known]) -> None:
+        """What will be left out, where each further solution takes the work of the answer."""
+        for limit in limits:
+            if not self.room(1):
+                self.left.append(limit.name)
+                continue
+            self.budget.spend(ceil(self.work))
+            if not self.job.goal.robust and not self.room(_HALVINGS + 2):
+                self.endless.append(limit.name)
+            elif not self.job.goal.robust:
+                self.budget.spend(ceil((_HALVINGS + 2) * self.work))
+
     def room(self, solves: int) -> bool:
         """Whether so many more solutions fit into what is left."""
         return not self.budget.over and self.budget.spent + solves * self.work <= self.budget.most
 
     def solve(self, question: Question) -> Solved:
-        """One more solution, its work counted; a search gets what is left, and at least what the answer took."""
+        """One more solution; a search gets what is left, and at least what the answer took, and its work is counted."""
+        if not self.asked.question.is_search:
+            return solve_question(question)
         most = max(self.budget.most - self.budget.spent, self.work) if self.budget.most < 1e9 else None
         solved = solve_question(question, most)
         self.budget.spend(ceil(solved.work))
         return solved
 
+    def _may(self, solves: int) -> bool:
+        """Whether there is room; of what was planned before there is."""
+        return not self.asked.question.is_search or self.room(solves)
+
     def price(self, limit: Known) -> str:
         """What a wider limit buys, in words; "" where it buys nothing or was left out."""
         job, asked, question = self.job, self.asked, self.asked.question
         wider = loosened(job, asked, limit, STEP)
-        if wider is None:
+        if wider is None or limit.name in self.left:
             return ""
-        solved = self.solve(wider) if self.room(1) else None
+        solved = self.solve(wider) if self._may(1) else None
         if solved is None or (solved.status in ("feasible", "unproven") and question.is_discrete):
             self.left.append(limit.name)
             return ""
@@ -126,7 +155,9 @@ class _Asking:
 
     def _until(self, limit: Known) -> str:
         """The bound from which on the goal is as good as without the limit, by halving; "" without proof."""
-        if not self.room(_HALVINGS + 2):
+        if limit.name in self.endless:
+            return ""
+        if not self._may(_HALVINGS + 2):
             self.endless.append(limit.name)
             return ""
         job, asked = self.job, self.asked

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -77,7 +77,7 @@ class Plan:
         return self.fittings[0].planes if self.fittings else ()
 
     @property
-    def rows(self) -> tuple[RowAnswer, ...]:
+    def rows(self) -> Sequence[RowAnswer]:
         """Of the first answer."""
         return self.fittings[0].rows if self.fittings else ()
 

@@ -100,6 +100,11 @@ class Question:
         return any(option is not None for option in self.options)
 
     @property
+    def is_search(self) -> bool:
+        """Whether the answer takes a search, of which nobody knows before how long it is."""
+        return self.is_discrete or bool(self.rims)
+
+    @property
     def densities(self) -> FloatArray:
         """Mass per unbalance [1/m], shape (n_planes,)."""
         return self.mass_per_unbalance if len(self.mass_per_unbalance) else np.ones(self.n_planes)

@@ -17,11 +17,11 @@ from vibopt.balancing.phaseless import MOST_ANSWERS, Answers, telling_weight, wi
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import pose
 from vibopt.balancing.prices import solve_question
-from vibopt.balancing.putback import put_back_without_phase, runs_without_phase
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import quality_values
 from vibopt.balancing.trust import conditioning
+from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
 from vibopt.balancing.words import show_angle
 from vibopt.forms import FloatArray
 
@@ -64,7 +64,7 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
     words = _words_of(fittings)
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),
-        limits={} if several else priced.limits, prices={} if several else priced.caps, words=(OFF, *words),
+        limits={} if several else priced.with_words(), prices={} if several else priced.caps(), words=(OFF, *words),
         gap=solved[0].gap,
         notes=(*alike, *_miss_notes(job, answers), *(_ask(job, answers) if several else priced.notes)),
         method=METHOD, values={} if several else quality_values(job, kept[0], u),
@@ -86,7 +86,7 @@ def _several(fittings: list[Fitting]) -> tuple[str, str]:
 def _one(job: RotorJob, answers: Answers, fitting: Fitting, solved: Solved) -> tuple[str, str]:
     """Status of a single answer, checked through every run simulated and through the squares of the amplitudes."""
     rotor = answers.rotors[0]
-    again = np.array([runs_without_phase(job, row, complex(y0), rotor.H[row]) for row, y0 in enumerate(rotor.y0)])
+    again = runs_without_phase(job, rotor.y0, rotor.H)
     off = np.maximum(answers.miss, again)
     row = int(np.argmax(off / np.maximum(np.abs(rotor.y0), 1e-300)))
     size = max(abs(run.readings[job.readings[row][1]]) for run in job.runs)
@@ -110,7 +110,7 @@ def _one(job: RotorJob, answers: Answers, fitting: Fitting, solved: Solved) -> t
 def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) -> tuple[str, str]:
     """Status of an answer that explains every run, after the residuals were found again without circles."""
     u = np.array([one.u for one in fitting.planes], dtype=complex)
-    shown = np.array([put_back_without_phase(job, row, u) for row in range(len(fitting.rows))])
+    shown = np.array([simulated_without_phase(job, row, u) for row in range(len(fitting.rows))])
     said = np.array([float(one.residual.value) for one in fitting.rows])
     checked = np.isfinite(shown)
     if (wrong := checked & (np.abs(shown**2 - said**2) > EXACT * size**2)).any():

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import tau
-from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.answers import Fitting
+from vibopt.balancing.answers import Fitting, LimitAnswer, RowAnswer
 from vibopt.balancing.begin import OFF, begun, goal_of, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
+from vibopt.balancing.deferred import DeferredMapping, DeferredRows
 from vibopt.balancing.felt import felt_only, idle_words
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
@@ -21,12 +21,12 @@ from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed, pose
 from vibopt.balancing.prices import solve_question
-from vibopt.balancing.putback import put_back
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.balancing.solve_phaseless import solve_without_phase
 from vibopt.balancing.trust import Noise, conditioning
+from vibopt.balancing.verification import simulated
 from vibopt.balancing.words import show_angle
 from vibopt.units import show
 
@@ -37,8 +37,8 @@ _ROUNDING = 1e-12
 def solve_job(job: RotorJob, *, thorough: bool = False) -> Plan:
     """The plan for a measured rotor; `thorough` computes every price, whatever the work.
 
-    Every answer has been put back into a simulated rotor by another road (`vibopt.balancing.putback`); one that the
-    simulation refuses has the status "check_failed".
+    Every answer has been put back into a simulated rotor by another route (`vibopt.balancing.verification`); one that
+    the simulation refuses has the status "check_failed".
     """
     if not job.runs:
         return _quality_only(job)
@@ -83,38 +83,36 @@ def _plan(
     if refused := cancelling(job, nominal, identified, noise, found, u):
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
-            values=coefficients(job, identified), notes=(said, *_noise_notes(job, noise)),
+            later=lambda: coefficients(job, identified), notes=(said, *_noise_notes(job, noise)),
             method=method_of(job, posed.question, identified), details=dict(solved.details),
         )  # fmt: skip
     priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
     limits = with_bands(job, priced.limits, fitting)
+    shown = DeferredMapping(replace(priced, limits=limits).with_words)
     return begun(
-        job, status=solved.status, claim=solved.claim, goal=goal, fittings=(_priced(job, fitting, limits),),
-        limits=limits,
+        job, status=solved.status, claim=solved.claim, goal=goal, fittings=(_priced(job, fitting, shown),),
+        limits=shown,
         words=(OFF, *(one.words for one in fitting.planes)), gap=solved.gap, condition=found.number,
         remedies=ways,
-        values={**coefficients(job, identified), **quality_values(job, identified, u)},
+        values=quality_values(job, identified, u), later=lambda: coefficients(job, identified),
         notes=(
             *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
             *_noise_notes(job, noise), *priced.notes,
         ),
-        prices=priced.caps,
+        prices=DeferredMapping(priced.caps),
         method=method_of(job, posed.question, identified), details=dict(solved.details),
     )  # fmt: skip
 
 
-def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Any]) -> Fitting:
+def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, LimitAnswer]) -> Fitting:
     """Rows with the price of the limit that bounds them."""
-    rows = []
-    for (speed, sensor), row in zip(job.readings, fitting.rows, strict=True):
-        own = [one for one in job.residual_limits if one.sensor in (None, sensor) and one.speed in (None, speed)]
-        prices = [
-            limits[one.name].price
-            for one in own
-            if limits[one.name].price and limits[one.name].place == job.row_name(job.readings.index((speed, sensor)))
-        ]
-        rows.append(replace(row, price=prices[0]) if prices else row)
-    return replace(fitting, rows=tuple(rows))
+
+    def rows() -> Sequence[RowAnswer]:
+        prices = {limits[one.name].place: limits[one.name].price for one in reversed(job.residual_limits)}
+        found = [replace(row, price=prices.get(job.row_name(k), "")) for k, row in enumerate(fitting.rows)]
+        return found if any(prices.values()) else fitting.rows
+
+    return replace(fitting, rows=DeferredRows(len(fitting.rows), rows))
 
 
 def _reach_notes(job: RotorJob) -> tuple[str, ...]:
@@ -143,9 +141,8 @@ def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:
 def _certified(plan: Plan, identified: Identified) -> Plan:
     """The plan, if the simulated rotor shows what it says."""
     job, fitting = plan.job, plan.fittings[0]
-    shown = put_back(job, plan_text(job, fitting))
-    said = np.array([float(row.residual.value) for row in fitting.rows])
-    u = np.array([one.u for one in fitting.planes])
+    shown = simulated(job, plan_text(job, fitting))
+    said, u = np.abs(fitting.left), np.array([one.u for one in fitting.planes])
     scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
     off = float((np.abs(shown - said) / np.maximum(scale, 1e-300)).max())
     details = {**plan.details, "put_back": {"greatest_difference": off}}

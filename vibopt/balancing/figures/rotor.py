@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import tau
 from typing import TYPE_CHECKING, Any
 
@@ -133,7 +134,7 @@ def _words(one: Weight, mass: Entry) -> str:
     return f"{brief(Entry(one.mass, mass.dimension, mass.unit))}{hole}\n{angle}"
 
 
-def _dials(job: RotorJob, rows: tuple[RowAnswer, ...]) -> list[Dial]:
+def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:
     """One dial a sensor, all its speeds on it."""
     mark = job.conventions.readings == MARK
     sense = job.conventions.weight_sense if mark else job.conventions.reading_sense

@@ -1,0 +1,239 @@
+"""The finished plan in a simulated rotor: signals over the shaft angle, read again from the file's own numbers.
+
+Another route than the optimiser's: no phasors, no H.  Each run is a cosine over the shaft angle since the reference
+pulse, its peak where lag, lead or mark say.  A weight turned on in the sense of rotation by an angle makes its signal
+come earlier by that angle.  The plan is a mixture of runs with their weights scaled and turned; the mixture of their
+signals is sampled over one turn, and its first harmonic is what the instrument would show.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import cache
+from math import pi
+
+import numpy as np
+
+from vibopt.balancing.job import RotorJob, Sensor
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.words import AGAINST, LAG, MARK, WITH
+from vibopt.errors import QuantityError
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.units import to_unit
+from vibopt.units.spelling import split_detector
+
+SAMPLES = 12
+"""Of one turn; a signal of one harmonic is known from three."""
+PlanText = tuple[tuple[int, str, bool], ...]
+"""What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
+_NUMBER = r"[ \t]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[ \t]*"
+_PHASOR = re.compile(rf"^{_NUMBER}([^@\n]*)(?:@{_NUMBER}([^\n]*))?$", re.MULTILINE)
+_AMOUNT = re.compile(rf"{_NUMBER}(.*)")
+_WEIGHT = re.compile(r"(.*?)(?:\s+at\s+(.*?))?\s*(?:\s+in\s+hole\s+(\d+)|@(.*))", re.IGNORECASE | re.DOTALL)
+
+
+def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
+    """Amplitudes that the simulated rotor shows with the plan fitted, per row [SI peak]."""
+    target = np.zeros(len(job.planes), dtype=complex)
+    for plane, text, taken in plan:
+        target[plane] += _weight(job, plane, text) * (-1.0 if taken else 1.0)
+    states = _states(job)
+    sizes, peaks = _cosines(job, [text for run in job.runs for text in run.texts], job.sensors)
+    shown = []
+    for speed in range(len(job.speeds)):
+        places = list(job.places_at(speed))
+        signal = _signal(job, speed, states[places], sizes[places], peaks[places], target)
+        shown.append(_amplitude(signal))
+    return np.concatenate(shown)
+
+
+def _states(job: RotorJob) -> ComplexArray:
+    """Everything fitted during each run, read again from its text (n_runs, n_planes) [kg m]."""
+    states = np.zeros((len(job.runs), len(job.planes)), dtype=complex)
+    for index, run in enumerate(job.runs):
+        if run.stayed and index:
+            states[index] = states[index - 1]
+        for plane, text in run.fitted:
+            states[index, plane] += _weight(job, plane, text)
+    return states
+
+
+def _weight(job: RotorJob, plane: int, text: str) -> complex:
+    """Unbalance of a weight as written [kg m], its angle where it sits on the shaft, in the sense of rotation."""
+    parts = _WEIGHT.fullmatch(_plain(text))
+    assert parts is not None, f"a weight that was read before cannot be read again: {text}"
+    amount, radius, hole, angle = parts.groups()
+    size = _unbalance(amount, radius, job.planes[plane])
+    turned = job.planes[plane].holes[int(hole) - 1] if hole else _value(angle, "angle")
+    return complex(size * np.exp(1j * (-turned if job.conventions.angles == AGAINST else turned)))
+
+
+def _unbalance(amount: str, radius: str | None, plane: Plane) -> float:
+    """Of an amount, which is a mass at its own radius or that of its plane, or an unbalance [kg m]."""
+    try:
+        mass = _value(amount, "mass")
+    except QuantityError:
+        return _value(amount, "unbalance")
+    return mass * (_value(radius, "length") if radius else max(plane.radii, default=1.0))
+
+
+def _value(text: str, dimension: str) -> float:
+    """SI value of a number with its unit."""
+    found = _AMOUNT.fullmatch(text)
+    assert found is not None, f"a value that was read before cannot be read again: {text}"
+    return float(found[1]) * _unit(found[2].strip(), dimension)
+
+
+@cache
+def _unit(unit: str, dimension: str) -> float:
+    """SI value, for amplitudes peak, of one unit as answers are shown in it."""
+    return 1.0 / to_unit(1.0, unit, dimension)
+
+
+def _plain(text: str) -> str:
+    return text.replace("−", "-").replace("\n", " ")
+
+
+def _cosines(job: RotorJob, texts: Sequence[str], sensors: Sequence[Sensor]) -> tuple[FloatArray, FloatArray]:
+    """Sizes [SI peak] of readings and shaft angles of their peaks since the reference pulse (n_runs, n_sensors).
+
+    `texts` are those of the sensors, run after run.
+    """
+    found = _PHASOR.findall(_plain("\0".join(texts)).replace("\0", "\n"))
+    assert len(found) == len(texts), "readings that were read before cannot be read again"
+    numbers, units, angles, turns = (list(column) for column in zip(*found, strict=True))
+    shape, n = (-1, len(sensors)), len(sensors)
+    size, angle = np.array([float(one) for one in numbers]), np.array([float(one or 0.0) for one in angles])
+    for column, sensor in enumerate(sensors):
+        size[column::n] *= [_reading_unit(job, sensor, unit) for unit in units[column::n]]
+    angle *= [_unit(turn.strip(), "angle") if turn else 1.0 for turn in turns]
+    return size.reshape(shape), _sense(job) * angle.reshape(shape)
+
+
+def _reading_unit(job: RotorJob, sensor: Sensor, unit: str) -> float:
+    """SI value of one unit of a reading: its own, else that of the sensor; the same for its detector."""
+    own, detector, _ = split_detector(unit.strip())
+    usual, declared, _ = split_detector(sensor.unit)
+    return _unit(f"{own or usual} {detector or declared or job.conventions.detector}", sensor.dimension)
+
+
+def _sense(job: RotorJob) -> float:
+    """Shaft angle at which a vibration peaks over the angle written."""
+    conventions = job.conventions
+    late = conventions.angles == WITH if conventions.readings == MARK else conventions.phase == LAG
+    return 1.0 if late else -1.0
+
+
+def _ready(job: RotorJob, speed: int) -> list[int]:
+    return sorted({plane for at, _, plane in job.influence if at == speed})
+
+
+def _mixture(job: RotorJob, speed: int, states: ComplexArray, target: ComplexArray) -> ComplexArray:
+    """Smallest shares of the runs that together carry the plan (and one rotor as found)."""
+    learnt = [plane for plane in range(len(job.planes)) if plane not in _ready(job, speed)]
+    rows = np.concatenate([np.ones((1, len(states))), states[:, learnt].T])
+    wanted = np.concatenate([[1.0], target[learnt]])
+    used = np.abs(rows).max(axis=1) > 0.0
+    size = np.abs(rows[used]).max(axis=1)
+    shares: ComplexArray = np.linalg.lstsq(rows[used] / size[:, None], wanted[used] / size, rcond=None)[0]
+    return shares
+
+
+def _signal(
+    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, target: ComplexArray
+) -> FloatArray:
+    """What the sensors show over one turn of the shaft (n_sensors, SAMPLES) [SI peak]."""
+    shares = _mixture(job, speed, states, target)
+    turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
+    shifted = turn + np.angle(shares)[:, None]
+    signals = sizes[:, :, None] * np.cos(shifted[:, None, :] - peaks[:, :, None])
+    for column, sensor in enumerate(job.sensors):
+        own = job.document.get("sensors", {}).get(sensor.name, {}).get("runout")
+        if own is not None:
+            size, peak = _cosines(job, [str(own)], [sensor])
+            signals[:, column] -= size * np.cos(shifted - peak)
+    for plane in _ready(job, speed):
+        signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)
+    mixed = np.einsum("r,rst->st", np.abs(shares), signals)
+    for plane in _ready(job, speed):
+        mixed += _unit_signals(job, speed, plane, target[plane : plane + 1], turn[None])[0]
+    return np.asarray(mixed)
+
+
+def _unit_signals(job: RotorJob, speed: int, plane: int, weights: ComplexArray, turns: FloatArray) -> FloatArray:
+    """Signals of weights by ready coefficients (n_weights, n_sensors, SAMPLES): a unit weight at zero, turned."""
+    H = [job.influence.get((speed, sensor, plane), 0.0) for sensor in range(len(job.sensors))]
+    peaks = _sense(job) * np.array([job.conventions.reading_angle(complex(one)) for one in H])
+    turned = turns + np.angle(weights)[:, None]
+    return np.asarray(np.abs(weights)[:, None, None] * np.abs(H)[:, None] * np.cos(turned[:, None, :] - peaks[:, None]))
+
+
+def _amplitude(signal: FloatArray) -> FloatArray:
+    """First harmonic of one turn (..., SAMPLES)."""
+    turn = 2.0 * pi * np.arange(signal.shape[-1]) / signal.shape[-1]
+    return np.asarray(2.0 / signal.shape[-1] * np.hypot(signal @ np.cos(turn), signal @ np.sin(turn)))
+
+
+def runs_without_phase(job: RotorJob, y0: ComplexArray, H: ComplexArray) -> FloatArray:
+    """Greatest difference per row between what a rotor y0, H shows over a turn in each run and what was read [SI peak].
+
+    Runs with weights in several planes at once are among them, which no circle has seen.
+    """
+    turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
+    states, n = _states(job), len(job.sensors)
+    worst = np.zeros(len(y0))
+    for speed in range(len(job.speeds)):
+        rows = slice(speed * n, speed * n + n)
+        for place in job.places_at(speed):
+            parts = np.column_stack([y0[rows], H[rows] * states[place]])
+            signal = (np.abs(parts)[:, :, None] * np.cos(turn + np.angle(parts)[:, :, None])).sum(axis=1)
+            off = np.abs(_amplitude(signal) - np.abs(job.runs[place].readings))
+            worst[rows] = np.maximum(worst[rows], off)
+    return worst
+
+
+def simulated_without_phase(job: RotorJob, row: int, u: ComplexArray) -> float:
+    """Amplitude after the correction u from the squares of the amplitudes measured, without any circle.
+
+    With weights in plane p alone A² = c + 2 Re(b* w) + s |w|² is linear in c, b and s.  Planes together add
+    2 Re(H_p u_p (H_q u_q)*), and y0* H_p is conj(b_p), so that term is 2 Re(b_p* u_p (b_q* u_q)*) / c.
+
+    nan where the runs do not determine it (two trial positions in a plane that is used).
+    """
+    used = [plane for plane in range(len(job.planes)) if u[plane]]
+    found = [_squares(job, row, plane, complex(u[plane])) for plane in used]
+    speed, sensor = job.readings[row]
+    as_found = [abs(run.readings[sensor]) ** 2 for run in job.runs_at(speed) if run.is_initial]
+    if any(one is None for one in found):
+        return float("nan")
+    known = [one for one in found if one is not None]
+    start = float(np.mean([one[0] for one in known])) if known else float(np.mean(as_found))
+    square = start + sum(one[1] for one in known)
+    for at, one in enumerate(known):
+        for other in known[:at]:
+            square += 2.0 * (one[2] * other[2].conjugate()).real / start if start > 0.0 else float("nan")
+    return float(np.sqrt(max(square, 0.0)))
+
+
+def _squares(job: RotorJob, row: int, plane: int, u: complex) -> tuple[float, float, complex] | None:
+    """(square as found, what u adds to it, b* u) by least squares over the runs with weights in one plane alone."""
+    speed, sensor = job.readings[row]
+    runs = [
+        run
+        for run in job.runs_at(speed)
+        if np.count_nonzero(run.weights) <= 1 and (run.is_initial or run.weights[plane])
+    ]
+    w = np.array([run.weights[plane] for run in runs])
+    size = np.abs(w).max()
+    F = _features(w / size)
+    if np.linalg.matrix_rank(F, tol=1e-9) < 4:
+        return None
+    squares = np.array([abs(run.readings[sensor]) ** 2 for run in runs])
+    theta = np.linalg.lstsq(F, squares, rcond=None)[0]
+    added = float(_features(np.array([u / size]))[0, 1:] @ theta[1:])
+    return float(theta[0]), added, complex(theta[1], -theta[2]) * u / (2.0 * size)
+
+
+def _features(w: ComplexArray) -> FloatArray:
+    return np.stack([np.ones(len(w)), w.real, w.imag, np.abs(w) ** 2], axis=1)
