@@ -74,7 +74,8 @@ def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Loca
     scene = parts.scene(name, locator)
     _check(scene, mistakes, parts.broken)
     mistakes.raise_any()
-    return replace(scene, notes=(*scene.notes, *tuning_notes(scene)))
+    notes = tuning_notes(scene)
+    return replace(scene, notes=(*scene.notes, *notes)) if notes else scene
 
 
 def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
