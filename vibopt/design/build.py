@@ -18,6 +18,7 @@ from vibopt.devices import AbsorberTable, BodyTable, LinkTable
 from vibopt.devices.spring import Beam, Shaft
 from vibopt.mechanics.beam import sag_under_load
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import Joint, Machine, Tuned
 from vibopt.scene.lookout import looked_at
 from vibopt.scene.scene import Scene
@@ -50,6 +51,14 @@ def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     chosen
         Value of each design variable by path [SI].
     """
+    known, key = vars(scene), tuple(chosen.items())
+    if known.get("built", (None,))[0] != key:  # every row of an answer asks for the same one
+        known["built"] = key, _machine(scene, chosen)
+    found: Machine = known["built"][1]
+    return found
+
+
+def _machine(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     if is_spatial(scene):
         return in_space(scene, chosen, machine_of(line_part(scene), chosen))
     nominal = _nominal(scene, chosen)
@@ -63,7 +72,8 @@ def _nominal(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     only = next(iter(masses)) if len(masses) == 1 else None
     own = [name for name, link in scene.links.items() if not any(end in scene.absorbers for end in link.between)]
     joints = {name: _joint(name, scene.links[name], number, masses, only) for name in own}
-    machine = Machine(masses, tuple(joints.values()), tuple(scene.bases), weights)
+    alone = len(masses) == 1 and not scene.absorbers
+    machine = (LoneMachine if alone else Machine)(masses, tuple(joints.values()), tuple(scene.bases), weights)
     if scene.structures:
         from vibopt.mechanics.hosted import HostedMachine
 

@@ -97,7 +97,7 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
 def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:
     shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     bands = bands_for(scene, response, name)
-    lines = scene.excitations[name].lines(np.ones(1))
+    lines = shaken.lines
     between = any(not band.is_point for band in bands)
     poles = machine.poles() if between else np.zeros(0, dtype=complex)
     if isinstance(response, InsertionLoss) and between:
@@ -142,7 +142,7 @@ class Shaken:
         return np.where(np.isnan(value), np.inf, value)
 
     def _size(self, machine: Machine, speed: FloatArray) -> FloatArray:
-        lines = self.excitation.lines(np.ones(1))
+        lines = self.lines
         found = [self._line(machine, line, speed) for line in lines]
         return combined(found, tuple(line.order for line in lines), self.combine)
 
@@ -176,6 +176,11 @@ class Shaken:
         return self._known[key]
 
     @cached_property
+    def lines(self) -> tuple[Line, ...]:
+        """Harmonics of the excitation."""
+        return self.excitation.lines(np.ones(1))
+
+    @cached_property
     def _known(self) -> dict[tuple[bool, float, complex], Orders]:
         return {}
 
@@ -188,7 +193,7 @@ class Shaken:
     def _within(self) -> float:
         """A speed below which the orders of all lines hold [rad/s]; zero where none are needed."""
         machines = (self.machine, self.bolted)
-        lines = self.excitation.lines(np.ones(1))
+        lines = self.lines
         loose = [one for one in machines if one.loose]
         return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
 

@@ -128,8 +128,9 @@ class Model:
     @cached_property
     def alike(self) -> tuple[FloatArray, IntArray]:
         """The different rows of exponents, and which of them each term has: mounts of a group share theirs."""
-        rows, which = np.unique(self.exponents, axis=0, return_inverse=True)
-        return rows, which.ravel()
+        rows: dict[tuple[float, ...], int] = {}
+        which = [rows.setdefault(tuple(one), len(rows)) for one in self.exponents.tolist()]
+        return np.array(list(rows), dtype=float).reshape(len(rows), self.n_vars), np.array(which, dtype=int)
 
     def products(self, x: FloatArray) -> FloatArray:
         """Product of powers of each different row of exponents at many designs, (..., n_rows) for x (..., n_vars)."""

@@ -20,11 +20,14 @@ _DEGREE = 10
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1)) / _DEGREE)[::-1]
 _TO_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(_NODES, _DEGREE))
 _FINE = np.linspace(-1.0, 1.0, 41)
+_ENDS = np.array([[-((-1.0) ** n) * n**2, float(n**2)] for n in range(_DEGREE + 1)]).T @ _TO_COEFFICIENTS
+"""Slopes at both ends of an interval from the values at its nodes."""
 _TO_FINE = np.polynomial.chebyshev.chebvander(_FINE, _DEGREE) @ _TO_COEFFICIENTS
 _REACH = 0.35
 _FINEST = 1e-9
 _REAL = 4e-16
 _CLOSE = 1e-3
+_LEVEL = 1e-6
 _STEP = float(_FINE[1] - _FINE[0])
 _FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 _FIT = np.linalg.pinv(np.vander(_FIVE, 3, increasing=True))
@@ -117,25 +120,29 @@ def _inside(
     response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, *, least: bool, keep: float
 ) -> list[Extreme]:
     sign = -1.0 if least else 1.0
-    low, high = _resolved(response, *_intervals(band, poles, breaks))
+    low, high, squares = _resolved(response, *_intervals(band, poles, breaks))
     if not len(low):
         return []
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
-    squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
     fine = sign * (squares @ _TO_FINE.T)
-    return _polish_all(response, centre, half, fine, sign, keep, _smooth(band, breaks))
+    outward = sign * (squares @ _ENDS.T) * np.array([1.0, -1.0]) < -_LEVEL * np.abs(fine).max(axis=1, keepdims=True)
+    known = outward & np.column_stack([low == band.low, high == band.high])
+    return _polish_all(response, centre, half, fine, sign, keep, _smooth(band, breaks), known)
 
 
 def _resolved(
     response: Response, low: FloatArray, high: FloatArray, scale: float = 0.0
-) -> tuple[FloatArray, FloatArray]:
-    """Halve intervals until the interpolant of each is good; drop those that end on a pole.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Halve intervals until the interpolant of each is good, and its squared values; drop those that end on a pole.
 
     `scale` is the squared value that matters; 0 takes the greatest one met.
     """
-    for _ in range(12):
+    squares = np.zeros((0, len(_NODES)))
+    for rounds in range(13):
         centre, half = 0.5 * (low + high), 0.5 * (high - low)
         squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
+        if rounds == 12:
+            break
         sound = np.isfinite(squares).all(axis=1)
         low, high, centre, squares = low[sound], high[sound], centre[sound], squares[sound]
         rough = _unresolved(squares, scale or float(squares.max(initial=0.0)))
@@ -147,7 +154,7 @@ def _resolved(
             np.concatenate([low[~rough], low[rough], middle]),
             np.concatenate([high[~rough], middle, high[rough]]),
         )
-    return low, high
+    return low, high, squares
 
 
 def _unresolved(squares: FloatArray, scale: float) -> BoolArray:
@@ -166,19 +173,23 @@ def _polish_all(
     sign: float,
     keep: float,
     edges: FloatArray,
+    known: BoolArray,
 ) -> list[Extreme]:
     """Local extremes of the fine values that may be the best, refined on the response itself.
 
     A peak may lie across the end of its interval, so only `edges`, where the response is not smooth, bound it.
+    `known` ends (n_intervals, 2) are those of the band from which the response falls: measured already.
     """
     inner = np.zeros(fine.shape, dtype=bool)
     inner[:, 1:-1] = (fine[:, 1:-1] >= fine[:, :-2]) & (fine[:, 1:-1] >= fine[:, 2:])
-    inner[:, 0] = fine[:, 0] >= fine[:, 1]
-    inner[:, -1] = fine[:, -1] >= fine[:, -2]
+    inner[:, 0] = (fine[:, 0] >= fine[:, 1]) & ~known[:, 0]
+    inner[:, -1] = (fine[:, -1] >= fine[:, -2]) & ~known[:, 1]
     top = float(fine.max())
     room = _CLOSE * max(abs(top), 0.0)
     threshold = top * keep**2 - room if sign > 0 else top - room - 1e-6 * float(np.abs(fine).max())
     rows, columns = np.nonzero(inner & (fine >= threshold))
+    if not len(rows):
+        return []
     piece = np.clip(np.searchsorted(edges, centre[rows], side="right"), 1, len(edges) - 1)
     low, high = edges[piece - 1], edges[piece]
     speeds = _polish(response, centre[rows] + half[rows] * _FINE[columns], _STEP * half[rows], low, high, sign)
@@ -241,7 +252,8 @@ def _intervals(band: Band, poles: ComplexArray, breaks: FloatArray) -> tuple[Flo
 def crossings(response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, level: float) -> list[float]:
     """Every speed in the band at which the response crosses `level`, ascending [rad/s]."""
     low, high = _near_level(response, *_intervals(band, poles, breaks), level)
-    low, high = _near_level(response, *_resolved(response, low, high, level**2), level)
+    low, high, _ = _resolved(response, low, high, level**2)
+    low, high = _near_level(response, low, high, level)
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     squares = response(centre[:, None] + half[:, None] * _NODES) ** 2 - level**2
     found = [

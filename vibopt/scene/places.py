@@ -15,8 +15,8 @@ _More = ParamSpec("_More")
 _Names = TypeVar("_Names")
 
 
-def _once(of: Callable[Concatenate[Scene, _More], _Names]) -> Callable[Concatenate[Scene, _More], _Names]:
-    """Names of a scene are gathered when they are first asked for: a scene does not change."""
+def once(of: Callable[Concatenate[Scene, _More], _Names]) -> Callable[Concatenate[Scene, _More], _Names]:
+    """What a scene says is gathered when it is first asked for: a scene does not change."""
 
     @wraps(of)
     def kept(scene: Scene, *more: _More.args, **named: _More.kwargs) -> _Names:
@@ -29,7 +29,7 @@ def _once(of: Callable[Concatenate[Scene, _More], _Names]) -> Callable[Concatena
     return kept
 
 
-@_once
+@once
 def raw(scene: Scene, family: str) -> dict[str, Mapping[str, Any]]:
     """Tables of a family as they stand in the document, those with mistakes included."""
     tables = scene.document.get(family, {})
@@ -50,60 +50,60 @@ def bound_parts(scene: Scene) -> list[Bound]:
     return [one for _, name, table in devices(scene) for one in table.bound(name)]
 
 
-@_once
+@once
 def _raw_devices(scene: Scene) -> list[tuple[type[Device], str, Mapping[str, Any]]]:
     return [(kind, name, table) for family, kind in FAMILIES.items() for name, table in raw(scene, family).items()]
 
 
-@_once
+@once
 def moving(scene: Scene) -> list[str]:
     """Points that move freely: bodies, masses of absorbers, points of structures."""
     return [one for kind, name, table in _raw_devices(scene) for one in kind.moving_in(name, table)]
 
 
-@_once
+@once
 def carried(scene: Scene) -> set[str]:
     """Points of structures: what hangs there is held by the structure itself."""
     return {point for name, table in scene.structures.items() for point in table.names}
 
 
-@_once
+@once
 def supports(scene: Scene) -> list[str]:
     """Points that move as prescribed."""
     return [one for kind, name, table in _raw_devices(scene) for one in kind.supports_in(name, table)]
 
 
-@_once
+@once
 def points(scene: Scene) -> list[str]:
     """Everything a link may end at."""
     return [*moving(scene), *supports(scene), GROUND]
 
 
-@_once
+@once
 def links(scene: Scene) -> list[str]:
     """Everything that joins two points by a spring or a damper: links and absorbers."""
     return [one for kind, name, table in _raw_devices(scene) for one in kind.links_in(name, table)]
 
 
-@_once
+@once
 def freedoms(scene: Scene) -> int:
     """Number of free coordinates."""
     return sum(kind.freedoms_in(name, table) for kind, name, table in _raw_devices(scene))
 
 
-@_once
+@once
 def ends(scene: Scene) -> dict[str, tuple[str, str]]:
     """The two ends of every link that could be read."""
     return {link: two for _, name, table in devices(scene) for link, two in table.joins(name).items()}
 
 
-@_once
+@once
 def springs(scene: Scene) -> set[str]:
     """Links that have a stiffness."""
     return {link for _, name, table in devices(scene) for link in table.springs(name)}
 
 
-@_once
+@once
 def neighbours(scene: Scene) -> dict[str, set[str]]:
     """Per point those that it moves along: over a link, or within one structure."""
     found: dict[str, set[str]] = {}
@@ -116,7 +116,7 @@ def neighbours(scene: Scene) -> dict[str, set[str]]:
     return found
 
 
-@_once
+@once
 def is_whole(scene: Scene) -> bool:
     """Whether every table of a machine could be read and every name leads to something: then it can be built."""
     for family in (*FAMILIES, "excitations"):
@@ -135,7 +135,7 @@ def is_whole(scene: Scene) -> bool:
     )
 
 
-@_once
+@once
 def turning(scene: Scene) -> set[str]:
     """Points that turn about an axis: bodies with an inertia, and the absorbers on them."""
     found = {name for name, body in scene.bodies.items() if body.turns}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from vibopt.scene.places import devices
+from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
 from vibopt.values import Table
 from vibopt.values.fields import Choice, Fact
@@ -25,6 +25,7 @@ class Uncertain:
     printed: str = ""
 
 
+@once
 def uncertain(scene: Scene) -> tuple[Uncertain, ...]:
     """Every number with a tolerance of its own, and those of tables with one; in the order of the file's families."""
     found: dict[str, Uncertain] = {}

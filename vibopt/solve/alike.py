@@ -45,7 +45,7 @@ def _alike(scene: Scene, program: Program) -> Iterator[list[dict[str, int]]]:
     """Per set of identical devices, the index of each variable of each device, by its word."""
     for family, tables in (("absorbers", scene.absorbers), ("links", scene.links)):
         left = [name for name in tables if _variables(program, family, name)]
-        while left:
+        while len(left) > 1:
             said = numbers_of(tables[left[0]])
             same = [name for name in left if numbers_of(tables[name]) == said]
             left = [name for name in left if name not in same]
