@@ -4,29 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, TypeVar, cast
 
 from vibopt.devices import FAMILIES, Device
 from vibopt.devices.part import Bound
 from vibopt.mechanics.builder import GROUND
 from vibopt.scene.scene import Scene
 
-_More = ParamSpec("_More")
-_Names = TypeVar("_Names")
+_Asked = TypeVar("_Asked", bound=Callable[..., Any])
 
 
-def once(of: Callable[Concatenate[Scene, _More], _Names]) -> Callable[Concatenate[Scene, _More], _Names]:
+def once(of: _Asked) -> _Asked:
     """What a scene says is gathered when it is first asked for: a scene does not change."""
 
     @wraps(of)
-    def kept(scene: Scene, *more: _More.args, **named: _More.kwargs) -> _Names:
+    def kept(scene: Scene, *more: Any) -> Any:
         known, key = vars(scene), (of.__name__, *more)
         if key not in known:
-            known[key] = of(scene, *more, **named)
-        found: _Names = known[key]
-        return found
+            known[key] = of(scene, *more)
+        return known[key]
 
-    return kept
+    return cast("_Asked", kept)
 
 
 @once

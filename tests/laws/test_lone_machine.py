@@ -1,0 +1,50 @@
+"""One body as built: what is found by a division is what the matrices of any machine give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vibopt.mechanics.lone import LoneMachine
+from vibopt.mechanics.machine import GROUND, Joint, Machine
+
+sizes = st.floats(-3.0, 3.0).map(lambda power: 10.0**power)
+OMEGA = np.array([1e-3, 0.3, 1.0, 4.0, 300.0])
+
+
+@st.composite
+def machines(draw: st.DrawFn) -> tuple[LoneMachine, Machine]:
+    """The same body on up to four joints to the ground and two bases, as both kinds of machine."""
+    joints = []
+    for index in range(draw(st.integers(1, 4))):
+        ends = ["body", draw(st.sampled_from([GROUND, "floor", "wall"]))]
+        spring, damper, loss = (draw(st.one_of(st.just(0.0), sizes)) for _ in range(3))
+        joints.append(Joint(f"j{index}", tuple(draw(st.permutations(ends))), spring, damper, loss, spring, 1.0))
+    masses, bases = {"body": draw(sizes)}, ("floor", "wall")
+    return LoneMachine(masses, tuple(joints), bases), Machine(masses, tuple(joints), bases)
+
+
+@given(machines(), st.booleans(), st.sampled_from([1.0, 1.0 + 0.2j]))
+def test_one_body_moves_as_any_machine(both: tuple[LoneMachine, Machine], shaken: bool, turn: complex) -> None:
+    omega = OMEGA * turn if turn != 1.0 else OMEGA
+    push = np.linspace(1.0, 2.0, len(OMEGA)) * (1.0 + 0.5j)
+    bases = {"floor": push, "wall": 0.3j * push} if shaken else {}
+    forces = {} if shaken else {"body": push}
+    with np.errstate(all="ignore"):
+        here, there = (one.shake(omega, forces, bases) for one in both)
+        for joint in both[0].joints:
+            apart, other = both[0].stretch_of(joint, here), both[1]._shake_stretched(omega, forces, bases)
+            assert apart == pytest.approx(both[1].stretch_of(joint, other), rel=1e-9, abs=1e-9 * abs(push).max())
+        assert both[0].force_into(GROUND, here) == pytest.approx(both[1].force_into(GROUND, there), rel=1e-8, abs=1e-8)
+    rounding = 1e-13 if shaken else 0.0
+    assert here.points["body"] == pytest.approx(there.points["body"], rel=1e-9, abs=rounding)
+
+
+@given(machines())
+def test_poles_of_one_body_are_those_of_any_machine(both: tuple[LoneMachine, Machine]) -> None:
+    lone, machine = (np.sort_complex(one.poles()) for one in both)
+    size = np.abs(machine).max()
+    assert np.abs(lone[:, None] - machine).min(axis=1).max() <= 1e-7 * size
+    assert both[0].loose == both[1].loose
