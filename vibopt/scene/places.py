@@ -19,7 +19,7 @@ def once(of: _Asked) -> _Asked:
 
     @wraps(of)
     def kept(scene: Scene, *more: Any) -> Any:
-        known, key = vars(scene), ".".join((of.__name__, *more))
+        known, key = vars(scene), ".".join(("once", of.__name__, *more))
         if key not in known:
             known[key] = of(scene, *more)
         return known[key]
