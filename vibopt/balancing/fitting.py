@@ -13,7 +13,7 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.options import Options, neighbours
 from vibopt.balancing.outcome import Entry
-from vibopt.balancing.planes import MASS, Plane, hole_name
+from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name
 from vibopt.balancing.pose import row_limits
 from vibopt.balancing.words import show_angle
 from vibopt.forms import ComplexArray, FloatArray
@@ -73,6 +73,8 @@ def weight_text(job: RotorJob, plane: int, u: complex) -> str:
 
 
 def _weights(job: RotorJob, plane: Plane, u: complex, options: Options | None) -> tuple[Weight, ...]:
+    if plane.fitted is not None:
+        return tuple(_decided(plane, one) for one in plane.fitted)
     if options is not None:
         return tuple(_in_hole(plane, *one) for one in options.weights(int(np.argmin(np.abs(options.u - u)))))
     size, angle = plane.amount(u), job.conventions.weight_angle(-u if plane.remove else u)
@@ -80,6 +82,11 @@ def _weights(job: RotorJob, plane: Plane, u: complex, options: Options | None) -
         return split(plane, size, angle)
     radius = plane.radius if plane.radii else None
     return (Weight(size, radius, angle, None, plane.drill.depth(size) if plane.drill else None),)
+
+
+def _decided(plane: Plane, one: Fitted) -> Weight:
+    radius = one.radius if plane.radii and plane.kind == MASS else None
+    return Weight(one.mass, radius, one.angle, one.hole, plane.drill.depth(one.mass) if plane.drill else None)
 
 
 def _in_hole(plane: Plane, hole: int, mass: float, radius: float) -> Weight:

@@ -166,7 +166,7 @@ class RotorJob:
     @property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
-        free = [self.planes[index] for index in self.free] if self.runs else []
+        free = [plane for plane in self.planes if plane.is_open] if self.runs else []
         return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
 
     @cached_property

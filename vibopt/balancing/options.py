@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import inf, pi, tau
+from math import inf, isclose, pi, tau
 
 import numpy as np
 
-from vibopt.balancing.planes import Plane
+from vibopt.balancing.planes import Fitted, Plane
 from vibopt.balancing.words import Conventions, show_angle
 from vibopt.forms import ComplexArray, FloatArray
 
@@ -63,6 +63,8 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
 
     `kinds` are the masses [kg] that are counted; fillings that take different numbers of them are all kept.
     """
+    if plane.fitted is not None:
+        return _decided(plane.fitted, plane, conventions, kinds)
     offers = tuple(
         (hole, mass, radius)
         for hole, angle in enumerate(plane.holes)
@@ -80,6 +82,18 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
     takes = np.append(same.astype(float), _row(kinds), axis=0)
     kept = masses <= plane.cap * (1.0 + 1e-12)
     return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
+
+
+def _decided(fitted: Sequence[Fitted], plane: Plane, conventions: Conventions, kinds: Sequence[float]) -> Options:
+    """The one option of a plane whose weights are decided; a weight away from holes has hole -1."""
+    sign = -1.0 if plane.remove else 1.0
+    u = sum((sign * conventions.weight(one.mass * one.radius, one.angle) for one in fitted), 0j)
+    uses = [[sum(isclose(one.mass, kind) for one in fitted) for kind in kinds]]
+    return Options(
+        np.array([u]), np.array([sum(one.mass for one in fitted)]), np.arange(len(fitted), dtype=np.int64)[None, :],
+        tuple((-1 if one.hole is None else one.hole, one.mass, one.radius) for one in fitted),
+        np.array(uses, dtype=float).reshape(1, len(kinds)),
+    )  # fmt: skip
 
 
 def count_options(plane: Plane) -> int:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import inf, isclose, radians
 from typing import Any, cast
 
+from vibopt.balancing.fitted import is_fitted, with_fitted
 from vibopt.balancing.job import Sensor
 from vibopt.balancing.options import (
     ALL_FORBIDDEN,
@@ -101,6 +102,7 @@ def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
         length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, stock=stock, most_weights=most, split=table.split,
         forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
     )  # fmt: skip
+    plane = with_fitted(path, plane, cast(Mapping[str, Any], given), mistakes)
     if len(mistakes.found) == before:
         _check_plane(path, table, plane, mistakes)
     return plane if len(mistakes.found) == before else None
@@ -129,6 +131,8 @@ def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mist
     if table.weight is not None and table.unbalance is not None:
         mistakes.add(path, f"planes.{table_name(path)} has weight and unbalance. Keep one of them.")
         return MASS, inf, ""
+    if is_fitted(table.weight) or is_fitted(table.unbalance):
+        return (UNBALANCE if table.unbalance is not None and not radii else MASS), inf, ""
     if table.unbalance is not None:
         found = read_value(
             (*path, "unbalance"), table.unbalance, mistakes, _range, "unbalance", '{ from = "0 g mm", to = "900 g mm" }'
@@ -284,7 +288,7 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
         mistakes.add((*path, "remove"), f"{where} {KEPT_AND_REMOVED}")
     if not plane.holes and forbids_all(plane.forbidden):
         mistakes.add((*path, "forbidden"), f"{where} {ALL_FORBIDDEN}")
-    if plane.holes and not plane.shelf and not plane.split:
+    if plane.holes and not plane.shelf and not plane.split and plane.fitted is None:
         mistakes.add(
             (*path, "holes"),
             f'{where} has holes without weights. Add shelf = ["5 g", "10 g"] with the weights there are, '

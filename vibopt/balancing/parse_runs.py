@@ -253,7 +253,8 @@ def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...
         texts = [one for given in written for one in (given if isinstance(given, list) else [given])]
         units = [unit for text in texts if (unit := unit_of(text, plane))]
         usual = "g" if plane.dimension == "mass" else "g mm"
-        shown.append(replace(plane, unit=plane.unit if plane.shelf else (*units, plane.unit or usual)[0]))
+        own = plane.unit if plane.shelf or plane.fitted else ""
+        shown.append(replace(plane, unit=own or (*units, plane.unit or usual)[0]))
     return tuple(shown)
 
 

@@ -31,6 +31,19 @@ class Drill:
 
 
 @dataclass(frozen=True, slots=True)
+class Fitted:
+    """A weight that is decided: mass [kg] (unbalance [kg m] in a plane without a radius) and radius [m].
+
+    `angle` is as written [rad]; `hole` its index, None away from holes.
+    """
+
+    mass: float
+    radius: float
+    angle: float
+    hole: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Plane:
     """A correction plane as the file gives it.
 
@@ -60,6 +73,8 @@ class Plane:
         Material is taken away, opposite to where a weight would go.
     keep
         Nothing may be changed here.
+    fitted
+        The weights that are decided, none where it is empty; None where they are to be chosen.
     """
 
     name: str
@@ -77,6 +92,7 @@ class Plane:
     remove: bool = False
     keep: bool = False
     drill: Drill | None = None
+    fitted: tuple[Fitted, ...] | None = None
 
     @property
     def radius(self) -> float:
@@ -85,11 +101,21 @@ class Plane:
 
     @property
     def is_discrete(self) -> bool:
-        return bool(self.shelf) and not self.keep
+        return (bool(self.shelf) or self.fitted is not None) and not self.keep
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its weights are to be chosen."""
+        return not self.keep and self.fitted is None
 
     @property
     def dimension(self) -> str:
         return "mass" if self.kind == MASS else "unbalance"
+
+    @property
+    def kind_word(self) -> str:
+        """Key under which its weights stand in the file."""
+        return "weight" if self.kind == MASS else "unbalance"
 
     @property
     def chosen_words(self) -> tuple[str, ...]:
@@ -135,21 +161,38 @@ class Plane:
 
 def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex:
     """Unbalance [kg m] of "10 g @ 270 deg", "10 g at 150 mm @ 270 deg", "10 g in hole 7" or "1500 g mm @ 270 deg"."""
-    example = "1500 g mm @ 270 deg" if plane.kind == UNBALANCE else "10 g @ 270 deg"
-    if not isinstance(text, str):
-        raise QuantityError(f'is no weight. Write "{example}".')
-    if hole := _HOLE.search(text):
-        amount, angle = text[: hole.start()], _angle_of_hole(int(hole[1]), plane)
-    else:
-        amount, found = _split_weight(text, example)
-        angle = found
-    front, _, radius = _at_radius(amount)
+    front, radius, angle, _ = _parts(text, plane)
     size = _size(front, radius, plane)
     if size == 0.0:
         raise QuantityError(
             "is a trial weight of zero: it says nothing about its plane. Leave the plane out of this run."
         )
     return conventions.weight(size, angle)
+
+
+def read_fitted(text: object, plane: Plane) -> Fitted:
+    """A weight that is decided, written as those of runs are."""
+    front, radius, angle, hole = _parts(text, plane)
+    arm = _arm(radius, plane) if plane.kind == MASS else 1.0
+    fitted = Fitted(_size(front, radius, plane) / arm, arm, angle % tau, hole)
+    if plane.drill is not None and plane.drill.depth(fitted.mass) > plane.drill.deepest * (1.0 + _HAIR):
+        deep, most = (show(one, "mm", "length") for one in (plane.drill.depth(fitted.mass), plane.drill.deepest))
+        raise QuantityError(f"takes a hole {deep} deep, but the deepest that may be drilled is {most}.")
+    return fitted
+
+
+def _parts(text: object, plane: Plane) -> tuple[str, str, float, int | None]:
+    """Amount, radius ("" where none is said), angle as written [rad] and index of the hole of a weight."""
+    example = "1500 g mm @ 270 deg" if plane.kind == UNBALANCE else "10 g @ 270 deg"
+    if not isinstance(text, str):
+        raise QuantityError(f'is no weight. Write "{example}".')
+    hole = _HOLE.search(text)
+    if hole is not None:
+        amount, angle = text[: hole.start()], _angle_of_hole(int(hole[1]), plane)
+    else:
+        amount, angle = _split_weight(text, example)
+    front, _, radius = _at_radius(amount)
+    return front, radius, angle, None if hole is None else int(hole[1]) - 1
 
 
 def unit_of(text: object, plane: Plane) -> str:

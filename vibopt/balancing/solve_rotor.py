@@ -52,7 +52,7 @@ def _with_phase(job: RotorJob, thorough: bool) -> Plan:
     job, noise = of.job, of.noise
     identified, idle = felt_only(job, of.identified, noise)
     posed = pose(job, identified, noise, idle)
-    solved = solve_question(posed.question)
+    solved = answered(job, posed)
     if solved.u is None:
         return judged(of, nothing(job, identified, posed, solved, thorough=thorough))
     fitting = _fitting(of, identified, posed, solved)
@@ -78,8 +78,8 @@ def _plan(
     nominal = plain.question
     goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
     found = conditioning(nominal, job.free)
-    said = warning(job, found)
-    ways = remedies(job, plain, identified, noise, found, u) if found.near else ()
+    said = warning(job, found) if job.choices else ""
+    ways = remedies(job, plain, identified, noise, found, u) if found.near and job.choices else ()
     if refused := cancelling(job, nominal, identified, noise, found, u):
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,

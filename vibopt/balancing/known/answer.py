@@ -20,7 +20,7 @@ from vibopt.balancing.known.statics import (
 from vibopt.balancing.known.tables import KnownLimitTable
 from vibopt.balancing.options import neighbours
 from vibopt.balancing.outcome import Entry, Held, Outcome, angle
-from vibopt.balancing.planes import MASS
+from vibopt.balancing.planes import MASS, Fitted, Plane
 from vibopt.balancing.prices import allowance
 from vibopt.forms import ComplexArray
 from vibopt.work import metered
@@ -110,7 +110,7 @@ def amounts(job: KnownJob, found: Correction) -> list[float]:
     """Mass per plane [kg] (unbalance [kg m] where a plane has no radius); of all weights where it takes several."""
     weights = found.weights or ((),) * len(job.spots)
     return [
-        sum(mass for _, mass, _ in own) if spot.plane.shelf else spot.plane.amount(z)
+        sum(mass for _, mass, _ in own) if own else spot.plane.amount(z)
         for spot, z, own in zip(job.spots, found.u, weights, strict=True)
     ]
 
@@ -147,7 +147,7 @@ def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float
     where = -u if plane.remove else u
     values = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
     if plane.kind == MASS:
-        mass = sum(m for _, m, _ in weights) if plane.shelf else plane.amount(u)
+        mass = sum(m for _, m, _ in weights) if weights else plane.amount(u)
         values[f"{path}.mass"] = Entry(mass, "mass", plane.unit)
     if abs(u) > 0.0:
         values[f"{path}.angle"] = angle(where)
@@ -155,14 +155,21 @@ def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float
         values[f"{path}.action"] = Entry("remove material here")
     if plane.drill is not None:
         values[f"{path}.depth"] = Entry(plane.drill.depth(plane.amount(u)), "length", "mm")
-    if plane.shelf:
-        said = ", ".join(f"{plane.show(m)} in hole {h + 1} ({_degrees(plane.holes[h])})" for h, m, _ in weights)
+    if plane.shelf or len(plane.fitted or ()) > 1:
+        said = ", ".join(_weight_words(plane, *one) for one in zip(weights, plane.fitted or [None] * len(weights)))
         values[f"{path}.weights"] = Entry(said or "none")
     elif plane.holes and abs(u) > 0.0:
         one, other = neighbours(plane, float(angle(where).value))
         said = f"between hole {one + 1} and hole {other + 1}" if one != other else f"hole {one + 1}"
         values[f"{path}.holes"] = Entry(said)
     return values
+
+
+def _weight_words(plane: Plane, weight: tuple[int, float, float], decided: Fitted | None) -> str:
+    """ "5 g in hole 7 (105 deg)", or away from holes "5 g @ 105 deg"."""
+    hole, mass, _ = weight
+    where = f"in hole {hole + 1} ({_degrees(plane.holes[hole])})" if hole >= 0 or decided is None else ""
+    return f"{plane.show(mass)} {where or f'@ {_degrees(decided.angle) if decided else 0.0}'}"
 
 
 def _degrees(turn: float) -> str:

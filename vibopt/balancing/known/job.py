@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from math import inf, pi
 from typing import Any, TypeVar
 
+from vibopt.balancing.fitted import with_fitted
 from vibopt.balancing.known.tables import (
     KnownGoalTable,
     KnownLimitTable,
@@ -84,7 +85,7 @@ class KnownJob:
     @property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
-        free = [one.plane for one in self.spots if not one.plane.keep]
+        free = [one.plane for one in self.spots if one.plane.is_open]
         return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
 
     @property
@@ -122,6 +123,12 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     assert shaft is not None
     _check(shaft, masses, planes, limits, measures, goal, mistakes)
     mistakes.raise_any()
+    given = document.get("planes", {})
+    spots = tuple(
+        Spot(with_fitted(("planes", name), plane_of(name, one), given[name], mistakes), _at(one))
+        for name, one in planes.items()
+    )
+    mistakes.raise_any()
     if not planes:
         goal = None
     elif goal is None:
@@ -130,7 +137,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         name=mistakes.name,
         title=str(document.get("title", mistakes.name)),
         masses=tuple(Mass(n, cmath.rect(m.size, m.angle.value), _at(m)) for n, m in masses.items()),
-        spots=tuple(Spot(plane_of(n, one), _at(one)) for n, one in planes.items()),
+        spots=spots,
         bearings=tuple(Bearing(n, at) for n, at in shaft.bearings.items()),
         speed=None if shaft.speed is None else shaft.speed.value,
         flat=all(m.at is None for m in masses.values()) and all(p.at is None for p in planes.values()),
@@ -154,7 +161,7 @@ def plane_of(name: str, table: KnownPlaneTable) -> Plane:
         cap = min(cap, table.unbalance.high / (table.radius.value if table.radius is not None else 1.0))
     if drill and drill.deepest < inf:
         cap = min(cap, drill.deepest * drill.density * 0.25 * pi * drill.diameter**2)
-    unit = table.weight.unit if table.weight is not None else ""
+    unit = table.weight.unit if isinstance(table.weight, Choice) else ""
     plane = Plane(name, kind, unit=unit, cap=cap, remove=table.remove, keep=table.keep, drill=drill or None)
     return replace(
         plane,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import cast
@@ -58,6 +59,8 @@ def correct(job: KnownJob) -> Correction:
     n = len(job.spots)
     if not n or job.goal is None:
         return Correction(np.zeros(n, dtype=complex), "met", "nothing is corrected: the shaft as it is", "none", {})
+    if not job.choices:
+        return _given(job, options)
     if job.goal.minimise != "reaction" and not question.is_discrete:
         exact = _exact(job, question)
         if exact is not None:
@@ -74,6 +77,13 @@ def correct(job: KnownJob) -> Correction:
         for k, one in enumerate(options)
     )
     return Correction(np.asarray(u), solved.status, solved.claim, "program", prices, weights)
+
+
+def _given(job: KnownJob, options: Sequence[Options | None]) -> Correction:
+    """The weights that are decided, in planes that are not left untouched."""
+    u = np.array([0.0 if one is None else one.u[0] for one in options], dtype=complex)
+    weights = tuple(() if one is None else one.weights(0) for one in options)
+    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", {}, weights)
 
 
 def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:

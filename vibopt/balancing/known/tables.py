@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from vibopt.balancing.fitted import is_fitted
 from vibopt.balancing.options import ALL_FORBIDDEN, KEPT_AND_REMOVED, forbids_all, listed_twice
 from vibopt.balancing.planes import read_arc
 from vibopt.errors import QuantityError
@@ -76,13 +77,19 @@ class DrillTable(Table):
     deepest: Fact | None = number("length", choice=False)
 
 
+class Decided(Table):
+    """The weights of a plane where they are no range to choose from: texts as those of runs are written."""
+
+    texts: Any
+
+
 class KnownPlaneTable(Table):
     """[planes.NAME]: where a correction may be fitted, and what there is to fit."""
 
     at: Fact | None = number("length", choice=False, sign="any")
     radius: Fact | None = number("length", choice=False)
-    weight: Fact | Choice | None = number("mass")
-    unbalance: Fact | Choice | None = number("unbalance")
+    weight: Fact | Choice | Decided | None = number("mass")
+    unbalance: Fact | Choice | Decided | None = number("unbalance")
     holes: Any = None
     shelf: list[str] = Field(default_factory=list)
     most_weights: int = 1
@@ -91,11 +98,24 @@ class KnownPlaneTable(Table):
     drill: DrillTable | None = None
     keep: bool = False
 
+    @model_validator(mode="before")
+    @classmethod
+    def _decided(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return {
+            key: Decided(texts=one) if key in ("weight", "unbalance") and is_fitted(one) else one
+            for key, one in given.items()
+        }
+
     @field_validator("weight", "unbalance")
     @classmethod
     def _cap(cls, given: Any) -> Any:
-        if given is not None and not isinstance(given, Choice):
-            raise word('is one value, but a plane needs the range to choose from. Write { from = "0 g", to = "60 g" }.')
+        if isinstance(given, Fact):
+            raise word(
+                'is one value, but a plane needs the range to choose from. Write { from = "0 g", to = "60 g" }, or '
+                'the weight that is fitted with its angle, "10 g @ 270 deg".'
+            )
         return given
 
     @field_validator("holes")
@@ -123,7 +143,7 @@ class KnownPlaneTable(Table):
     def _fits(self) -> KnownPlaneTable:
         for wrong, sentence in (
             (
-                self.holes is not None and not self.shelf,
+                self.holes is not None and not self.shelf and not self.is_decided,
                 'has holes but no weights to put in. Write shelf = ["5 g", "10 g"].',
             ),
             (bool(self.shelf) and self.holes is None, "has weights on the shelf but no holes. Write holes = 24."),
@@ -142,6 +162,11 @@ class KnownPlaneTable(Table):
             if wrong:
                 raise word(sentence)
         return self
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether its weights are given."""
+        return isinstance(self.weight, Decided) or isinstance(self.unbalance, Decided)
 
     @property
     def weights(self) -> tuple[float, ...]:
