@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     Answer: TypeAlias = Design | Solution
 
 J = TypeVar("J", bound="Job")
+B = TypeVar("B", bound="BalancingJob")
+EMPTY = ("infeasible", "unbounded", "unproven", "check_failed")
+"""Answers without a design to keep, to round or to save."""
 Progress = Callable[[str, float], None]
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
 _SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
@@ -138,6 +141,29 @@ def is_open(job: Job) -> bool:
 
         return of_scene(job)
     return bool(job.choices)
+
+
+def kept(job: B, found: Answer) -> B:
+    """The same job with what its answer chose as facts: solved again it is an analysis that measures that answer.
+
+    Raises
+    ------
+    InputError
+        The answer has chosen nothing.
+    """
+    if is_open(job) and found.status in EMPTY:
+        raise InputError(f"{job.name}: there is no design to keep: {found.status}. Solve the file first.")
+    if not is_open(job):
+        return job
+    from vibopt.balancing import kept as plans
+
+    if is_rotor(job) and is_plan(found):
+        document = plans.of_rotor(job, found)
+    elif is_known(job):
+        document = plans.of_known(job)
+    else:
+        document = plans.of_engine(cast("EngineJob", job), cast("Outcome", found))
+    return cast(B, _read(document, Mistakes(job.name, None)))
 
 
 def noun_of(job: Job) -> str:

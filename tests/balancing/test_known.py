@@ -280,7 +280,7 @@ radius = "100 mm"
             'at = "50 mm"',
             'at = "50 mm"\nweight = "5 g"',
             "shaft.toml line 14: planes.P.weight is one value, but a plane needs the range to choose from. "
-            'Write { from = "0 g", to = "60 g" }.',
+            'Write { from = "0 g", to = "60 g" }, or the weight that is fitted with its angle, "10 g @ 270 deg".',
         ),
         (
             'at = "50 mm"',

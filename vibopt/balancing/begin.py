@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.balancing.answers import LimitAnswer
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
@@ -16,6 +17,7 @@ from vibopt.balancing.limit_prices import impasse
 from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed
+from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.forms import ComplexArray
@@ -27,6 +29,7 @@ UNJUDGED = (
 )
 OFF = "Take every trial weight off first: the plan is added to the rotor as found."
 
+GIVEN = "nothing is chosen: the weights are as they are given"
 _ROUNDING = 1e-12
 """Part of the greatest reading below which a goal is zero."""
 
@@ -85,6 +88,20 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0)
     return names[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
 
 
+def answered(job: RotorJob, posed: Posed) -> Solved:
+    """The correction that is best, or the one that is decided in every plane."""
+    if job.choices:
+        return solve_question(posed.question)
+    u = np.array([0.0 if one is None else one.u[0] for one in posed.options], dtype=complex)
+    return Solved(u, "met", GIVEN, chosen=tuple(-1 if one is None else 0 for one in posed.options))
+
+
+def kept_or_broken(limits: Mapping[str, LimitAnswer]) -> tuple[str, str]:
+    """Status and claim of weights that are decided."""
+    broken = [name for name, one in limits.items() if not one.met]
+    return ("violated", f"limits that do not hold: {', '.join(broken)}") if broken else ("met", GIVEN)
+
+
 def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     """How the plan came about, in words."""
     spare = sum(max(one.spare, 0) for one in identified.learnt)
@@ -92,6 +109,7 @@ def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
         f", least squares over {spare} spare run{'s' if spare > 1 else ''}" if spare else ""
     )
     kind = "holes and weights jointly" if question.is_discrete else "free weights"
+    kind = kind if job.choices else "weights as given"
     robust = {
         "worst": f", worst of {question.n_readings // max(len(job.readings), 1)} rotors within the scatter",
         "mean": ", mean over the scatter",

@@ -38,7 +38,7 @@ def check_runs(
             "the initial vibration is zero at every sensor: there is nothing to balance. Check the readings as found.",
         )
         return
-    if not any(not plane.keep for plane in planes):
+    if all(plane.keep for plane in planes):
         mistakes.add(("planes",), "every plane has keep = true: nothing may be changed. Leave one plane free.")
         return
     if not has_phase:

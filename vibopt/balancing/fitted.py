@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from vibopt.balancing.planes import MASS, Fitted, Plane, read_fitted, unit_of
+from vibopt.balancing.planes import Fitted, Plane, read_fitted, unit_of
 from vibopt.balancing.tables import read_value
 from vibopt.scene.mistakes import Mistakes, Path, dotted
-from vibopt.units import to_unit
+from vibopt.units import best_unit, to_unit
 
 _CHOOSING = ("shelf", "split", "forbidden", "keep")
 """Keys of a plane that say what may be chosen."""
@@ -52,7 +52,7 @@ def decided(table: Mapping[str, Any], plane: Plane, weights: Iterable[Fitted]) -
 
 def text_of(one: Fitted, plane: Plane) -> str:
     """A decided weight as it stands in a file, exact to the last digit."""
-    unit = plane.unit or ("g" if plane.kind == MASS else "g mm")
+    unit = plane.unit or best_unit(one.mass, plane.dimension)
     amount = f"{to_unit(one.mass, unit, plane.dimension):.15g} {unit}"
     at = f" at {to_unit(one.radius, plane.length_unit, 'length'):.15g} {plane.length_unit}"
     where = f"in hole {one.hole + 1}" if one.hole is not None else f"@ {to_unit(one.angle, 'deg', 'angle'):.15g} deg"

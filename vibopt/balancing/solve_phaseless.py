@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from vibopt.balancing.answers import Fitting
-from vibopt.balancing.begin import OFF, begun, goal_of, nothing
+from vibopt.balancing.begin import OFF, answered, begun, goal_of, kept_or_broken, nothing
 from vibopt.balancing.cautions import cancelling, ways_out
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.job import RotorJob
@@ -36,7 +36,7 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
     solved, fittings, posed_of, kept = [], [], [], []
     for rotor in answers.rotors:
         posed = pose(job, rotor)
-        one = solve_question(posed.question)
+        one = answered(job, posed)
         if one.u is not None:
             solved.append(one)
             posed_of.append(posed)
@@ -49,7 +49,7 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
     u = solved[0].u
     assert u is not None
     question, found = posed_of[0].question, conditioning(posed_of[0].question, job.free)
-    if len(fittings) == 1 and (refused := cancelling(job, question, answers.rotors[0], None, found, u)):
+    if len(fittings) == 1 and job.choices and (refused := cancelling(job, question, answers.rotors[0], None, found, u)):
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number,
             remedies=remedies(job, posed_of[0], answers.rotors[0], None, found, u), notes=(warning(job, found),),
@@ -57,10 +57,12 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
         )  # fmt: skip
     goal = goal_of(job, question.chosen_only(solved[0].chosen), u)
     several = len(fittings) > 1
-    ways = remedies(job, posed_of[0], kept[0], None, found, u) if found.near and not several else ()
+    ways = remedies(job, posed_of[0], kept[0], None, found, u) if found.near and job.choices and not several else ()
     alike = (warning(job, found), *last_one(ways)) if ways else ()
     priced = limit_answers(job, posed_of[0], solved[0], goal[1], thorough=thorough)
     status, claim = _several(fittings) if several else _one(job, answers, fittings[0], solved[0])
+    if status == "met":
+        status, claim = kept_or_broken(priced.limits)[0], claim
     words = _words_of(fittings)
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),

@@ -9,7 +9,7 @@ from math import tau
 import numpy as np
 
 from vibopt.balancing.answers import Fitting, LimitAnswer, RowAnswer
-from vibopt.balancing.begin import OFF, begun, goal_of, method_of, nothing
+from vibopt.balancing.begin import OFF, answered, begun, goal_of, kept_or_broken, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.deferred import DeferredMapping, DeferredRows
@@ -20,7 +20,6 @@ from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed, pose
-from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
@@ -80,7 +79,7 @@ def _plan(
     found = conditioning(nominal, job.free)
     said = warning(job, found) if job.choices else ""
     ways = remedies(job, plain, identified, noise, found, u) if found.near and job.choices else ()
-    if refused := cancelling(job, nominal, identified, noise, found, u):
+    if refused := cancelling(job, nominal, identified, noise, found, u) if job.choices else "":
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
             later=lambda: coefficients(job, identified), notes=(said, *_noise_notes(job, noise)),
@@ -89,8 +88,9 @@ def _plan(
     priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
     limits = with_bands(job, priced.limits, fitting)
     shown = DeferredMapping(replace(priced, limits=limits).with_words)
+    status, claim = (solved.status, solved.claim) if job.choices else kept_or_broken(limits)
     return begun(
-        job, status=solved.status, claim=solved.claim, goal=goal, fittings=(_priced(job, fitting, shown),),
+        job, status=status, claim=claim, goal=goal, fittings=(_priced(job, fitting, shown),),
         limits=shown,
         words=(OFF, *(one.words for one in fitting.planes)), gap=solved.gap, condition=found.number,
         remedies=ways,

@@ -155,8 +155,9 @@ def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float
         values[f"{path}.action"] = Entry("remove material here")
     if plane.drill is not None:
         values[f"{path}.depth"] = Entry(plane.drill.depth(plane.amount(u)), "length", "mm")
-    if plane.shelf or len(plane.fitted or ()) > 1:
-        said = ", ".join(_weight_words(plane, *one) for one in zip(weights, plane.fitted or [None] * len(weights)))
+    if plane.shelf or any(one.hole is not None for one in plane.fitted or ()) or len(plane.fitted or ()) > 1:
+        own = plane.fitted or [None] * len(weights)
+        said = ", ".join(_weight_words(plane, *one) for one in zip(weights, own, strict=True))
         values[f"{path}.weights"] = Entry(said or "none")
     elif plane.holes and abs(u) > 0.0:
         one, other = neighbours(plane, float(angle(where).value))
