@@ -15,6 +15,7 @@ from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
+from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.plane.conics import Conics, monomials
 from vibopt.solve.plane.method import DiscsOfOneLink
 
@@ -70,6 +71,35 @@ def test_an_empty_set_of_corners_means_that_no_point_of_a_fine_grid_is_allowed(s
     for point in corners:
         value = rows @ monomials(point[None, :])
         assert (value[:, 0] <= 1e-9 * np.abs(rows).sum(axis=1) * 10.0).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), count=st.integers(1, 7), way=st.sampled_from([1.0, -1.0]))
+def test_no_point_of_a_fine_grid_that_is_allowed_lies_beyond_the_extreme_corner(
+    seed: int, count: int, way: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(size=(count, 5))
+    low, high = np.array([0.1, 0.05]), np.array([2.0, 3.0])
+    extreme = Conics(rows, low, high).extreme(way)
+    k, c = np.meshgrid(np.linspace(0.1, 2.0, 301), np.linspace(0.05, 3.0, 301))
+    grid = np.stack([k.ravel(), c.ravel()], axis=-1)
+    allowed = grid[(rows @ monomials(grid) <= 0.0).all(axis=0)]
+    assert len(extreme) == 0 or np.ptp(extreme[:, 0]) <= 1e-12
+    if len(allowed):
+        assert way * extreme[0, 0] >= (way * allowed[:, 0]).max() - 1e-12
+    assert (rows @ monomials(extreme) <= 1e-9 * np.abs(rows).sum(axis=1)[:, None] * 10.0).all()
+
+
+@pytest.mark.parametrize("bound", ["65 mm", "80 mm", "200 mm"])
+@pytest.mark.parametrize("sense", ["maximise", "minimise"])
+def test_the_stiffness_that_exchange_finds_is_the_best_of_branch_and_bound(bound: str, sense: str) -> None:
+    limits = {"amplitude": {"response": "displacement", "of": "machine", "at_most": bound}}
+    program, found = best_of(scene(limits=limits, goal={sense: "stiffness", "of": "tuner"}))
+    other = BranchAndBound().solve(program)
+    assert found.status == other.status == "optimal"
+    assert found.details["goal"] == pytest.approx(other.details["goal"], rel=2e-6)
+    assert Judge(program).limit(program.limits[0], found.x)[0] == pytest.approx(0.0, abs=1e-11)
 
 
 def test_the_absorber_on_an_undamped_mass_reaches_the_least_possible_peak() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, Output
+from vibopt.forms import ComplexArray, FloatArray, IntArray, Output
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.model import Model, factors
 from vibopt.mechanics.modes import free_matrices
@@ -60,16 +60,12 @@ def modal_of(model: Model, p: FloatArray) -> Modal | None:
     return decompose(mass, damping, stiffness + 1j * hysteretic)
 
 
-def motion(
-    model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal | None = None
-) -> ComplexArray:
+def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray) -> ComplexArray:
     """Motion of all coordinates per unit line amplitude [m], shape (..., n_coords); inf at a pole.
 
     `vector` (..., n_coords) is one line's, or one for each frequency.
     """
     n = model.n_free
-    if modal is not None:
-        return _through_modes(model, p, vector, omega, modal)
     both = _assembled(model, p, omega) if np.ndim(p) == 1 else dynamic_stiffness(model, impedances(model, p, omega))
     load = vector[..., :n] - (both[..., n:] @ vector[..., n:, None])[..., 0]
     if n == 1:
@@ -81,14 +77,28 @@ def motion(
     return np.concatenate([free, base], axis=-1)
 
 
-def _through_modes(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray, modal: Modal) -> ComplexArray:
-    n = model.n_free
-    load = np.broadcast_to(vector[..., :n], (*omega.shape, n))
-    if vector[..., n:].any():
-        pull = (impedances(model, p, omega) * (vector[..., n:] @ model.vectors[:, n:].T)) @ model.vectors[:, :n]
-        load = load - pull
-    base = np.broadcast_to(vector[..., n:], (*omega.shape, vector.shape[-1] - n))
-    return np.concatenate([modal.motion(load, omega), base], axis=-1)
+def _through_modes(
+    model: Model, p: FloatArray, output: Output, vector: ComplexArray, omega: FloatArray, modal: Modal
+) -> ComplexArray:
+    """As `transfer` without its power: what the row reads of each mode times what the load gives to it."""
+    n, rows, base = model.n_free, model.vectors, vector[..., model.n_free :]
+    taken, pulling = np.flatnonzero(output.signs), np.flatnonzero(rows[:, n:].any(axis=1))
+    reads = np.concatenate([np.ones((*omega.shape, 1)), output.signs[taken] * _of(model, taken, p, omega)], axis=-1)
+    lines = np.concatenate([output.row[None, :], rows[taken]])
+    load = np.broadcast_to(vector[..., :n] @ modal.weights.T, (*omega.shape, len(modal.rates)))
+    if base.any():
+        pulled = _of(model, pulling, p, omega) * (base @ rows[pulling, n:].T)
+        load = load - pulled @ (rows[pulling, :n] @ modal.weights.T)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        amplitudes = load / (1j * omega[..., None] - modal.rates)
+        seen = amplitudes @ (lines[:, :n] @ modal.shapes).T + base @ lines[:, n:].T
+        value: ComplexArray = (reads * seen).sum(axis=-1)
+    return value
+
+
+def _of(model: Model, terms: IntArray, p: FloatArray, omega: FloatArray) -> ComplexArray:
+    """Dynamic stiffness of some terms [N/m], shape (..., n_chosen)."""
+    return np.asarray(p[terms] * factors(model.kinds[terms], omega))
 
 
 def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
@@ -120,10 +130,13 @@ def transfer(
 ) -> ComplexArray:
     """Response per unit line amplitude, shape of omega [rad/s]; inf exactly at a pole; `vector` as in `motion`."""
     omega = np.asarray(omega, dtype=float)
-    u = motion(model, p, vector, omega, modal)
-    row = output.row + (output.signs * impedances(model, p, omega)) @ model.vectors
     with np.errstate(invalid="ignore", over="ignore"):
-        value: ComplexArray = np.einsum("...i,...i->...", row, u)
+        if modal is not None:
+            value = _through_modes(model, p, output, vector, omega, modal)
+        else:
+            u = motion(model, p, vector, omega)
+            row = output.row + (output.signs * impedances(model, p, omega)) @ model.vectors
+            value = np.asarray(np.einsum("...i,...i->...", row, u), dtype=complex)
         if output.power:
             value = value * (1j * omega) ** output.power
     return np.where(np.isnan(value), np.inf, value)

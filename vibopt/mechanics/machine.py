@@ -283,15 +283,22 @@ class Machine:
         todo = [place]
         while todo:
             here = todo.pop()
-            for joint in self.joints:
-                if here in joint.ends:
-                    there = joint.ends[0] if joint.ends[1] == here else joint.ends[1]
-                    if there in self.masses and there not in group:
-                        group.add(there)
-                        todo.append(there)
-                    elif there not in self.masses and there != place:
-                        return None
+            for there in self._beside.get(here, ()):
+                if there in self.masses and there not in group:
+                    group.add(there)
+                    todo.append(there)
+                elif there not in self.masses and there != place:
+                    return None
         return group
+
+    @cached_property
+    def _beside(self) -> dict[str, list[str]]:
+        """The other ends of the joints at each point."""
+        found: dict[str, list[str]] = {}
+        for joint in self.joints:
+            for here, there in (joint.ends, joint.ends[::-1]):
+                found.setdefault(here, []).append(there)
+        return found
 
     def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """M, C, K and hysteretic stiffness over the bodies, each (n, n)."""
@@ -331,6 +338,8 @@ class Machine:
             )
             half = np.sqrt(squares)
             return np.concatenate([half, -half])
+        if n >= WORTH and self._modes is not None:
+            return self._modes.poles
         state = np.zeros((2 * n, 2 * n), dtype=complex)
         state[:n, n:] = np.eye(n)
         state[n:, :n] = -inverse @ complex_stiffness / size**2

@@ -108,12 +108,10 @@ def _infinite(response: Response, band: Band, poles: ComplexArray) -> list[Extre
     size = np.abs(poles).max(initial=0.0)
     real = poles[np.abs(poles.imag) <= _REAL * size].real
     real = real[(real >= band.low * (1 - 1e-12)) & (real <= band.high * (1 + 1e-12)) & (real > 0)]
-    found = []
-    for speed in real:
-        near, far = response(speed * (1.0 + np.array([1e-7, 1e-6])))
-        if near > 5.0 * far or not np.isfinite(near):
-            found.append(Extreme(np.inf, float(speed)))
-    return found
+    if not len(real):
+        return []
+    near, far = response(real * (1.0 + np.array([[1e-7], [1e-6]])))
+    return [Extreme(np.inf, speed) for speed in real[(near > 5.0 * far) | ~np.isfinite(near)].tolist()]
 
 
 def _inside(

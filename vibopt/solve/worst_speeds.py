@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.forms import Drive, FloatArray, Form, Modulus
-from vibopt.mechanics.harmonic import modal_of
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.peaks import Extreme, peaks
+from vibopt.mechanics.peaks import Extreme
 from vibopt.program.few import few_peaks
-from vibopt.program.highest import highest
-from vibopt.program.worst import DriveResponse, closed_form, drive_extreme, plain_value, singularities
+from vibopt.program.slopes import extremes_of
+from vibopt.program.worst import closed_form, plain_value
 
 
 def local_extremes(model: Model, form: Form, x: FloatArray, *, least: bool) -> list[tuple[tuple[float, ...], float]]:
@@ -31,17 +30,10 @@ def _drive_extremes(model: Model, form: Modulus, drive: Drive, x: FloatArray, le
     closed = closed_form(model, form, drive, x)
     if closed is not None:
         found = [one for band in drive.bands for one in closed.candidates(band)]
-    elif least:
-        return [drive_extreme(model, form, drive, x, True)]
-    elif (few := few_peaks(model, form, drive, x, 0.9)) is not None:
+    elif not least and (few := few_peaks(model, form, drive, x, 0.9)) is not None:
         found = [one.at for one in few]
-    elif (through := highest(model, form, drive, x, 0.9)) is not None:
-        found = through
     else:
-        modal = modal_of(model, model.values(x))
-        singular, breaks = singularities(model, form, drive, x, modal)
-        response = DriveResponse(model, form, drive, x, modal)
-        found = peaks(response, drive.bands, singular, breaks, within=0.9)
+        found = extremes_of(model, form, drive, x, least_wanted=least, within=0.9)
     unique: list[Extreme] = []
     for one in found:
         if not any(abs(one.speed - other.speed) <= 1e-9 * abs(one.speed) for other in unique):

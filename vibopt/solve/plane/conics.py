@@ -38,6 +38,16 @@ class Conics:
 
         Rows are taken in where they cut off what the others leave, so that few of many are ever paired.
         """
+        found: FloatArray = self._outermost(0.0) * self._unit()
+        return found
+
+    def extreme(self, way: float) -> FloatArray:
+        """Corner points with the greatest k (`way` 1) or the least (-1), shape (m, 2); none where the set is empty."""
+        found: FloatArray = self._outermost(way) * self._unit()
+        return found
+
+    def _outermost(self, way: float) -> FloatArray:
+        """Corner points, scaled, with the greatest `way` k; rows that cut off all of them are taken in."""
         unit = self._unit()
         scaled = self.rows * np.array([unit[0] ** 2, unit[1] ** 2, unit[0], unit[1], 1.0])
         size = np.abs(scaled).max(axis=1, initial=0.0)
@@ -48,12 +58,12 @@ class Conics:
             points = _corners_of(scaled[chosen], low, high)
             if not len(points):
                 return points
+            points = points[way * points[:, 0] >= (way * points[:, 0]).max()]
             powers = monomials(points)
             missed = scaled @ powers - SLACK * (np.abs(scaled) @ powers)
             whole = (missed <= 0.0).all(axis=0)
             if whole.any():
-                kept: FloatArray = points[whole] * unit
-                return kept
+                return np.asarray(points[whole])
             fresh = [int(row) for row in np.unique(missed.argmax(axis=0)) if row not in chosen]
             assert fresh, "a row that is missed by a corner of the others is none of them"
             chosen += sorted(fresh, key=lambda row: -float(missed[row].max()))[:_AT_ONCE]

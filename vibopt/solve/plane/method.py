@@ -13,14 +13,14 @@ import numpy as np
 from vibopt.forms import FloatArray, Modulus, Monomials
 from vibopt.program.few import applies, few_sampled
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.solve.branch import Judge
+from vibopt.solve.branch import Judge, violation
 from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.plane.conics import monomials
 from vibopt.solve.plane.rows import Interval, LinkPlane
 from vibopt.solve.starts import halton, log_box, starts
 from vibopt.solve.worst_speeds import local_extremes
-from vibopt.work import Budget
+from vibopt.work import Budget, worked
 
 GAP = 1e-6
 MOST_SLICES = 5000
@@ -33,6 +33,10 @@ _NEAR = 48
 _REACHES = (0.3, 0.08, 0.02)
 _DECADE = 5.0
 _NARROW = 1e-12
+_MET = 1e-11
+"""Part of a bound by which exchange may miss it."""
+_SAME = 1e-9
+"""Part by which speeds differ that count as two."""
 _ZERO = "proven: the goal is zero, up to rounding, and cannot be less"
 
 
@@ -136,7 +140,9 @@ class _Run:
         return [(axis.low, axis.high)]
 
     def _begin(self) -> None:
-        """A design to beat: the best of many points, polished."""
+        """A design to beat: what exchange leads to, or the best of many points, polished."""
+        if self._exchanged():
+            return
         tried = np.exp(starts(self.program, _TRIED))
         merit = self._rough(tried)
         tried, merit = self._nearer(tried, merit)
@@ -149,6 +155,26 @@ class _Run:
             x = rescued(self.program, tried[np.argsort(merit)[:2]], self.judge)
             if x is not None:
                 self._offer(x)
+
+    def _exchanged(self) -> bool:
+        """For a goal in the stiffness alone: the best that the rows at a few speeds leave, until all speeds allow it.
+
+        What meets the limits at some of its speeds only is no worse than the best, so nothing is left to be polished.
+        """
+        aim = self.program.aim
+        power = self.plane.power_of_stiffness(aim.form) if aim is not None and self.plane.other < 0 else 0.0
+        if aim is None or not power:
+            return False
+        for _ in range(_ROUNDS):
+            conics = self.plane.conics(list(zip(self.program.limits, self.speeds, strict=False)), (1.0, 1.0))
+            corners = np.zeros((0, 2)) if conics is None else conics.extreme(-np.sign(aim.sense * power))
+            if not len(corners):
+                return False
+            x = self.plane.design(float(corners[0, 0]), float(corners[:, 1].min()), 1.0)
+            if self._learn(x) <= _MET:
+                self.best, self.value = x, self.judge.goal(x).value
+                return True
+        return False
 
     def _nearer(self, tried: FloatArray, merit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The designs and more around the best of them, ever closer, where a look at many speeds is cheap."""
@@ -181,8 +207,7 @@ class _Run:
 
     def _offer(self, x: FloatArray) -> bool:
         """Measure a design exactly, learn its worst speeds, keep and polish it if it is the best; whether it was."""
-        feasible = self._learn(x)
-        if not feasible:
+        if self._learn(x) > self.judge.tolerance:
             return False
         goal = self.judge.goal(x).value
         if self.best is not None and not goal < self.value - (
@@ -194,16 +219,21 @@ class _Run:
         self._learn(there)
         return True
 
-    def _learn(self, x: FloatArray) -> bool:
-        """Add the speeds at which limits and goal are worst at x (n_vars,); whether every limit holds."""
+    def _learn(self, x: FloatArray) -> float:
+        """Add the speeds at which limits and goal are worst at x (n_vars,).
+
+        Returns the part of its bound by which the worst limit is missed.
+        """
+        worst = -np.inf
         for part, known in zip(self.parts, self.speeds, strict=True):
-            if not isinstance(part.form, Modulus):
-                continue
             least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-            for speeds, _ in local_extremes(part.model, part.form, x, least=least):
-                if np.isfinite(speeds[0]) and all(abs(speeds[0] - one) > 1e-7 * abs(one) for one in known):
-                    known.append(float(speeds[0]))
-        return self.judge.feasible(x)
+            found = local_extremes(part.model, part.form, x, least=least)
+            worked(part.cost)
+            if isinstance(part.form, Modulus):
+                known += [at[0] for at, _ in found if np.isfinite(at[0]) and _is_new(at[0], known)]
+            if isinstance(part, Limit):
+                worst = max(worst, violation(part, (min if least else max)(value for _, value in found), x))
+        return worst
 
     def _search(self, interval: Interval) -> list[Interval]:
         """What is left of an interval of v: nothing, or its two halves."""
@@ -284,6 +314,10 @@ def _is_cheap(part: Limit | Aim) -> bool:
         return True
     greatest = part.sense > 0 if isinstance(part, Aim) else part.side == "at_most"
     return greatest and isinstance(part.form, Modulus) and applies(part.model, part.form)
+
+
+def _is_new(speed: float, known: list[float]) -> bool:
+    return all(abs(speed - one) > _SAME * abs(one) for one in known)
 
 
 def _widened(limit: Limit) -> Limit:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms import ComplexArray, FloatArray, Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Term
 from vibopt.program.bounds import monomial_bounds
 from vibopt.program.program import Aim, Limit, Program
@@ -159,6 +159,11 @@ class LinkPlane:
             return False
         groups = Groups.of(limit.model, form.output.signs)
         return self._link_group(groups) is not None
+
+    def power_of_stiffness(self, form: Form) -> float:
+        """Power of k that a form is, but for a factor; 0 where it is none."""
+        powers = self._powers(form) if isinstance(form, Monomials) and len(form.scale) == 1 else None
+        return 0.0 if powers is None or powers[1] or powers[2].any() else powers[0]
 
     def _only_other(self, form: Monomials) -> bool:
         used = np.flatnonzero(form.exponents.any(axis=0))
