@@ -283,7 +283,7 @@ class Machine:
         todo = [place]
         while todo:
             here = todo.pop()
-            for there in self._beside.get(here, ()):
+            for there in self._neighbours.get(here, ()):
                 if there in self.masses and there not in group:
                     group.add(there)
                     todo.append(there)
@@ -292,7 +292,7 @@ class Machine:
         return group
 
     @cached_property
-    def _beside(self) -> dict[str, list[str]]:
+    def _neighbours(self) -> dict[str, list[str]]:
         """The other ends of the joints at each point."""
         found: dict[str, list[str]] = {}
         for joint in self.joints:
