@@ -8,10 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.design.build import machine_of
+from vibopt.design.build import differing, machine_of
 from vibopt.design.certify import TOLERANCE, Measured, measure_on
 from vibopt.design.design import Checked, Chosen, Shown
-from vibopt.design.off import differing
 from vibopt.design.rated import rated_rows
 from vibopt.design.routes import differs, modelled
 from vibopt.design.words import place_of

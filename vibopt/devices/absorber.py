@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -11,9 +12,11 @@ from pydantic import BeforeValidator, WithJsonSchema, model_validator
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.disc import Disc
 from vibopt.devices.spring import Shaft
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.machine import Joint, Tuned
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Tolerance, Value, number, word
 from vibopt.values.fields import complaint
@@ -242,6 +245,58 @@ class AbsorberTable(Device):
             builder.add_damping(name, damping)
         elif stiffness is not None and self.loss_factor is not None:
             builder.add_hysteretic(name, stiffness * self._read(name, "loss_factor", symbols))
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """Its mass, its spring and its damper, and what its tuning and its mass ratio refer to."""
+        base = assembly.said.get(self.relative_to or self.host, 0.0)
+        mass, said = (self._heavy(name, of, base) for of in (numbers, numbers.said))
+        tuned = Tuned(base, self._tuned_to(assembly))
+        stiffness = self._spring(name, numbers, mass, said, tuned.frequency)
+        critical = 2.0 * math.sqrt(said * self._spring(name, numbers.said, said, said, tuned.frequency))
+        damping = numbers(f"absorbers.{name}.{self.damper}", getattr(self, self.damper))
+        damping = damping or numbers(f"absorbers.{name}.damping_ratio", self.damping_ratio) * critical
+        hangs = self.host not in assembly.masses or assembly.weights[self.host] > 0.0
+        assembly.add_mass(name, mass, mass if hangs else 0.0, said)
+        assembly.tuned[name] = tuned
+        joint = Joint(
+            name=name,
+            ends=(self.host, name),
+            stiffness=stiffness,
+            damping=damping,
+            loss_factor=numbers(f"absorbers.{name}.loss_factor", self.loss_factor),
+            static_stiffness=stiffness,
+            count=1.0,
+            damping_ratio=damping / (2.0 * math.sqrt(stiffness * mass)) if stiffness else 0.0,
+        )
+        assembly.add_joint(joint)
+
+    def _heavy(self, name: str, numbers: Numbers, base: float) -> float:
+        """Its mass or inertia; `base` is what a mass ratio refers to."""
+        if self.disc is not None:
+            return self.disc.built * numbers.factor(f"absorbers.{name}.disc")
+        own = numbers(f"absorbers.{name}.mass", self.mass) or numbers(f"absorbers.{name}.inertia", self.inertia)
+        return own or numbers(f"absorbers.{name}.mass_ratio", self.mass_ratio) * base
+
+    def _spring(self, name: str, numbers: Numbers, mass: float, said: float, reference: float) -> float:
+        """Its stiffness; a frequency means the mass as said, and a pendulum pulls back with its own weight."""
+
+        def given(key: str) -> float:
+            return numbers(f"absorbers.{name}.{key}", getattr(self, key))
+
+        if self.shaft is not None:
+            return self.shaft.built(f"absorbers.{name}.shaft", numbers) * numbers.factor(f"absorbers.{name}.shaft")
+        if self.stiffness is not None or self.torsional_stiffness is not None:
+            return given("stiffness") or given("torsional_stiffness")
+        own = given("frequency") or given("tuning") * reference
+        pulled = mass * GRAVITY / given("length") if self.length is not None else said * own * own
+        return pulled * numbers.factor(f"absorbers.{name}.stiffness")
+
+    def _tuned_to(self, assembly: Assembly) -> float:
+        """What its tuning refers to [rad/s]; 0 where there is nothing."""
+        if self.tuning_to is not None:
+            return self.tuning_to.value
+        found, mode = assembly.alone(), self.mode or 1
+        return float(found[mode - 1]) if mode <= len(found) else 0.0
 
 
 __all__ = ["AbsorberTable", "Places"]

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibopt.devices.device import Device
+from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 
 
@@ -21,3 +23,9 @@ class BaseTable(Device):
             builder.add_spatial_base(name)
         else:
             builder.add_base(name)
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Nothing: it has no mass and no springs of its own."""
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        assembly.bases.append(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import field_validator, model_validator
@@ -21,8 +21,9 @@ from vibopt.devices.inertia import (
     tensor_fault,
     together,
 )
-from vibopt.devices.offset import SPAN, add_offset
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.offset import SPAN, add_offset, offset_of
+from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
@@ -30,6 +31,9 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, complaint
 from vibopt.values.vectors import AXES, Place, Reach
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.rigid import Rigid
 
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
 """Coordinates of a body by the word for its motion; of any other it is the one along its line."""
@@ -262,3 +266,34 @@ class BodyTable(Device):
             add_offset(builder, name, self.freedoms, mass, self.centre_tolerance, symbols)
         builder.masses[name] = mass
         builder.turning[name] = False
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """What resists acceleration, and the part of it on which gravity acts; in space mass, centre and tensor."""
+        if self.freedoms:
+            assembly.add_rigid(name, self._rigid(name, numbers))
+            return
+        mass, weight = self._resists(name, numbers)
+        assembly.add_mass(name, mass, weight, self._resists(name, numbers.said)[0])
+
+    def _resists(self, name: str, numbers: Numbers) -> tuple[float, float]:
+        if self.disc is not None:
+            return self.disc.built * numbers.factor(f"bodies.{name}.disc"), 0.0
+        if self.inertia is not None:
+            assert isinstance(self.inertia, (Fact, Choice))
+            return numbers(f"bodies.{name}.inertia", self.inertia), 0.0
+        mass = numbers(f"bodies.{name}.mass", self.mass) or numbers(f"bodies.{name}.weight", self.weight) / GRAVITY
+        rolls = self.rolling.inertia.value / self.rolling.radius.value**2 if self.rolling is not None else 0.0
+        return mass + rolls, mass
+
+    def _rigid(self, name: str, numbers: Numbers) -> Rigid:
+        from vibopt.mechanics.rigid import Rigid
+
+        off = [numbers.factor(f"bodies.{name}.centre.{axis}") for axis in AXES]
+        moved = [offset_of(one, self.reaches.get(axis, 0.0)) for one, axis in zip(off, AXES, strict=True)]
+        centre = np.array(self.place) + moved
+        if self.made_of is not None:
+            own, factor = self.solid(1.0), numbers.factor(f"bodies.{name}.made_of")
+            return Rigid(own.mass * factor, centre, own.tensor * factor, self.freedoms, own.centre)
+        mass = numbers(f"bodies.{name}.mass", self.mass) or numbers(f"bodies.{name}.weight", self.weight) / GRAVITY
+        tensor = self.solid(mass).tensor * numbers.factor(f"bodies.{name}.inertia")
+        return Rigid(mass, centre, tensor, self.freedoms, np.array(self.place))

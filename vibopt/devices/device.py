@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibopt.devices.part import Bound
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.values import Table, Value
 
@@ -60,7 +61,7 @@ class Device(Table):
         """What may be off by a length, by the end of its path, each with the span of the factor that says it."""
         return {}
 
-    def built(self, name: str, path: str) -> tuple[str, ...]:
+    def scattered(self, name: str, path: str) -> tuple[str, ...]:
         """Paths of the numbers that are off by themselves where the one at `path` has a tolerance."""
         return (path,)
 
@@ -71,5 +72,16 @@ class Device(Table):
     def declare(self, builder: ModelBuilder, name: str) -> None:
         """Add coordinates and points; every device does before any adds its terms."""
 
+    def needs(self, name: str) -> set[str]:
+        """Points and bodies that must be there before this is built: its ends, and what its ratios refer to."""
+        ends = {end for two in self.joins(name).values() for end in two if end != name}
+        relative = getattr(self, "relative_to", None)
+        return ends | ({relative} if relative else set())
+
     def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
-        """Add the terms."""
+        """The first route, for optimisers: add the terms to the model."""
+        raise NotImplementedError(f"{type(self).__name__} adds nothing to the model")
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """The second route, for the check: add masses and forces as built, from the file's own words."""
+        raise NotImplementedError(f"{type(self).__name__} cannot be built")

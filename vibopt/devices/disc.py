@@ -15,3 +15,8 @@ class Disc(Table):
     def inertia(self) -> Fact:
         """About the axis of the disc [kg m^2]."""
         return Fact(self.mass.value * self.diameter.value**2 / 8.0, "kg m²")
+
+    @property
+    def built(self) -> float:
+        """The same from half the mass times the square of the radius, for the machine as built [kg m^2]."""
+        return 0.5 * self.mass.value * (0.5 * self.diameter.value) ** 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -10,8 +11,10 @@ from pydantic import BeforeValidator, ValidationError, model_validator
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.part import DYNAMIC, OWN, Bound, Part
 from vibopt.devices.spring import Beam, Shaft
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.machine import Joint
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, complaint
@@ -201,3 +204,41 @@ class LinkTable(Device):
             if value is not None:
                 one = symbols.read(f"links.{name}.part.{key}", value)
                 builder.properties[name, key] = one * builder.counts[name] if key == "price" else one
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """The whole group in numbers; a damping ratio refers to stiffness and mass as said."""
+
+        def given(key: str, of: Numbers = numbers, default: float = 0.0) -> float:
+            return of(f"links.{name}.{key}", getattr(self, key), default)
+
+        def of_part(key: str, default: float = 0.0) -> float:
+            return numbers(f"links.{name}.part.{key}", getattr(self.part, key, None), default)
+
+        relative, count = self.relative_to or assembly.only, given("count", default=1.0)
+        stiffness, said = (given("count", of, 1.0) * self._single(name, of) for of in (numbers, numbers.said))
+        damping, ratio = count * (given("damping") or given("torsional_damping")), 0.0
+        if relative in assembly.masses and stiffness > 0.0:
+            damping = damping or given("damping_ratio") * 2.0 * math.sqrt(said * assembly.said[relative])
+            ratio = damping / (2.0 * math.sqrt(stiffness * assembly.masses[relative]))
+        static = given("dynamic_to_static", default=1.0) if self.part is None else of_part("dynamic_to_static", 1.0)
+        joint = Joint(
+            name=name,
+            ends=self.between,
+            stiffness=stiffness,
+            damping=damping,
+            loss_factor=given("loss_factor"),
+            static_stiffness=stiffness / static,
+            count=count,
+            damping_ratio=ratio,
+            price=count * of_part("price"),
+        )
+        assembly.add_joint(joint)
+
+    def _single(self, name: str, numbers: Numbers) -> float:
+        """Stiffness of one single mount [N/m] or shaft [N m/rad]."""
+        if self.shaft is not None:
+            return self.shaft.built(f"links.{name}.shaft", numbers) * numbers.factor(f"links.{name}.shaft")
+        if self.beam is not None:
+            return self.beam.built * numbers.factor(f"links.{name}.beam")
+        along = numbers(f"links.{name}.stiffness", self.stiffness)
+        return along or numbers(f"links.{name}.torsional_stiffness", self.torsional_stiffness)

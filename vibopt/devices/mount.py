@@ -13,8 +13,9 @@ from vibopt.devices.device import Device, Ends
 from vibopt.devices.link import TwoEnds
 from vibopt.devices.part import OWN, Bound, Part
 from vibopt.devices.sites import At, Directions, Shift, Single, Sites
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.forms import FloatArray
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.vectors import cross
@@ -147,7 +148,7 @@ class MountTable(Device):
     def parts(self) -> dict[str, str]:
         return {key: key for key in _SCATTERED if getattr(self, key) is not None}
 
-    def built(self, name: str, path: str) -> tuple[str, ...]:
+    def scattered(self, name: str, path: str) -> tuple[str, ...]:
         """Of a group the number itself, or where `tolerance_of` is "mount" that of each mount."""
         if self.tolerance_of != "mount" or self.count == 1:
             return (path,)
@@ -280,6 +281,45 @@ class MountTable(Device):
                 continue
             for single in self.singles(name):
                 builder.properties[f"{single}.z", key] = one
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """Every mount by itself, each with its own numbers off where they scatter."""
+        from vibopt.mechanics.rigid import Spring3
+
+        stiffness, damping = (self._three(key, name, numbers) for key in ("stiffness", "damping"))
+        inner = f"mounts.{name}.part" if self.part is not None else f"mounts.{name}"
+        static = stiffness / numbers(f"{inner}.dynamic_to_static", self.static_ratio, 1.0)
+        price = numbers(f"{inner}.price", self.part.price if self.part is not None else None)
+        lossy = numbers(f"mounts.{name}.loss_factor", self.loss_factor)
+        mounts = []
+        for single, at, frame in zip(self.singles(name), self.sites, self.frames, strict=True):
+            stiff, dash, loss = _scatter(single, numbers) if self.count > 1 else (1.0, 1.0, 1.0)
+            own = (stiffness * stiff, static * stiff, damping * dash, lossy * loss, price)
+            mounts.append(Spring3(single, self.between, np.array(at), frame, *own))
+        assembly.add_mounts(name, mounts)
+
+    def _three(self, key: str, name: str, numbers: Numbers) -> FloatArray:
+        """Stiffness [N/m] or damping [N s/m] of the group along the own x, y, z (3,)."""
+        given, path = getattr(self, key), f"mounts.{name}.{key}"
+        if isinstance(given, (StiffnessAxes, DampingAxes)):
+            each = [numbers(f"{path}.{axis}", getattr(given, axis)) for axis in AXES]
+            return np.array(each) * numbers.factor(path)
+        side = numbers(f"mounts.{name}.shear_ratio", self.shear_ratio)
+        return numbers(path, given) * np.array([side, side, 1.0])
+
+
+def _scatter(single: str, numbers: Numbers) -> tuple[FloatArray, FloatArray, float]:
+    """By what stiffness (3,), damping (3,) and loss factor of one mount of a group are off by themselves."""
+
+    def off(key: str) -> float:
+        return numbers.factor(f"mounts.{single}.{key}")
+
+    side = off("shear_ratio")
+    stiff, dash = (
+        off(key) * np.array([side * off(f"{key}.x"), side * off(f"{key}.y"), off(f"{key}.z")])
+        for key in ("stiffness", "damping")
+    )
+    return stiff, dash, off("loss_factor")
 
 
 def _brought(part: Part) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import way_out
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Value, number, word
@@ -54,6 +54,15 @@ class Shaft(Table):
         wide = symbols.read(f"{path}.diameter", self.diameter)
         scale = math.pi * self.shear_modulus.value * (1.0 - self.ratio**4) / 32.0
         return (wide**4.0 * long**-1.0).times(scale)
+
+    def built(self, path: str, numbers: Numbers) -> float:
+        """The same from the polar moment of area of two radii, G J / L, for the machine as built [N m/rad]."""
+        outer = 0.5 * numbers(f"{path}.diameter", self.diameter)
+        inner = outer * self.inner_ratio.value if self.inner_ratio is not None else 0.0
+        if self.inner_diameter is not None:
+            inner = 0.5 * self.inner_diameter.value
+        polar = 0.5 * math.pi * (outer**4 - inner**4)
+        return self.shear_modulus.value * polar / numbers(f"{path}.length", self.length)
 
 
 _BEAMS = ("simply_supported", "cantilever", "fixed", "fixed_pinned")
@@ -121,6 +130,16 @@ class Beam(Table):
         if self.kind == "fixed":
             return 3.0 * bending * long**3 / (a**3 * b**3)
         return 12.0 * bending * long**3 / (a**3 * b**2 * (3.0 * long + b))
+
+    @property
+    def built(self) -> float:
+        """The same from finite elements, for the machine as built [N/m]."""
+        from vibopt.mechanics.beam import sag_under_load
+
+        long = self.length.value
+        usual = long if self.kind == "cantilever" else 0.5 * long
+        at = usual if self.at is None else self.at.value
+        return 1.0 / sag_under_load(self.kind, long, at, self.modulus.value * self.area_moment)
 
 
 __all__ = ["Beam", "Shaft"]

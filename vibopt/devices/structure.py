@@ -12,8 +12,9 @@ from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_vali
 
 from vibopt.devices.device import Device
 from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_fault, matrix_of, sign_fault
-from vibopt.devices.symbols import Symbols
+from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import QuantityError
+from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.monomial import Monomial
@@ -336,6 +337,16 @@ class StructureTable(Device):
             builder.left_out += self.whole.size - coordinates.count
             builder.precision = max(builder.precision, host.error, lost.worst)
             builder.remarks.append(self._remark(name, host))
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """Its modes, or its matrices in full where it has them."""
+        from vibopt.mechanics.hosted import Carrier
+
+        if self.modes is not None:
+            assembly.carriers[name] = Carrier(self.modal)
+            return
+        places = np.array(list((self.points or {}).values()))
+        assembly.carriers[name] = Carrier(_coordinates(self.host(assembly.top, assembly.modes)), self.whole, places)
 
     def _remark(self, name: str, host: Reduction) -> str:
         """How good the coordinates are, for the answer."""

@@ -1,9 +1,9 @@
-"""Turns values of a file into monomials of the design variables."""
+"""Values of a file: for the model monomials of the design variables, for the machine as built numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values.fields import Choice, Fact
@@ -32,3 +32,29 @@ class Symbols:
     def nominal(self, value: Monomial) -> Monomial:
         """As said and not as built: what ratios and frequencies of the file refer to."""
         return value.only(len(self.indices)) if self.factors else value
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Values as built: facts as they are, choices as `chosen` by path [SI], both times the factors `off` by path."""
+
+    chosen: Mapping[str, float]
+    off: Mapping[str, float] = field(default_factory=dict)
+
+    def __call__(self, path: str, value: Fact | Choice | None, default: float = 0.0) -> float:
+        """The number at a path, the default where the file says none."""
+        if value is None:
+            return default
+        return (value.value if isinstance(value, Fact) else self.chosen[path]) * self.factor(path)
+
+    def factor(self, path: str) -> float:
+        """By which the number or part at a path is off."""
+        return self.off.get(path, 1.0)
+
+    @property
+    def said(self) -> Numbers:
+        """The same values as the file says them: what its ratios and frequencies refer to."""
+        return replace(self, off={})
+
+
+__all__ = ["Numbers", "Symbols"]

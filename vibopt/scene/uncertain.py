@@ -42,7 +42,7 @@ def uncertain(scene: Scene) -> tuple[Uncertain, ...]:
         doubts += _printed(base, table.printed)
         doubts += [Uncertain(f"{base}.{end}", span) for end, span in table.offsets().items()]
         for one in doubts:
-            found |= {path: replace(one, path=path) for path in table.built(name, one.path)}
+            found |= {path: replace(one, path=path) for path in table.scattered(name, one.path)}
     return tuple(found.values())
 
 

@@ -229,7 +229,7 @@ def _over_tolerances(
     wish: _Wish,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
-    from vibopt.design.off import differing
+    from vibopt.design.build import differing
     from vibopt.program.nature import around
     from vibopt.solve.off import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust

@@ -1,0 +1,113 @@
+"""Puts the machine as built together, part by part: what `ModelBuilder` is to the model, on the second route."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.forms import FloatArray
+from vibopt.mechanics.lone import LoneMachine
+from vibopt.mechanics.machine import GROUND, Joint, Machine, Tuned
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.hosted import Carrier
+    from vibopt.mechanics.rigid import Rigid, Spring3
+
+
+def _nothing() -> FloatArray:
+    return np.zeros(0)
+
+
+@dataclass
+class Assembly:
+    """Masses, and the forces between them.
+
+    only
+        The one body of the machine; None of several.
+    top, modes
+        How high structures are looked at [rad/s], and how many of their lowest modes are asked for.
+    alone
+        Natural frequencies [rad/s] of the machine as said, without what is tuned to it.
+    spatial, fixed
+        Bases that move in any direction; places on bodies in space, by name: the body and the place [m].
+    masses, weights
+        What resists acceleration as built, by point, and the part of it on which gravity acts [kg] or [kg m^2].
+    said
+        The same masses as the file says them: what its ratios refer to.
+    joints, tuned, bases
+        As of `Machine`.
+    rigid, mounts, groups
+        As of `SpaceMachine`.
+    carriers
+        Structures by name.
+    """
+
+    only: str | None = None
+    top: float = 1.0
+    modes: int = 0
+    alone: Callable[[], FloatArray] = _nothing
+    spatial: tuple[str, ...] = ()
+    fixed: dict[str, tuple[str, FloatArray]] = field(default_factory=dict)
+    masses: dict[str, float] = field(default_factory=dict)
+    weights: dict[str, float] = field(default_factory=dict)
+    said: dict[str, float] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    tuned: dict[str, Tuned] = field(default_factory=dict)
+    bases: list[str] = field(default_factory=list)
+    rigid: dict[str, Rigid] = field(default_factory=dict)
+    mounts: list[Spring3] = field(default_factory=list)
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    carriers: dict[str, Carrier] = field(default_factory=dict)
+
+    def add_mass(self, name: str, mass: float, weight: float, said: float) -> None:
+        """A mass that moves along the line or about the axis: as built, what of it weighs, and as said."""
+        self.masses[name], self.weights[name], self.said[name] = mass, weight, said
+
+    def add_rigid(self, name: str, body: Rigid) -> None:
+        """A body in space."""
+        self.rigid[name], self.weights[name] = body, body.mass
+
+    def add_joint(self, joint: Joint) -> None:
+        """Forces between two points, along the line or about the axis."""
+        self.joints[joint.name] = joint
+
+    def add_mounts(self, group: str, mounts: Sequence[Spring3]) -> None:
+        """Forces between two places in space, several of one name."""
+        self.mounts += mounts
+        self.groups[group] = tuple(one.name for one in mounts)
+
+    @property
+    def points(self) -> set[str]:
+        """What is there to be joined."""
+        held = [point for one in self.carriers.values() for point in one.coordinates.points]
+        return {GROUND, *self.masses, *self.rigid, *self.bases, *held}
+
+    def machine(self, order: Mapping[str, int], *, space: bool) -> Machine:
+        """The whole; joints in an order by name, and `space` where anything has a place there."""
+        joints = tuple(sorted(self.joints.values(), key=lambda one: order[one.name]))
+        core = (joints, tuple(self.bases), self.weights, self.tuned)
+        if space:
+            from vibopt.mechanics.rigid import SpaceMachine
+
+            moves = [(name, i, own[2]) for name, one in self.rigid.items() for i, own in enumerate(one.moves, start=1)]
+            return SpaceMachine(
+                {**self.masses, **{f"{name}.{i}": resists for name, i, resists in moves}},
+                *core,
+                rigid=self.rigid,
+                line=tuple(self.masses),
+                mounts=tuple(self.mounts),
+                groups=self.groups,
+                fixed=self.fixed,
+                spatial=self.spatial,
+            )
+        if self.carriers:
+            from vibopt.mechanics.hosted import HostedMachine
+
+            return HostedMachine(self.masses, *core, carriers=self.carriers)
+        return (LoneMachine if len(self.masses) == 1 else Machine)(self.masses, *core)
+
+
+__all__ = ["Assembly"]
