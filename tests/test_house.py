@@ -23,6 +23,7 @@ FLOORS = (
     ("errors", "forms", "work"),
     ("files", "units"),
     ("values",),
+    ("answer",),
     ("mechanics",),
     ("devices", "excitations", "responses"),
     ("scene",),
@@ -37,6 +38,7 @@ FLOORS = (
 FLOOR = {area: floor for floor, areas in enumerate(FLOORS) for area in areas}
 
 UNDER_BALANCING = (
+    "vibopt.answer",
     "vibopt.balancing",
     "vibopt.errors",
     "vibopt.forms",

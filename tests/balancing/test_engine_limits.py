@@ -60,7 +60,7 @@ def test_a_limit_says_what_a_tenth_more_buys_and_from_where_nothing_is_gained() 
     """Against all pairs of weights on a grid: the words are within its step."""
     document = four(secondary_couple="400 N m")
     answer = solved(document)
-    words = answer.limits["secondary_couple"].buys
+    words = answer.limits["secondary_couple"].price.words
     bound, wider, until = numbers(words, "moment")
     now, then = numbers(words, "force")
     force, couple = grid(job_of(document), arms(job_of(document), (0.0, np.pi, np.pi, 0.0)))
@@ -70,11 +70,11 @@ def test_a_limit_says_what_a_tenth_more_buys_and_from_where_nothing_is_gained() 
     assert until == pytest.approx(couple[np.argmin(force)], rel=1e-3)
     assert force[couple <= until * 0.99].min() > force.min() * 1.02
     assert "What loosening a limit buys" in [one.title for one in blocks_of(answer, job_of(document))]
-    assert answer.to_json()["limits"]["secondary_couple"]["buys"] == words
+    assert answer.to_json()["limits"]["secondary_couple"]["price"]["words"] == words
 
 
 def test_a_limit_that_is_not_touched_has_no_price() -> None:
-    assert solved(four(secondary_couple="2 kN m")).limits["secondary_couple"].buys == ""
+    assert solved(four(secondary_couple="2 kN m")).limits["secondary_couple"].price is None
 
 
 @pytest.mark.parametrize("bound", [1000.0, 1150.0])
@@ -88,7 +88,7 @@ def test_where_cranks_are_chosen_a_limit_costs_without_being_touched(bound: floa
     def best(limit: float) -> float:
         return float(pairs[pairs[:, 1] <= limit * (1 + 1e-9), 0].min())
 
-    words = answer.limits["rock"].buys
+    words = answer.limits["rock"].price.words
     until = min(second for first, second in pairs if first <= best(np.inf) * (1 + 1e-9))
     assert number_at(answer, "goal") == pytest.approx(best(bound))
     found = numbers(words, "moment")
@@ -158,7 +158,7 @@ def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.Mo
         "`vibopt explain FILE --thorough` computes it."
     )
     job = job_of(four(secondary_couple="400 N m"))
-    assert "buys" in solve_engine(job, thorough=True).limits["secondary_couple"].buys
+    assert "buys" in solve_engine(job, thorough=True).limits["secondary_couple"].price.words
 
 
 def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from vibopt.design.design import Conflict, Design, Shown
+from vibopt.answer.entry import Entry
+from vibopt.design.design import Conflict, Design
 from vibopt.design.report import html, inline
 
 Solved = Callable[[str], Design]
@@ -76,7 +77,7 @@ def test_all_evidence_is_on_the_page(solved: Solved) -> None:
 
 
 def test_a_conflict_is_told(solved: Solved) -> None:
-    step = ("start_up", Shown(0.02, "m", "20 mm"), Shown(0.024, "m", "24 mm"))
+    step = ("start_up", Entry(0.02, "length", "mm"), Entry(0.024, "length", "mm"))
     design = replace(
         solved("rao_9_34"), status="infeasible", goal=None, variables={}, x=(), limits={}, measures={},
         conflict=Conflict(("a", "b"), (step,), "proof"), reason="Too light.",

@@ -17,8 +17,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.answer.entry import Entry
+from vibopt.answer.status import EXIT_CODES
 from vibopt.design.build import machine_of
-from vibopt.design.design import EXIT_CODES, Conflict, Design, Shown
+from vibopt.design.design import Conflict, Design
 from vibopt.design.sheet import browser, digests_of, html, printed
 from vibopt.design.sheet.build import verified
 from vibopt.design.sheet.fit import SIZES
@@ -301,7 +303,7 @@ def test_a_failed_design_never_looks_signable(status: str) -> None:
 
 def test_a_broken_limit_forbids_the_signature_whatever_the_status() -> None:
     design = answered("mounts/generator_set")
-    broken = replace(design.limits["sag"], met=False, margin=-0.5)
+    broken = replace(design.limits["sag"], margin=-0.5)
     verdict = verdict_of(replace(design, status="optimal", limits={**design.limits, "sag": broken}))
     assert not verdict.signable
     assert (verdict.head, verdict.lines) == ("NOT MET", ('The machine breaks "sag".',))
@@ -315,7 +317,7 @@ def test_an_analysis_that_breaks_a_limit_says_which(solved: Solved) -> None:
 
 
 def test_a_conflict_stands_on_top(solved: Solved) -> None:
-    step = ("start_up", Shown(0.02, "m", "20 mm"), Shown(0.024, "m", "24 mm"))
+    step = ("start_up", Entry(0.02, "length", "mm"), Entry(0.024, "length", "mm"))
     conflict = Conflict(("floor_force", "start_up"), (step,), "proven")
     design = replace(solved("rao_9_34"), status="infeasible", x=(), variables={}, limits={}, conflict=conflict)
     assert verdict_of(design).lines == (
@@ -330,7 +332,7 @@ def test_a_conflict_stands_on_top(solved: Solved) -> None:
 
 def test_a_rounding_that_breaks_a_limit_is_told_as_such() -> None:
     design = answered("mounts/generator_set")
-    limits = {**design.limits, "flange": replace(design.limits["flange"], met=False)}
+    limits = {**design.limits, "flange": replace(design.limits["flange"], margin=-0.1)}
     design = replace(design, status="violated", limits=limits, claim="no rounding keeps it", details={"rounded": {}})
     assert verdict_of(design).lines == ('The machine breaks "flange".', "No rounding keeps it.")
 
@@ -366,8 +368,8 @@ def many_limits(count: int) -> Design:
     design = answered("mounts/generator_set")
     one = design.limits["sag"]
     limits = {f"limit_{i}": replace(one, name=f"limit_{i}", margin=0.01 * i + 0.1) for i in range(count)}
-    limits["limit_3"] = replace(limits["limit_3"], margin=0.0, active=True)
-    limits["limit_17"] = replace(limits["limit_17"], margin=-0.2, met=False)
+    limits["limit_3"] = replace(limits["limit_3"], margin=0.0)
+    limits["limit_17"] = replace(limits["limit_17"], margin=-0.2)
     return replace(design, limits=limits)
 
 
@@ -377,7 +379,7 @@ def test_limits_with_most_margin_are_left_out_first_never_a_broken_or_an_active_
     assert left == 8
     assert "And 8 more in the report, all met, with more margin than these." in text(many_limits(20))
     design = many_limits(20)
-    broken = {key: replace(one, met=False, margin=-1.0) for key, one in design.limits.items()}
+    broken = {key: replace(one, margin=-1.0) for key, one in design.limits.items()}
     assert limit_rows(replace(design, limits=broken))[1] == 0
 
 

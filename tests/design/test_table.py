@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from vibopt.design.design import Conflict, Design, Shown
+from vibopt.answer.entry import Entry
+from vibopt.design.design import Conflict, Design
 from vibopt.design.table import text_of
 
 Solved = Callable[[str], Design]
@@ -84,8 +85,8 @@ def test_an_unbounded_goal_shows_no_values(solved: Solved) -> None:
 
 
 def test_a_conflict_names_the_limits_and_the_smallest_loosening(solved: Solved) -> None:
-    now, then = Shown(0.02, "m", "20 mm"), Shown(0.024, "m", "24 mm")
-    floor, more = Shown(1e4, "N", "10 kN"), Shown(1.13e4, "N", "11.3 kN")
+    now, then = Entry(0.02, "length", "mm"), Entry(0.024, "length", "mm")
+    floor, more = Entry(1e4, "force", "kN"), Entry(1.13e4, "force", "kN")
     conflict = Conflict(("floor_force", "start_up"), (("start_up", now, then), ("floor_force", floor, more)), "proof")
     empty = replace(solved("rao_9_34"), goal=None, variables={}, x=(), limits={}, measures={})
     design = replace(empty, status="infeasible", conflict=conflict)

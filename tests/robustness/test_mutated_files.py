@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from mutants import FILES, written
+from vibopt.answer.status import EXIT_CODES
 from vibopt.cli.main import main
-from vibopt.design.design import EXIT_CODES
 
 CODES = {**EXIT_CODES, "ok": 0, "input_error": 2}
 CHECKED, MANY, SOLVED, BLOCK = 400, 3000, 80, 50

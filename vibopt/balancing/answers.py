@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vibopt.balancing.outcome import Entry
+from vibopt.answer.entry import Checked, Entry, at_most, direction
 from vibopt.forms import ComplexArray
 
 
@@ -73,7 +73,7 @@ def _weight_json(weight: Weight, mass: Entry) -> dict[str, Any]:
     return {
         "mass" if mass.dimension == "mass" else "unbalance": Entry(weight.mass, mass.dimension, mass.unit).to_json(),
         "radius": None if weight.radius is None else Entry(weight.radius, "length", "mm").to_json(),
-        "angle": Entry(weight.angle, "angle", "deg").to_json(),
+        "angle": direction(weight.angle).to_json(),
         "hole": None if weight.hole is None else weight.hole + 1,
         "depth": None if weight.depth is None else Entry(weight.depth, "length", "mm").to_json(),
     }
@@ -93,6 +93,8 @@ class RowAnswer:
         Greatest amplitude allowed, None without a limit.
     price
         What a wider limit buys, in words; "" where it buys nothing.
+    greatest
+        Greatest reading of this kind [SI peak], beside which rounding is nothing.
     """
 
     sensor: str
@@ -107,13 +109,14 @@ class RowAnswer:
     band: tuple[Entry, Entry] | None = None
     limit: Entry | None = None
     price: str = ""
+    greatest: float = 0.0
 
     @property
-    def margin(self) -> float:
-        """Part of the limit that is left over; inf without a limit."""
-        if self.limit is None or not isinstance(self.limit.value, float) or not isinstance(self.residual.value, float):
-            return float("inf")
-        return 1.0 - self.residual.value / self.limit.value
+    def check(self) -> Checked | None:
+        """Its row of a limit; None without one."""
+        if self.limit is None:
+            return None
+        return at_most(self.sensor, "residual", "", self.residual, self.limit, self.greatest)
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -125,54 +128,7 @@ class RowAnswer:
             "residual_phasor": self.residual_phasor,
             "band": None if self.band is None else [one.to_json() for one in self.band],
             "limit": None if self.limit is None else self.limit.to_json(),
-            "margin": None if self.limit is None else self.margin,
-            "price": self.price,
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class LimitAnswer:
-    """A limit of the file: its worst value, bound, and price in words.
-
-    band_end
-        Highest upper end of the 95 % bands it is about; None where the scatter is not known.
-    """
-
-    response: str
-    place: str
-    value: Entry
-    limit: Entry
-    price: str = ""
-    band_end: Entry | None = None
-
-    @property
-    def margin(self) -> float:
-        value, limit = self.value.value, self.limit.value
-        return 1.0 - value / limit if isinstance(value, float) and isinstance(limit, float) else 0.0
-
-    @property
-    def met(self) -> bool:
-        return self.margin >= -1e-6
-
-    @property
-    def met_by_band(self) -> bool | None:
-        """Whether the upper end of the 95 % band is under the limit as well; None where the scatter is not known."""
-        if self.band_end is None:
-            return None
-        return float(self.band_end.value) <= float(self.limit.value) * (1.0 + 1e-6)
-
-    def to_json(self) -> dict[str, Any]:
-        return {
-            "response": self.response,
-            "place": self.place,
-            **self.value.to_json(),
-            "limit": self.limit.value,
-            "limit_shown": self.limit.shown,
-            "margin": self.margin,
-            "active": self.margin < 1e-6,
-            "met": self.met,
-            "band_end": None if self.band_end is None else self.band_end.to_json(),
-            "met_by_band": self.met_by_band,
+            "margin": None if self.check is None else self.check.margin,
             "price": self.price,
         }
 

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.answers import LimitAnswer
+from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import impasse
-from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed
 from vibopt.balancing.prices import solve_question
@@ -34,9 +33,9 @@ _ROUNDING = 1e-12
 """Part of the greatest reading below which a goal is zero."""
 
 
-def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Entry]] | None = None, **more: Any) -> Plan:
+def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Value]] | None = None, **more: Any) -> Plan:
     """A plan with what every plan of the job says; `later` gives values that are worked out when they are looked at."""
-    values: Mapping[str, Entry] = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
+    values: Mapping[str, Value] = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
     unjudged = job.quality is not None and bool(more.get("fittings")) and "quality.earned" not in values
     notes = (*job.notes, *_swallowed(job), *((UNJUDGED,) if unjudged else ()), *more.pop("notes", ()))
     if later is not None:
@@ -96,7 +95,7 @@ def answered(job: RotorJob, posed: Posed) -> Solved:
     return Solved(u, "met", GIVEN, chosen=tuple(-1 if one is None else 0 for one in posed.options))
 
 
-def kept_or_broken(limits: Mapping[str, LimitAnswer]) -> tuple[str, str]:
+def kept_or_broken(limits: Mapping[str, Checked]) -> tuple[str, str]:
     """Status and claim of weights that are decided."""
     broken = [name for name, one in limits.items() if not one.met]
     return ("violated", f"limits that do not hold: {', '.join(broken)}") if broken else ("met", GIVEN)

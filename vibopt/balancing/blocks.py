@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import isfinite
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from vibopt.balancing.outcome import Entry
-from vibopt.units import plain, show
+from vibopt.answer.entry import Entry, Value
+
+if TYPE_CHECKING:
+    from vibopt.balancing.outcome import Outcome
+    from vibopt.balancing.plan import Plan
 
 TODO, TABLE, TEXT, WORK, FOOT = "todo", "table", "text", "work", "foot"
 """Kinds of block: what to do; a table; sentences; what only the next job needs; conventions, notes, method."""
@@ -48,33 +51,28 @@ def table(
     )
 
 
-def brief(entry: Entry, digits: int = 4) -> str:
-    """A number as people copy it: four digits, angles to a tenth of a degree."""
-    if isinstance(entry.value, str):
-        return entry.value
-    if entry.dimension == "angle":
-        from vibopt.balancing.words import show_angle
-
-        return show_angle(entry.value)
-    return show(entry.value, entry.unit, entry.dimension, digits=digits, amplitude=entry.amplitude)
-
-
-def cleaned(entry: Entry, scale: Entry | None) -> Entry:
+def cleaned(entry: Value, scale: Value | None) -> Value:
     """Zero where the value is nothing but rounding beside `scale`."""
-    if scale is None or isinstance(scale.value, str) or isinstance(entry.value, str):
+    if not isinstance(entry, Entry) or not isinstance(scale, Entry) or abs(entry.value) >= 1e-9 * abs(scale.value):
         return entry
-    small = abs(entry.value) < 1e-9 * abs(scale.value)
-    return Entry(0.0, entry.dimension, entry.unit, entry.amplitude) if small else entry
+    return replace(entry, value=0.0)
 
 
-def share(part: float) -> str:
-    """What is left of a limit in percent; "" without a limit."""
-    if not isfinite(part):
-        return ""
-    percent = 100.0 * part
-    return f"{plain(0.0 if abs(percent) < 1e-4 else percent, 2 if abs(percent) < 10 else 3)} %"
-
-
-def state(margin: float, met: bool) -> str:
-    """BROKEN, ACTIVE or nothing."""
-    return "BROKEN" if not met else "ACTIVE" if margin < 1e-6 else ""
+def limit_blocks(answer: Plan | Outcome) -> list[Block]:
+    """Limits, what loosening them buys, and measures: one row each."""
+    limits = [
+        (name, f"{one.response.replace('_', ' ')} {one.place}".strip(), cleaned(one.value, one.limit).shown,
+         one.limit.shown if one.limit is not None else "", one.margin_shown, one.state)
+        for name, one in answer.limits.items()
+    ]  # fmt: skip
+    bought = {name: one.price for name, one in answer.limits.items() if one.price is not None} | dict(answer.prices)
+    prices = [(name, one.words) for name, one in bought.items() if one.words]
+    measures = [
+        (name, f"{one.response.replace('_', ' ')} {one.place}".strip(), one.value.short(5))
+        for name, one in answer.measures.items()
+    ]
+    return [
+        table("Limits", ("Limit", "Of", "Worst", "At most", "Margin", ""), limits, whole=(2, 3, 4, 5)),
+        table("What loosening a limit buys", ("", ""), prices, whole=(0,)),
+        table("Measures", ("", "", ""), measures, whole=(2,)),
+    ]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from vibopt.balancing.blocks import FOOT, TEXT, Block, brief, table
-from vibopt.balancing.blocks_known import limits_of, measures_of, prices_of
+from dataclasses import replace
+
+from vibopt.answer.entry import Entry, Value
+from vibopt.balancing.blocks import FOOT, TEXT, Block, limit_blocks, table
 from vibopt.balancing.engine.job import EngineJob
-from vibopt.balancing.outcome import Entry, Outcome
+from vibopt.balancing.outcome import Outcome
 from vibopt.units import show
+from vibopt.units.showing import show_angle
 
 SMALL = 1e-6
 
@@ -16,8 +19,7 @@ def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
     return [
-        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), limits_of(outcome), prices_of(outcome),
-        measures_of(outcome),
+        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *limit_blocks(outcome),
         Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
     ]  # fmt: skip
 
@@ -31,16 +33,16 @@ def _weights(outcome: Outcome, job: EngineJob) -> Block:
     rows = []
     if job.shares:
         parts = [outcome.values[share.name] for share in job.shares]
-        turning = "all" if parts[1].value == 1.0 else brief(parts[1])
-        said = f"{brief(parts[0])} of the reciprocating mass, and {turning} of the rotating"
+        turning = "all" if parts[1].value == 1.0 else parts[1].shown
+        said = f"{parts[0].shown} of the reciprocating mass, and {turning} of the rotating"
         rows.append(("opposite each crank", said, "", "", "", ""))
     for one in job.weights:
         path = f"{one.family}.{one.name}"
         chosen = [outcome.values.get(f"{path}.{key}") for key in ("unbalance", "angle")]
-        size, angle = (("", "") if entry is None else (brief(entry), "") for entry in chosen)
+        size, angle = (("", "") if entry is None else (entry.shown, "") for entry in chosen)
         if one.fixed is not None:
             size = (show(abs(one.fixed), one.unit, "unbalance"), "")
-            angle = (brief(_angle_of(one.fixed)), "")
+            angle = (_angle_of(one.fixed).shown, "")
         forward = one.sense > 0
         speed = "crank" if one.order == 1 and forward else f"{one.order} x, {'with' if forward else 'against'}"
         at, away = (show(place, "mm", "length") for place in (one.at + job.reference, one.at))
@@ -59,8 +61,8 @@ def _cranks(outcome: Outcome, job: EngineJob) -> Block:
     rows = [
         (
             str(k),
-            brief(outcome.values[f"cylinders.{k}.crank"]),
-            brief(Entry(one.bank, "angle", "deg")) if any(other.bank for other in job.cylinders) else "",
+            outcome.values[f"cylinders.{k}.crank"].shown,
+            show_angle(one.bank) if any(other.bank for other in job.cylinders) else "",
             show(one.at, "mm", "length"),
         )
         for k, one in enumerate(job.cylinders, start=1)
@@ -87,20 +89,19 @@ def _orders(outcome: Outcome, job: EngineJob) -> list[Block]:
     if job.truncated:
         lines.append('Orders above 2 are left out, as kinematics = "truncated" says.')
     if "firing.order" in values:
-        even = "even" if values["firing.even"].value == "yes" else "not even"
+        even = "even" if values["firing.even"].shown == "yes" else "not even"
         lines.append(f"Firing order {values['firing.order'].shown} ({even}).")
     heads = ("Order", "Force", "Couple")
     return [table("What still shakes, greatest over a turn", heads, rows), Block("Besides", TEXT, tuple(lines))]
 
 
-def _size(entry: Entry) -> float:
-    return entry.value if isinstance(entry.value, float) else 0.0
+def _size(entry: Value) -> float:
+    return entry.value if isinstance(entry, Entry) else 0.0
 
 
-def _cell(entry: Entry, least: float) -> str:
+def _cell(entry: Value, least: float) -> str:
     """A value; zero where it is less than a millionth of all together."""
-    small = _size(entry) < least
-    return brief(Entry(0.0, entry.dimension, entry.unit, entry.amplitude) if small else entry)
+    return replace(entry, value=0.0).shown if isinstance(entry, Entry) and entry.value < least else entry.shown
 
 
 __all__ = ["SMALL", "engine_blocks"]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from vibopt.balancing.blocks import FOOT, TODO, Block, brief, share, state, table
+from vibopt.balancing.blocks import FOOT, TODO, Block, limit_blocks, table
 from vibopt.balancing.known.job import KnownJob, Spot
-from vibopt.balancing.outcome import Entry, Outcome
+from vibopt.balancing.outcome import Outcome
 from vibopt.units import show
 
 
@@ -13,8 +13,7 @@ def known_blocks(outcome: Outcome, job: KnownJob) -> list[Block]:
     planes = [one for one in job.spots if outcome.status != "infeasible"]
     return [
         Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
-        _planes(outcome, planes), _left(outcome, job), limits_of(outcome), prices_of(outcome),
-        measures_of(outcome),
+        _planes(outcome, planes), _left(outcome, job), *limit_blocks(outcome),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
         Block("Method", FOOT, (outcome.method,) if job.spots else ()),
@@ -35,8 +34,8 @@ def plane_words(outcome: Outcome, spot: Spot) -> str:
     if f"{path}.weights" in value:
         return f"{plane.name}: {verb} {value[f'{path}.weights'].shown.replace(', ', ' and ')}{where}."
     amount = value.get(f"{path}.mass", value[f"{path}.unbalance"])
-    depth = f", hole {brief(value[f'{path}.depth'], 3)} deep" if f"{path}.depth" in value else ""
-    return f"{plane.name}: {verb} {brief(amount)}{where}, {brief(angle)} from zero{depth}."
+    depth = f", hole {value[f'{path}.depth'].short(3)} deep" if f"{path}.depth" in value else ""
+    return f"{plane.name}: {verb} {amount.shown}{where}, {angle.shown} from zero{depth}."
 
 
 def _planes(outcome: Outcome, planes: list[Spot]) -> Block:
@@ -45,7 +44,7 @@ def _planes(outcome: Outcome, planes: list[Spot]) -> Block:
         path = f"planes.{spot.plane.name}"
         cells = [outcome.values.get(f"{path}.{key}") for key in ("mass", "angle", "unbalance")]
         radius = show(spot.plane.radius, spot.plane.length_unit, "length") if spot.plane.radii else ""
-        rows.append((spot.plane.name, *("" if one is None else brief(one) for one in cells), radius))
+        rows.append((spot.plane.name, *("" if one is None else one.shown for one in cells), radius))
     return table("Weights, each plane together", ("Plane", "Weight", "Angle", "Unbalance", "Radius"), rows)
 
 
@@ -69,31 +68,5 @@ def _at(outcome: Outcome, size: str, angle: str) -> str:
     """ "27.91 N @ 190.9 deg" """
     if size not in outcome.values:
         return ""
-    turned = f" @ {brief(outcome.values[angle])}" if angle in outcome.values else ""
-    return f"{brief(outcome.values[size])}{turned}"
-
-
-def limits_of(outcome: Outcome) -> Block:
-    """One row per limit."""
-    rows = []
-    for name, one in outcome.limits.items():
-        limit = "" if one.limit is None else brief(one.limit)
-        words = one.response.replace("_", " ")
-        rows.append((name, words, brief(one.value), limit, share(one.margin), state(one.margin, one.met)))
-    return table("Limits", ("Limit", "Of", "Worst", "At most", "Margin", ""), rows, whole=(2, 3, 4, 5))
-
-
-def prices_of(outcome: Outcome) -> Block:
-    """What a wider limit or cap buys."""
-    rows = [*((name, one.buys) for name, one in outcome.limits.items() if one.buys), *outcome.prices.items()]
-    return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
-
-
-def measures_of(outcome: Outcome) -> Block:
-    """One row per measure."""
-    rows = [(name, one.response.replace("_", " "), _value(one.value)) for name, one in outcome.measures.items()]
-    return table("Measures", ("", "", ""), rows, whole=(2,))
-
-
-def _value(entry: Entry) -> str:
-    return brief(entry, 5)
+    turned = f" @ {outcome.values[angle].shown}" if angle in outcome.values else ""
+    return f"{outcome.values[size].shown}{turned}"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
+from vibopt.answer.entry import Entry, Value
 from vibopt.balancing.answers import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
-from vibopt.balancing.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, brief, cleaned, share, state, table
-from vibopt.balancing.outcome import Entry
+from vibopt.balancing.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned, limit_blocks, table
 from vibopt.balancing.plan import Plan
 from vibopt.units import show
+from vibopt.units.showing import show_angle
 
 MOST_COEFFICIENTS = 12
 _WARNS = re.compile(
@@ -32,8 +34,7 @@ def rotor_blocks(plan: Plan) -> list[Block]:
         found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
     return [
         *found,
-        _limits(plan),
-        _prices(plan),
+        *limit_blocks(plan),
         _side_by_side(plan, plan.beside, "Plans by other runs, side by side"),
         _side_by_side(plan, plan.remedies, "Planes almost alike: the ways round, side by side"),
         *_quality(plan),
@@ -59,8 +60,8 @@ def _plane(plane: PlaneAnswer) -> list[tuple[str, ...]]:
 
 def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
     return (
-        brief(Entry(one.mass, mass.dimension, mass.unit)),
-        brief(Entry(one.angle, "angle", "deg")),
+        Entry(one.mass, mass.dimension, mass.unit).shown,
+        show_angle(one.angle),
         "" if one.hole is None else str(one.hole + 1),
         "" if one.radius is None else show(one.radius, "mm", "length"),
         "" if one.depth is None else show(one.depth, "mm", "length", digits=3),
@@ -75,41 +76,20 @@ def _rows(fitting: Fitting, title: str) -> Block:
 
 
 def _row(one: RowAnswer) -> tuple[str, ...]:
-    after = brief(one.residual)
+    after = one.residual.shown
     if one.band is not None:
-        low, high = (brief(end, 3).partition(" ")[0] for end in one.band)
+        low, high = (end.short(3).partition(" ")[0] for end in one.band)
         after += f"\n({low} to {high})"
-    limit = "" if one.limit is None else brief(one.limit)
-    broken = one.limit is not None and one.margin < -1e-6
-    margin = "" if one.limit is None else share(one.margin) + ("\nBROKEN" if broken else "")
+    limit = "" if one.limit is None else one.limit.shown
+    margin = "" if one.check is None else one.check.margin_shown + ("" if one.check.met else "\nBROKEN")
     found = one.found_phasor + (f"\n({one.fitted_phasor})" if one.fitted_phasor else "")
     return one.sensor, one.speed.shown, found, after, limit, margin
-
-
-def _limits(plan: Plan) -> Block:
-    rows = [
-        (
-            name,
-            f"{one.response} {one.place}".strip(),
-            brief(cleaned(one.value, one.limit)),
-            brief(one.limit),
-            share(one.margin),
-            state(one.margin, one.met),
-        )
-        for name, one in plan.limits.items()
-    ]
-    return table("Limits", ("Limit", "Of", "Worst", "At most", "Margin", ""), rows, whole=(2, 3, 4, 5))
-
-
-def _prices(plan: Plan) -> Block:
-    rows = [*((name, one.price) for name, one in plan.limits.items() if one.price), *plan.prices.items()]
-    return table("What loosening a limit buys", ("", ""), rows, whole=(0,))
 
 
 def _side_by_side(plan: Plan, plans: tuple[Remedy, ...], title: str) -> Block:
     scale = max((one.found for one in plan.rows), key=lambda one: float(one.value), default=None)
     rows = [
-        (one.name, brief(cleaned(one.worst, scale)), brief(cleaned(one.rms, scale)), ", ".join(one.masses), one.band)
+        (one.name, cleaned(one.worst, scale).shown, cleaned(one.rms, scale).shown, ", ".join(one.masses), one.band)
         for one in plans
     ]
     heads = ("Instead", "Worst left", "Rms left", "Weights", "95 % band")
@@ -128,19 +108,19 @@ def _quality(plan: Plan) -> list[Block]:
             keys = ("permissible", "may_show", "left")
             cells = [values.get(f"{family}.{name}.{key}") for key in keys]
             allowed = values.get(f"{family}.{name}.permissible")
-            shown = ["" if one is None else brief(cleaned(one, allowed)) for one in cells]
+            shown = ["" if one is None else cleaned(one, allowed).shown for one in cells]
             if shown[1].startswith("-"):
                 shown[1] = "nothing"
             rows.append((f"{word} {name}", *shown))
     lines = [
-        f"Permissible unbalance of the whole rotor: {brief(values['permissible'])} "
-        f"(eccentricity {brief(values['eccentricity'])}; {values['kind'].shown} rotor)."
+        f"Permissible unbalance of the whole rotor: {values['permissible'].shown} "
+        f"(eccentricity {values['eccentricity'].shown}; {values['kind'].shown} rotor)."
     ]
     if "earned" in values:
-        met = "is" if values["met"].value == "yes" else "is NOT"
+        met = "is" if values["met"].shown == "yes" else "is NOT"
         lines.append(
             f"{'The unbalance given' if plan.job.quality and plan.job.quality.residual else 'What should be left'} "
-            f"earns the grade {brief(_earned(plan, values))} (worst at {values['worst_at'].shown}): "
+            f"earns the grade {_earned(plan, values).shown} (worst at {values['worst_at'].shown}): "
             f"the grade asked for {met} met."
         )
     return [
@@ -149,7 +129,7 @@ def _quality(plan: Plan) -> list[Block]:
     ]
 
 
-def _earned(plan: Plan, values: dict[str, Entry]) -> Entry:
+def _earned(plan: Plan, values: Mapping[str, Value]) -> Value:
     """The grade, zero where only rounding is left."""
     asked = plan.job.quality.grade if plan.job.quality is not None else 0.0
     return cleaned(values["earned"], Entry(asked, "velocity"))
@@ -159,7 +139,7 @@ def _trials(plan: Plan) -> Block:
     found = [(path.split(".")[1], one) for path, one in plan.values.items() if path.startswith("planes_first.")]
     if any(one.endswith(".") and "first trial" in one for one in plan.words):
         found = []
-    lines = tuple(f"{name}: at most {brief(one, 3)}." for name, one in found)
+    lines = tuple(f"{name}: at most {one.short(3)}." for name, one in found)
     return Block("First trial weights", TEXT, lines)
 
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.balancing.answers import Fitting, LimitAnswer
+from vibopt.answer.entry import Checked
+from vibopt.balancing.answers import Fitting
 from vibopt.balancing.fitting import weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
@@ -74,22 +75,22 @@ def ways_out(job: RotorJob, found: Conditioning) -> tuple[str, ...]:
     )
 
 
-def with_bands(job: RotorJob, limits: Mapping[str, LimitAnswer], fitting: Fitting) -> dict[str, LimitAnswer]:
+def with_bands(job: RotorJob, limits: Mapping[str, Checked], fitting: Fitting) -> dict[str, Checked]:
     """Limits on the residual with the highest upper end of their bands."""
     found = dict(limits)
     for limit in job.residual_limits:
         rows = [fitting.rows[row] for row in rows_of(job, limit.sensor, limit.speed)]
-        ends = [row.band[1] for row in rows if row.band is not None]
+        ends = [row.band for row in rows if row.band is not None]
         if ends and limit.name in found:
-            highest = max(ends, key=lambda one: float(one.value))
-            found[limit.name] = replace(found[limit.name], band_end=replace(highest, unit=limit.unit))
+            low, high = (replace(one, unit=limit.unit) for one in max(ends, key=lambda band: band[1].value))
+            found[limit.name] = replace(found[limit.name], band=(low, high))
     return found
 
 
-def unsure(limits: Mapping[str, LimitAnswer]) -> tuple[str, ...]:
+def unsure(limits: Mapping[str, Checked]) -> tuple[str, ...]:
     """Limits that hold for the prediction only."""
     return tuple(
-        f"Limit {name} holds for the prediction, not for the upper end of its 95 % band ({one.band_end.shown})."
+        f"Limit {name} holds for the prediction, not for the upper end of its 95 % band ({one.band[1].shown})."
         for name, one in limits.items()
-        if one.met and one.met_by_band is False and one.band_end is not None
+        if one.met and one.met_by_band is False and one.band is not None
     )

@@ -7,12 +7,12 @@ from math import pi, tau
 
 import numpy as np
 
+from vibopt.answer.entry import Entry, direction
 from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.deferred import DeferredRows
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.options import Options, neighbours
-from vibopt.balancing.outcome import Entry
 from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name
 from vibopt.balancing.pose import row_limits
 from vibopt.balancing.words import show_angle
@@ -57,7 +57,7 @@ def _plane(job: RotorJob, index: int, u: complex, options: Options | None, tiny:
         radius = weights[0].radius
     return PlaneAnswer(
         plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
-        Entry(angle, "angle", "deg"),
+        direction(angle),
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
         _words(job, plane, action, weights),
     )  # fmt: skip
@@ -155,14 +155,14 @@ def _zero(job: RotorJob) -> str:
 
 
 def _rows(job: RotorJob, identified: Identified, left: ComplexArray, band: FloatArray | None) -> list[RowAnswer]:
-    limits = row_limits(job)
+    limits, greatest = row_limits(job), greatest_readings(job)
     rows = []
     for row, (speed, index) in enumerate(job.readings):
         sensor = job.sensors[index]
         rows.append(
             RowAnswer(
                 sensor=sensor.name,
-                speed=Entry(job.speeds[speed], "angular_rate", job.speed_units[speed]),
+                speed=Entry(job.speeds[speed], "angular_rate", job.speed_units[speed], digits=6),
                 found=amplitude(job, row, float(abs(job.as_found[row]))),
                 residual=amplitude(job, row, float(abs(left[row]))),
                 found_phasor=sensor.show_phasor(complex(job.as_found[row]), job.conventions),
@@ -174,6 +174,7 @@ def _rows(job: RotorJob, identified: Identified, left: ComplexArray, band: Float
                 if band is None or np.isnan(band[row]).any()
                 else (amplitude(job, row, float(band[row, 0])), amplitude(job, row, float(band[row, 1]))),
                 limit=amplitude(job, row, float(limits[row])) if np.isfinite(limits[row]) else None,
+                greatest=greatest[sensor.dimension],
             )
         )
     return rows
@@ -192,6 +193,13 @@ def _without_rounding(identified: Identified, u: ComplexArray) -> ComplexArray:
     left = identified.residual(u)
     scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
     return np.where(np.abs(left) > 1e-13 * scale, left, 0.0)
+
+
+def greatest_readings(job: RotorJob) -> dict[str, float]:
+    """Greatest amplitude of the rotor as found [SI peak], by what sensors measure."""
+    read = np.abs(job.as_found)
+    kinds = np.array([one.dimension for one in job.sensors])[[sensor for _, sensor in job.readings]]
+    return {kind: float(read[kinds == kind].max()) for kind in dict.fromkeys(one.dimension for one in job.sensors)}
 
 
 def amplitude(job: RotorJob, row: int, value: float) -> Entry:

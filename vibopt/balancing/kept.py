@@ -6,6 +6,7 @@ import copy
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.entry import Entry
 from vibopt.balancing.fitted import decided
 from vibopt.balancing.planes import Fitted, Plane
 from vibopt.units import to_unit
@@ -62,6 +63,7 @@ def of_engine(job: EngineJob, found: Outcome) -> dict[str, Any]:
     for path in job.choices:
         family, *rest = path.split(".")
         entry = found.find(path)
+        assert isinstance(entry, Entry)
         unit = entry.unit or "g mm"
         text = f"{to_unit(float(entry.value), unit, entry.dimension):.15g} {unit}" if entry.dimension != "ratio" else ""
         if family == "cylinders":

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.answers import LimitAnswer
+from vibopt.answer.entry import Checked, Entry, Price, at_most
 from vibopt.balancing.conflict import Step, conflict_words, smallest_set
 from vibopt.balancing.deferred import DeferredMapping
+from vibopt.balancing.fitting import greatest_readings
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
-from vibopt.balancing.outcome import Entry
 from vibopt.balancing.own_caps import OwnCap, own_caps, with_wider
 from vibopt.balancing.pose import Posed, caps, row_limits, rows_of
 from vibopt.balancing.prices import THOROUGH, allowance, left_out, solve_question
@@ -26,23 +26,24 @@ Known = ResidualLimit | CorrectionLimit | OwnCap
 STEP = 1.1
 _ACTIVE = 1e-4
 _HALVINGS = 24
+NONE: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
 class Priced:
     """The limits of the file at an answer, what wider ones and caps buy by name, and what is left out in words."""
 
-    limits: dict[str, LimitAnswer]
+    limits: dict[str, Checked]
     words: Mapping[str, str]
     notes: tuple[str, ...]
 
-    def with_words(self) -> dict[str, LimitAnswer]:
+    def with_words(self) -> dict[str, Checked]:
         """The limits with their prices."""
-        return {name: replace(one, price=self.words.get(name, "")) for name, one in self.limits.items()}
+        return {name: replace(one, price=_price(self.words.get(name))) for name, one in self.limits.items()}
 
-    def caps(self) -> dict[str, str]:
+    def caps(self) -> dict[str, Price]:
         """Prices of the planes' own caps, by their path."""
-        return {name: said for name, said in self.words.items() if name not in self.limits and said}
+        return {name: Price(said) for name, said in self.words.items() if name not in self.limits and said}
 
 
 def limit_answers(
@@ -73,7 +74,8 @@ def limit_answers(
     assert u is not None
     measured = posed.chosen_only(solved.chosen)
     limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits, *own_caps(job))
-    answers = {limit.name: _answer(job, measured, limit, u) for limit in limits}
+    greatest = greatest_readings(job)
+    answers = {limit.name: _answer(job, measured, limit, u, greatest) for limit in limits}
     value = asked.question.chosen_only(solved.chosen).value(u)
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
     priced = [one for one in limits if steps or answers[one.name].margin < _ACTIVE]
@@ -84,6 +86,10 @@ def limit_answers(
         asking.plan(priced)
     own = {one.name for one in own_caps(job)}
     return Priced({name: one for name, one in answers.items() if name not in own}, words, asking.notes())
+
+
+def _price(said: str | None) -> Price | None:
+    return Price(said) if said else None
 
 
 class _Asking:
@@ -179,34 +185,41 @@ class _Asking:
         return show(limit.at_most * good, limit.unit, _dimension(job, limit))
 
 
-def _answer(job: RotorJob, posed: Posed, limit: Known, u: ComplexArray) -> LimitAnswer:
+def _answer(
+    job: RotorJob, posed: Posed, limit: Known, u: ComplexArray, greatest: Mapping[str, float] = NONE
+) -> Checked:
     if isinstance(limit, ResidualLimit):
-        return _residual(job, posed, limit, u)
+        return _residual(job, posed, limit, u, greatest)
     return _of_cap(posed, limit, u) if isinstance(limit, OwnCap) else _correction(job, posed, limit, u)
 
 
-def _of_cap(posed: Posed, limit: OwnCap, u: ComplexArray) -> LimitAnswer:
+def _of_cap(posed: Posed, limit: OwnCap, u: ComplexArray) -> Checked:
     value = limit.measured(posed.question, complex(u[limit.plane]))
     dimension = limit.dimension
-    return LimitAnswer("cap", "", Entry(value, dimension, limit.unit), Entry(limit.at_most, dimension, limit.unit))
+    return at_most(
+        limit.name, "cap", "", Entry(value, dimension, limit.unit), Entry(limit.at_most, dimension, limit.unit)
+    )
 
 
-def _residual(job: RotorJob, posed: Posed, limit: ResidualLimit, u: ComplexArray) -> LimitAnswer:
+def _residual(
+    job: RotorJob, posed: Posed, limit: ResidualLimit, u: ComplexArray, greatest: Mapping[str, float]
+) -> Checked:
     left = np.abs(posed.question.residual(u))
     rows = rows_of(job, limit.sensor, limit.speed)
     worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension
     measured = Entry(float(left[worst]), dimension, limit.unit)
-    return LimitAnswer("residual", job.row_name(worst), measured, Entry(limit.at_most, dimension, limit.unit))
+    bound = Entry(limit.at_most, dimension, limit.unit)
+    return at_most(limit.name, "residual", job.row_name(worst), measured, bound, greatest.get(dimension))
 
 
-def _correction(job: RotorJob, posed: Posed, limit: CorrectionLimit, u: ComplexArray) -> LimitAnswer:
+def _correction(job: RotorJob, posed: Posed, limit: CorrectionLimit, u: ComplexArray) -> Checked:
     masses = posed.question.masses(u)
     amount = float(masses.sum() if limit.plane is None else masses[limit.plane])
     plane = job.planes[limit.plane or 0]
     place = "all planes" if limit.plane is None else plane.name
     value, bound = Entry(amount, plane.dimension, limit.unit), Entry(limit.at_most, plane.dimension, limit.unit)
-    return LimitAnswer("correction", place, value, bound)
+    return at_most(limit.name, "correction", place, value, bound)
 
 
 def _dimension(job: RotorJob, limit: Known) -> str:

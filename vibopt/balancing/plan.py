@@ -6,14 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vibopt.balancing.answers import Fitting, LimitAnswer, PlaneAnswer, Remedy, RowAnswer
+from vibopt.answer.entry import Checked, Entry, Price, Value, Word
+from vibopt.answer.status import Judged
+from vibopt.balancing.answers import Fitting, PlaneAnswer, Remedy, RowAnswer
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.outcome import EXIT_CODES, Entry
-from vibopt.errors import NotProven, UnknownName
+from vibopt.errors import UnknownName
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Judged):
     """Answer to a balancing job on a measured rotor.
 
     status
@@ -45,10 +46,10 @@ class Plan:
     claim: str
     goal: tuple[str, Entry] | None = None
     fittings: tuple[Fitting, ...] = ()
-    limits: Mapping[str, LimitAnswer] = field(default_factory=dict)
+    limits: Mapping[str, Checked] = field(default_factory=dict)
     conventions: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
-    values: Mapping[str, Entry] = field(default_factory=dict)
+    values: Mapping[str, Value] = field(default_factory=dict)
     remedies: tuple[Remedy, ...] = ()
     beside: tuple[Remedy, ...] = ()
     condition: float = 1.0
@@ -57,7 +58,7 @@ class Plan:
     method: str = ""
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
-    prices: Mapping[str, str] = field(default_factory=dict)
+    prices: Mapping[str, Price] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -72,6 +73,10 @@ class Plan:
         return self.job.expected
 
     @property
+    def measures(self) -> Mapping[str, Checked]:
+        return {}
+
+    @property
     def planes(self) -> tuple[PlaneAnswer, ...]:
         """Of the first answer."""
         return self.fittings[0].planes if self.fittings else ()
@@ -81,25 +86,9 @@ class Plan:
         """Of the first answer."""
         return self.fittings[0].rows if self.fittings else ()
 
-    @property
-    def exit_code(self) -> int:
-        """Exit code of the command line."""
-        return EXIT_CODES[self.status]
-
-    @property
-    def proven(self) -> bool:
-        """Whether nothing about the status is left open."""
-        return self.status not in ("feasible", "unproven", "check_failed")
-
-    def require_proof(self) -> Plan:
-        """This plan, if its status is proven; NotProven otherwise."""
-        if not self.proven:
-            raise NotProven(f"{self.name}: {self.status}: {self.claim}")
-        return self
-
-    def entries(self) -> dict[str, Entry]:
+    def entries(self) -> dict[str, Value]:
         """Every number and word by its path, as the records of a problem file name them."""
-        found = {"status": Entry(self.status), **self.values}
+        found = {"status": Word(self.status), **self.values}
         for number, fitting in enumerate(self.fittings, start=1):
             before = "" if len(self.fittings) == 1 else f"answers.{number}."
             found.update(_entries_of(fitting, before))
@@ -110,7 +99,7 @@ class Plan:
             found["goal"] = self.goal[1]
         return found
 
-    def find(self, path: str) -> Entry:
+    def find(self, path: str) -> Value:
         """The number at a path; UnknownName where there is none."""
         entries = self.entries()
         if path not in entries:
@@ -144,26 +133,6 @@ class Plan:
         }  # fmt: skip
         return dict(plain(data))
 
-    def text(self) -> str:
-        """The plan for the terminal, bare: verdict, what to do, what is left, notes."""
-        lines = [
-            self.title,
-            f"{self.status}: {self.claim}",
-            *([self.reason] if self.reason else []),
-            "",
-            *self.conventions,
-            "",
-        ]
-        lines += [*self.words, ""]
-        for row in self.rows:
-            band = "" if row.band is None else f"  (95 %: {row.band[0].shown} to {row.band[1].shown})"
-            bound = "" if row.limit is None else f"  at most {row.limit.shown}"
-            lines.append(
-                f"  {row.sensor:<12} {row.speed.shown:<10} {row.found_phasor} -> {row.residual.shown}{band}{bound}"
-            )
-        lines += ["", *(f"  {path:<40} {entry.shown}" for path, entry in self.values.items())]
-        return "\n".join([*lines, "", *self.notes]).rstrip() + "\n"
-
 
 _CONVENTIONS = ("phase", "readings", "angles", "detector", "zero")
 
@@ -172,8 +141,8 @@ def _spoken(job: RotorJob) -> dict[str, str]:
     return {key: getattr(job.conventions, key) for key in _CONVENTIONS}
 
 
-def _entries_of(fitting: Fitting, before: str) -> dict[str, Entry]:
-    found: dict[str, Entry] = {}
+def _entries_of(fitting: Fitting, before: str) -> dict[str, Value]:
+    found: dict[str, Value] = {}
     for plane in fitting.planes:
         path = f"{before}planes.{plane.name}"
         found[f"{path}.mass" if plane.mass.dimension == "mass" else f"{path}.unbalance"] = plane.mass

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.balancing.answers import Remedy
 from vibopt.balancing.fitting import amplitude, weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.outcome import Entry
 from vibopt.balancing.pose import Posed, without_plane
 from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Question, first_greatest

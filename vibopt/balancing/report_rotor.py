@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibopt.answer.entry import Entry, Value, Word, direction
 from vibopt.balancing.grades import earned, permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.outcome import Entry
 from vibopt.balancing.planes import MASS
 from vibopt.balancing.words import show_angle
 from vibopt.forms import ComplexArray
@@ -16,9 +16,9 @@ from vibopt.units import to_unit
 from vibopt.units.showing import plain
 
 
-def coefficients(job: RotorJob, identified: Identified) -> dict[str, Entry]:
+def coefficients(job: RotorJob, identified: Identified) -> dict[str, Value]:
     """What a unit weight at zero reads, as text to be pasted under [[influence]], and its angle."""
-    found: dict[str, Entry] = {}
+    found: dict[str, Value] = {}
     several = len(job.speeds) > 1
     for row, (speed, index) in enumerate(job.readings):
         sensor = job.sensors[index]
@@ -32,8 +32,8 @@ def coefficients(job: RotorJob, identified: Identified) -> dict[str, Entry]:
             )
             per = f"({plane.unit})" if " " in plane.unit else plane.unit
             angle = job.conventions.reading_angle(H)
-            found[f"{path}.value"] = Entry(f"{plain(size, 8)} {sensor.shown_unit}/{per} @ {show_angle(angle, 8)}")
-            found[f"{path}.angle"] = Entry(angle, "angle", "deg")
+            found[f"{path}.value"] = Word(f"{plain(size, 8)} {sensor.shown_unit}/{per} @ {show_angle(angle, 8)}")
+            found[f"{path}.angle"] = direction(angle)
     return found
 
 
@@ -42,12 +42,12 @@ def _per(unit: str, dimension: str) -> float:
     return 1.0 / to_unit(1.0, unit, dimension)
 
 
-def trial_advice(job: RotorJob) -> dict[str, Entry]:
+def trial_advice(job: RotorJob) -> dict[str, Value]:
     """Greatest first trial per plane: its force at the highest speed is `trial_force` of its share of the weight."""
     if job.rotor_mass is None or not job.speeds:
         return {}
     u = job.trial_force * job.rotor_mass * GRAVITY / max(job.speeds) ** 2 / max(len(job.free), 1)
-    found = {}
+    found: dict[str, Value] = {}
     for index in job.free:
         plane = job.planes[index]
         if plane.kind == MASS and plane.radii:
@@ -57,16 +57,16 @@ def trial_advice(job: RotorJob) -> dict[str, Entry]:
     return found
 
 
-def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray | None) -> dict[str, Entry]:
+def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray | None) -> dict[str, Value]:
     """Permissible residual unbalances, what is left, and the grade it earns."""
     quality = job.quality
     if quality is None:
         return {}
     allowed = permitted(quality)
-    found = {
+    found: dict[str, Value] = {
         "quality.permissible": Entry(allowed.whole, "unbalance", "g mm"),
         "quality.eccentricity": Entry(allowed.eccentricity, "length", "µm"),
-        "quality.kind": Entry("outboard" if allowed.outboard else "inboard"),
+        "quality.kind": Word("outboard" if allowed.outboard else "inboard"),
     }
     found.update(
         {
@@ -93,8 +93,8 @@ def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray
             }
         )
         found["quality.earned"] = Entry(result.grade, "velocity", "mm/s")
-        found["quality.met"] = Entry("yes" if result.met else "no")
-        found["quality.worst_at"] = Entry(result.worst_at)
+        found["quality.met"] = Word("yes" if result.met else "no")
+        found["quality.worst_at"] = Word(result.worst_at)
     return found
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibopt.balancing.blocks import Block, brief
+from vibopt.answer.entry import Entry
+from vibopt.balancing.blocks import Block
 from vibopt.balancing.blocks_engine import engine_blocks
 from vibopt.balancing.blocks_known import known_blocks
 from vibopt.balancing.blocks_rotor import rotor_blocks
-from vibopt.balancing.outcome import Entry
 from vibopt.jobs import is_engine, is_known, is_plan
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def goal_words(answer: Solution) -> str:
     name, value = answer.goal[0], _cleaned(answer, answer.goal[1])
     if is_plan(answer) and len(answer.fittings) > 1:
         return ""
-    return f"least {name.replace('_', ' ')} is {brief(value)}"
+    return f"least {name.replace('_', ' ')} is {value.shown}"
 
 
 def _cleaned(answer: Solution, value: Entry) -> Entry:

@@ -117,8 +117,8 @@ def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) ->
     checked = np.isfinite(shown)
     if (wrong := checked & (np.abs(shown**2 - said**2) > EXACT * size**2)).any():
         row = int(np.argmax(wrong))
-        text = f"the squares of the amplitudes give {amplitude(job, row, float(shown[row])).shown}"
-        return "check_failed", f"{text} at {job.row_name(row)}, the plan says {fitting.rows[row].residual.shown}"
+        text = f"the squares of the amplitudes give {amplitude(job, row, float(shown[row])).short(6)}"
+        return "check_failed", f"{text} at {job.row_name(row)}, the plan says {fitting.rows[row].residual.short(6)}"
     if checked.all():
         return solved.status, f"{solved.claim}; the squares of the amplitudes give the same residual"
     return solved.status, f"{solved.claim}; the rotor found, simulated, shows every run as it was read"
@@ -154,7 +154,7 @@ def _ask(job: RotorJob, answers: Answers) -> tuple[str, ...]:
     plane, rows = job.planes[index], _telling_rows(predicted)
     said = "; ".join(
         f"answer {number} predicts "
-        + " and ".join(f"{amplitude(job, row, float(one[row])).shown} at {job.row_name(row)}" for row in rows)
+        + " and ".join(f"{amplitude(job, row, float(one[row])).short(6)} at {job.row_name(row)}" for row in rows)
         for number, one in enumerate(predicted, start=1)
     )
     at = show_angle(job.conventions.weight_angle(weight))

@@ -8,7 +8,8 @@ from math import tau
 
 import numpy as np
 
-from vibopt.balancing.answers import Fitting, LimitAnswer, RowAnswer
+from vibopt.answer.entry import Checked
+from vibopt.balancing.answers import Fitting, RowAnswer
 from vibopt.balancing.begin import OFF, answered, begun, goal_of, kept_or_broken, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
@@ -27,7 +28,6 @@ from vibopt.balancing.solve_phaseless import solve_without_phase
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.balancing.verification import simulated
 from vibopt.balancing.words import show_angle
-from vibopt.units import show
 
 AGREES = 1e-6
 _ROUNDING = 1e-12
@@ -104,11 +104,12 @@ def _plan(
     )  # fmt: skip
 
 
-def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, LimitAnswer]) -> Fitting:
+def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Checked]) -> Fitting:
     """Rows with the price of the limit that bounds them."""
 
     def rows() -> Sequence[RowAnswer]:
-        prices = {limits[one.name].place: limits[one.name].price for one in reversed(job.residual_limits)}
+        own = [limits[one.name] for one in reversed(job.residual_limits)]
+        prices = {one.place: one.price.words if one.price is not None else "" for one in own}
         found = [replace(row, price=prices.get(job.row_name(k), "")) for k, row in enumerate(fitting.rows)]
         return found if any(prices.values()) else fitting.rows
 
@@ -154,8 +155,8 @@ def _certified(plan: Plan, identified: Identified) -> Plan:
         )
     row = int(np.argmax(np.abs(shown - said)))
     text = (
-        f"the simulated rotor shows {amplitude(job, row, float(shown[row])).shown} at {job.row_name(row)}, the "
-        f"plan says {fitting.rows[row].residual.shown}"
+        f"the simulated rotor shows {amplitude(job, row, float(shown[row])).short(6)} at {job.row_name(row)}, the "
+        f"plan says {fitting.rows[row].residual.short(6)}"
     )
     return replace(plan, status="check_failed", claim=text, details=details)
 
@@ -168,8 +169,7 @@ def _within(off: float) -> str:
 def _advice(job: RotorJob) -> Plan:
     """As found only: how large a first trial may be."""
     words = tuple(
-        f"{name.split('.')[1]}: a first trial of at most "
-        f"{show(float(entry.value), entry.unit, entry.dimension, digits=4)}."
+        f"{name.split('.')[1]}: a first trial of at most {entry.shown}."
         for name, entry in trial_advice(job).items()
         if name.endswith(".trial")
     )
@@ -186,7 +186,7 @@ def _quality_only(job: RotorJob) -> Plan:
     """A grade without a balancing job."""
     values = quality_values(job, None, None)
     word = values.get("quality.met")
-    status = "met" if word is None or word.value == "yes" else "violated"
+    status = "met" if word is None or word.shown == "yes" else "violated"
     claim = (
         "permissible residual unbalance from the grade"
         if word is None

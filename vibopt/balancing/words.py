@@ -19,6 +19,7 @@ from vibopt.errors import QuantityError
 from vibopt.units import Detector, read_quantity, show
 from vibopt.units.reading import TO_PEAK
 from vibopt.units.showing import plain
+from vibopt.units.showing import show_angle as show_angle
 from vibopt.units.spelling import split_detector
 
 AMPLITUDES = ("length", "velocity", "acceleration")
@@ -175,13 +176,6 @@ def show_reading(y: complex, unit: str, dimension: str, conventions: Conventions
     """An internal reading as the user writes it, "8.6 mil pp @ 63 deg"; `unit` has its detector word."""
     amount = show(abs(y), unit, dimension, digits=digits)
     return f"{amount} @ {show_angle(conventions.reading_angle(y), digits)}" if conventions.readings else amount
-
-
-def show_angle(angle: float, digits: int = 4) -> str:
-    """An angle [rad] as text in degrees from 0 to below 360, with `digits` - 3 decimals."""
-    text = f"{degrees(angle):.{max(digits - 3, 0)}f}"
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return "0 deg" if text in ("360", "-0") else f"{text} deg"
 
 
 def _is_bare(text: str) -> bool:

@@ -190,7 +190,8 @@ def _sheet(
     file: str, target: Path, job: Job, method: str | None, changes: tuple[str, ...], rounding: tuple[str, ...]
 ) -> tuple[Design, bytes]:
     """The page to sign; what cannot be printed is refused before anything is solved."""
-    from vibopt.cli.solve import NOTHING, answer
+    from vibopt.answer.status import EMPTY
+    from vibopt.cli.solve import answer
     from vibopt.jobs import is_design, scene_only
 
     scene = scene_only(job, "report --sheet", BALANCING_SHEET)
@@ -200,7 +201,7 @@ def _sheet(
     program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
     found = answer(scene, method)
     assert is_design(found)
-    if rounding and found.status not in NOTHING:
+    if rounding and found.status not in EMPTY:
         from vibopt.study.rounded import rounded
 
         found = rounded(found, rounding).design

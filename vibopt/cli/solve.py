@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from vibopt.answer.status import EMPTY, UNPROVEN
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
@@ -18,10 +19,7 @@ if TYPE_CHECKING:
     from vibopt.jobs import Answer, Job
     from vibopt.study.rounded import Rounded
 
-UNPROVEN = 5
 PROBLEMS = (".toml",)
-NOTHING = ("infeasible", "unbounded", "unproven", "check_failed")
-"""Answers without a design to round or to save."""
 
 
 @click.command(cls=Once)
@@ -85,7 +83,7 @@ def _rounded(found: Answer, rounding: tuple[str, ...]) -> Rounded | None:
     from vibopt.jobs import is_design
     from vibopt.study.rounded import rounded
 
-    if not is_design(found) or found.status in NOTHING:
+    if not is_design(found) or found.status in EMPTY:
         return None
     with Bar() as bar:
         bar("rounding", 0.0)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vibopt.answer.status import UNPROVEN
 from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_scene
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 TABLES = (".csv", ".txt")
 FORMATS = (".svg", ".png", ".pdf")
-UNPROVEN = 5
 MOST_ROWS = 60
 
 

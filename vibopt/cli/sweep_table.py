@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from vibopt.files.writing import add_line, is_stream, write_file
 
 if TYPE_CHECKING:
-    from vibopt.design.design import Shown
+    from vibopt.answer.entry import Entry
     from vibopt.scene.facts import FactAt
     from vibopt.scene.scene import Scene
     from vibopt.study.sweep import Point, Sweep
@@ -32,14 +32,14 @@ class Columns:
 
     def __init__(self, fact: FactAt, scene: Scene, goal: str, points: Sequence[Point]) -> None:
         self.fact = fact
-        self.units = {path: one.unit for point in points for path, one in point.variables.items()}
+        self.units = {path: one.si for point in points for path, one in point.variables.items()}
         self.names = list(dict.fromkeys(name for point in points for name in point.margins))
         self.parts = list(dict.fromkeys(path for point in points for path in point.parts))
         self.goal = next((point.goal for point in points if point.goal is not None), None)
         asked = scene.goal.response if scene.goal is not None else None
-        self.goal_unit = _unit((asked.unit if asked else "") or "", self.goal.unit) if self.goal is not None else ""
+        self.goal_unit = _unit((asked.unit if asked else "") or "", self.goal.si) if self.goal is not None else ""
         goals = [_head(goal or "goal", self.goal_unit)] if self.goal is not None else []
-        self.heads = [_head(fact.path, _unit(fact.unit, points[0].value.unit)), "status", *goals, *self.parts]
+        self.heads = [_head(fact.path, _unit(fact.unit, points[0].value.si)), "status", *goals, *self.parts]
         self.heads += [_head(path, unit) for path, unit in self.units.items()]
         self.heads += [f"margin of {name}" for name in self.names]
 
@@ -110,7 +110,7 @@ def _unit(users: str, si: str) -> str:
     return users if users == "dB" else si
 
 
-def _number(shown: Shown, unit: str) -> float | str | None:
+def _number(shown: Entry, unit: str) -> float | str | None:
     from vibopt.design.jsonable import number
     from vibopt.units import to_unit
 

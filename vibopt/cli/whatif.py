@@ -12,7 +12,8 @@ from vibopt.cli.output import colour, say, say_json, width
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.design.design import Checked, Design, Shown
+    from vibopt.answer.entry import Checked, Entry
+    from vibopt.design.design import Design
     from vibopt.study.thresholds import Threshold
     from vibopt.study.whatif import WhatIf
 
@@ -128,12 +129,12 @@ def _intervals(design: Design) -> str:
 
 def _cell(design: Design, checked: Checked | None, name: str) -> str:
     """The worst and where; among speeds yet to be told apart no limit is broken."""
-    from vibopt.design.words import state_words, value_at
+    from vibopt.design.words import value_at
     from vibopt.study.freeze import MEASURED
 
     if checked is None:  # what a kept design measures was the goal before
         return design.goal[1].shown if design.goal is not None and name in MEASURED.values() else "-"
-    state = state_words(checked) if checked.limit is not None and design.found is None else ""
+    state = checked.state if checked.limit is not None and design.found is None else ""
     return f"{value_at(checked)}{f', {state}' if state else ''}"
 
 
@@ -164,7 +165,7 @@ def _thresholds(result: WhatIf) -> list[tuple[str, ...]]:
     ]
 
 
-def edge_words(one: Threshold, value: Shown | None, limit: str) -> str:
+def edge_words(one: Threshold, value: Entry | None, limit: str) -> str:
     """An end of what a fact may be and the limit that ends it; of whole numbers the last that holds, and the next."""
     if value is None:
         return "-"

@@ -8,8 +8,9 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.design.certify import machine_of, measure_on
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.design.words import at_words
 from vibopt.excitations import Excitation
 from vibopt.forms import Band
@@ -19,7 +20,7 @@ from vibopt.scene.assemble import bare
 from vibopt.scene.drives import names_for
 from vibopt.scene.places import neighbours, supports, turning
 from vibopt.scene.scene import Scene
-from vibopt.units import best_unit, plain, show, si_unit, to_unit
+from vibopt.units import best_unit, plain, show, to_unit
 
 ALONG = ("mass", "stiffness", "damping")
 BUILD = "What to build"
@@ -39,7 +40,7 @@ class Part:
 
     name: str
     on: str
-    numbers: Mapping[str, Shown]
+    numbers: Mapping[str, Entry]
 
     @property
     def words(self) -> str:
@@ -55,7 +56,7 @@ class StrokeBar:
     absorber: str
     excitation: str
     value: float
-    at: Shown
+    at: Entry
     limit: float | None
     limit_name: str
 
@@ -140,8 +141,8 @@ def _unit_of(scene: Scene, name: str, word: str) -> str:
     return str(getattr(given, "unit", "") or "")
 
 
-def _shown(value: float, dimension: str, unit: str = "") -> Shown:
-    return Shown.of(value, dimension, si_unit(dimension), unit)
+def _shown(value: float, dimension: str, unit: str = "") -> Entry:
+    return Entry(value, dimension, unit)
 
 
 def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from vibopt.answer.entry import Checked, Chosen, Entry
 from vibopt.design.build import differing, machine_of
 from vibopt.design.certify import TOLERANCE, Measured, measure_on
-from vibopt.design.design import Checked, Chosen, Shown
 from vibopt.design.rated import rated_rows
 from vibopt.design.routes import differs, modelled
 from vibopt.design.words import place_of
@@ -19,13 +19,12 @@ from vibopt.mechanics.model import Model
 from vibopt.responses import Response
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene, Variable
-from vibopt.units import si_unit
 from vibopt.values import SpeedRange
 
 
-def shown_value(response: Response, value: float, unit: str) -> Shown:
+def shown_value(response: Response, value: float, unit: str) -> Entry:
     """A response's value in the user's unit."""
-    return Shown.of(value, response.dimension, si_unit(response.dimension), unit, amplitude=response.amplitude)
+    return Entry(value, response.dimension, unit, amplitude=response.amplitude)
 
 
 Offs = Mapping[str, Sequence[Mapping[str, float]]]
@@ -142,7 +141,7 @@ def _checked(scene: Scene, found: Measured, name: str, response: Response, side:
         ends = [shown_value(response, one, unit).shown for one in (band.low, band.high)]
         first, _, same = ends[0].rpartition(" ")
         text = f"{first}..{ends[1]}" if ends[1].endswith(f" {same}") else "..".join(ends)
-        limit = replace(shown_value(response, edge, unit), shown=text)
+        limit = replace(shown_value(response, edge, unit), text=text)
     elif given is not None:
         size = abs(1.0 - given.value if response.complement else given.value) or 1.0
         margin = (given.value - found.value) / size if side == "at_most" else (found.value - given.value) / size
@@ -155,19 +154,17 @@ def _checked(scene: Scene, found: Measured, name: str, response: Response, side:
         value=shown_value(response, found.value, unit),
         limit=limit,
         margin=float(margin) if np.isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
-        active=bool(side) and abs(margin) <= 1e-6,
-        met=not side or margin >= -TOLERANCE,
         worst_at={key: _speed(scene, key, speed) for key, speed in found.speeds.items()},
     )
 
 
-def _speed(scene: Scene, name: str, omega: float) -> Shown:
+def _speed(scene: Scene, name: str, omega: float) -> Entry:
     excitation = scene.excitations[name]
     dimension = excitation.speed.dimension
-    return Shown.of(excitation.from_rotation(omega), dimension, si_unit(dimension), excitation.speed.unit)
+    return Entry(excitation.from_rotation(omega), dimension, excitation.speed.unit)
 
 
-def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Shown] | None:
+def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Entry] | None:
     """The goal's name and its value on the built machine."""
     row = goal_row(scene, chosen)
     return None if row is None else (row.name, row.value)
@@ -191,7 +188,7 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
             at = "from"
         elif value >= variable.high * (1 - 1e-9):
             at = "to"
-    return Chosen(Shown.of(value, variable.dimension, si_unit(variable.dimension), variable.unit), at)
+    return Chosen(Entry(value, variable.dimension, variable.unit), at)
 
 
 def usual_unit(scene: Scene, response: Response) -> str:

@@ -7,7 +7,8 @@ from math import isfinite, log10
 
 import numpy as np
 
-from vibopt.design.design import Checked, Design
+from vibopt.answer.entry import Checked
+from vibopt.design.design import Design
 from vibopt.design.equal import equal_peaks, rest_of, together
 from vibopt.design.panel import Curve, Mark, Panel, Zone, heights
 from vibopt.design.without import form_without, model_without

@@ -6,114 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from vibopt.errors import NotProven
+from vibopt.answer.entry import Checked, Chosen, Entry, Word
+from vibopt.answer.status import OPEN, Judged
 from vibopt.scene.scene import Scene
-from vibopt.units import show
-
-EXIT_CODES = {
-    "optimal": 0,
-    "feasible": 0,
-    "met": 0,
-    "violated": 7,
-    "infeasible": 3,
-    "unbounded": 4,
-    "unproven": 5,
-    "check_failed": 6,
-}
-
-
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """A value in SI, its SI unit, and the text in the user's unit."""
-
-    value: float
-    unit: str
-    shown: str
-
-    @classmethod
-    def of(cls, value: float, dimension: str, si: str, unit: str = "", *, amplitude: bool = False) -> Shown:
-        """From an SI value; `unit` is how the user wrote it ("" lets the size choose)."""
-        return cls(value, si, show(value, unit, dimension, amplitude=amplitude))
-
-
-@dataclass(frozen=True, slots=True)
-class Chosen:
-    """A design variable as chosen; `at_bound` is "from", "to" or "" (not at an end of its range)."""
-
-    value: Shown
-    at_bound: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Placed:
-    """A place or a part as chosen, by its name, and what it was chosen from; `among` says that in words."""
-
-    value: str
-    options: tuple[str, ...]
-    among: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Price:
-    """What a loosened limit buys, checked by solving again.
-
-    loosened
-        The bound after a sensible step.
-    goal
-        Goal with the loosened bound.
-    until
-        The bound beyond which loosening buys nothing more; None when there is no such point.
-    words
-        The whole as one sentence.
-    """
-
-    loosened: Shown
-    goal: Shown
-    until: Shown | None
-    words: str
-
-
-@dataclass(frozen=True, slots=True)
-class Checked:
-    """One limit (or measure) of the finished design, measured on the built machine.
-
-    name
-        As in the file.
-    response
-        Kind of response, with its place in `place` ("into ground").
-    side
-        "at_most", "at_least", "outside", or "" for a measure.
-    value
-        Worst value.
-    limit
-        The bound; None for a measure.
-    margin
-        Part of the bound that is left over, (bound - value) / bound for at_most; negative when broken.
-    active
-        Whether the limit holds the design back (margin below 1e-6).
-    met
-        Whether the limit holds.
-    worst_at
-        Speed per excitation at which the worst is reached.
-    off
-        By how much numbers of the machine are off at its worst, by path: -0.2 is 20 % less.
-    doubt
-        What the optimiser's model says of it where that is another number; "" where both routes agree.
-    """
-
-    name: str
-    response: str
-    place: str
-    side: str
-    value: Shown
-    limit: Shown | None
-    margin: float
-    active: bool
-    met: bool
-    worst_at: Mapping[str, Shown] = field(default_factory=dict)
-    price: Price | None = None
-    off: Mapping[str, float] = field(default_factory=dict)
-    doubt: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +26,8 @@ class Tolerances:
     """
 
     status: str
-    goal: Shown | None
-    variables: Mapping[str, Shown]
+    goal: Entry | None
+    variables: Mapping[str, Entry]
     uncertain: Mapping[str, float]
     goal_off: Mapping[str, float] = field(default_factory=dict)
     open: tuple[str, ...] = ()
@@ -163,13 +58,13 @@ class Conflict:
     """
 
     limits: tuple[str, ...]
-    loosenings: tuple[tuple[str, Shown, Shown], ...]
+    loosenings: tuple[tuple[str, Entry, Entry], ...]
     proof: str
     left: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Judged):
     """Answer to a scene.
 
     status
@@ -199,7 +94,7 @@ class Design:
     scene: Scene
     status: str
     claim: str
-    goal: tuple[str, Shown] | None
+    goal: tuple[str, Entry] | None
     variables: Mapping[str, Chosen]
     x: tuple[float, ...]
     limits: Mapping[str, Checked]
@@ -207,40 +102,27 @@ class Design:
     model: Used
     method: str
     timings: Mapping[str, float]
-    found: tuple[tuple[Shown, Shown], ...] | None = None
+    found: tuple[tuple[Entry, Entry], ...] | None = None
     conflict: Conflict | None = None
     reason: str = ""
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
-    places: Mapping[str, Placed] = field(default_factory=dict)
+    places: Mapping[str, Word] = field(default_factory=dict)
     tolerances: Tolerances | None = None
     work: float = 0.0
-
-    @property
-    def exit_code(self) -> int:
-        """Exit code of the command line."""
-        return EXIT_CODES[self.status]
 
     @property
     def proven(self) -> bool:
         """Whether nothing about the status is left open."""
         sure = self.tolerances is None or not self.tolerances.open or self.status == "violated"
-        return sure and self.status not in ("feasible", "unproven", "check_failed")
+        return sure and self.status not in OPEN
+
+    @property
+    def name(self) -> str:
+        return self.scene.name
 
     def report(self) -> str:
         """The answer as text, as the command line prints it."""
         from vibopt.design.table import text_of
 
         return text_of(self)
-
-    def require_proof(self) -> Design:
-        """This design, if its status is proven.
-
-        Raises
-        ------
-        NotProven
-            The answer may be good, but nothing proves it.
-        """
-        if not self.proven:
-            raise NotProven(f"{self.scene.name}: {self.status}: {self.claim}")
-        return self

@@ -8,13 +8,12 @@ from dataclasses import fields, is_dataclass
 from math import isinf, isnan
 from typing import Any
 
-from vibopt.design.design import Checked, Chosen, Conflict, Design, Placed, Price, Shown
+from vibopt.answer.entry import Chosen, Entry, Word
+from vibopt.design.design import Conflict, Design
 from vibopt.design.shelf import choices_of
 from vibopt.design.words import notes_of
 
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
-_MARGIN = 12
-"""Decimals of a margin: what is behind them is rounding."""
 
 
 def as_json(design: Design) -> dict[str, Any]:
@@ -35,8 +34,8 @@ def as_json(design: Design) -> dict[str, Any]:
             **{path: _chosen(one) for path, one in design.variables.items()},
         },
         **({} if not design.scene.absorbers else {"build": {one.name: plain(one) for one in _parts(design)}}),
-        "limits": {name: _checked(one) for name, one in design.limits.items()},
-        "measures": {name: _checked(one) for name, one in design.measures.items()},
+        "limits": {name: plain(one) for name, one in design.limits.items()},
+        "measures": {name: plain(one) for name, one in design.measures.items()},
         "set": None if design.found is None else [[plain(low), plain(high)] for low, high in design.found],
         "conflict": None if design.conflict is None else _conflict(design.conflict),
         "model": plain(design.model),
@@ -62,6 +61,8 @@ def plain(data: object) -> Any:
         return number(data)
     if isinstance(data, Design):
         return as_json(data)
+    if hasattr(data, "to_json"):
+        return plain(data.to_json())
     if isinstance(data, (Sequence, Set)):
         return [plain(one) for one in data]
     if is_dataclass(data) and not isinstance(data, type):
@@ -101,37 +102,8 @@ def _chosen(chosen: Chosen) -> dict[str, Any]:
     return {**plain(chosen.value), "at_bound": chosen.at_bound}
 
 
-def _placed(placed: Placed) -> dict[str, Any]:
+def _placed(placed: Word) -> dict[str, Any]:
     return {"value": placed.value, "unit": "", "shown": placed.value, "at_bound": "", "one_of": list(placed.options)}
-
-
-def _checked(checked: Checked) -> dict[str, Any]:
-    limit = checked.limit
-    bound = (
-        {}
-        if limit is None
-        else {
-            "side": checked.side,
-            "limit": number(limit.value),
-            "limit_shown": limit.shown,
-            "margin": number(round(checked.margin, _MARGIN) + 0.0),
-            "active": bool(checked.active),
-            "met": bool(checked.met),
-        }
-    )
-    return {
-        "response": checked.response,
-        "place": checked.place,
-        **plain(checked.value),
-        **bound,
-        "worst_at": plain(checked.worst_at),
-        **({"off": plain(checked.off)} if checked.off else {}),
-        **({} if limit is None else {"price": _price(checked.price)}),
-    }
-
-
-def _price(price: Price | None) -> dict[str, Any] | None:
-    return None if price is None else dict(plain(price))
 
 
 def _conflict(conflict: Conflict) -> dict[str, Any]:
@@ -139,4 +111,4 @@ def _conflict(conflict: Conflict) -> dict[str, Any]:
     return {"limits": list(conflict.limits), "loosenings": steps, "left": list(conflict.left), "proof": conflict.proof}
 
 
-__all__ = ["INFINITE", "MINUS_INFINITE", "Shown", "as_json", "json_text", "number", "plain"]
+__all__ = ["INFINITE", "MINUS_INFINITE", "Entry", "as_json", "json_text", "number", "plain"]

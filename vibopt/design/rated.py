@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from vibopt.design.design import Checked, Placed, Shown
+from vibopt.answer.entry import Checked, Entry, Word
 from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.responses.spatial import StaticLoadOfMount
@@ -18,12 +18,12 @@ TOLERANCE = 1e-9
 """Part of a rating by which a load may miss it: rounding, and no more."""
 
 
-def parts_of(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Placed]:
+def parts_of(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Word]:
     """The part chosen of each catalogue, by path."""
     found = {}
     for one in bound_parts(scene):
         name = one.names[one.chosen(chosen)]
-        found[one.path] = Placed(name, one.names, f"{len(one.names)} parts of {one.catalogue.file}")
+        found[one.path] = Word(name, one.names, f"{len(one.names)} parts of {one.catalogue.file}")
     return found
 
 
@@ -67,11 +67,9 @@ def _add(
             response="static_load",
             place=f"of {name}",
             side=side,
-            value=Shown.of(load, "force", "N", unit),
-            limit=Shown.of(rating, "force", "N", unit),
+            value=Entry(load, "force", unit),
+            limit=Entry(rating, "force", unit),
             margin=margin,
-            active=abs(margin) <= 1e-6,
-            met=margin >= -TOLERANCE,
         )
 
 

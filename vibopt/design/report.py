@@ -21,12 +21,10 @@ from vibopt.design.words import (
     at_words,
     interval,
     loosening_words,
-    margin_words,
     model_words,
     notes_of,
     ranges_of,
     spoken,
-    state_words,
     tolerance_rows,
     value_at,
     verdict,
@@ -128,8 +126,8 @@ def _limit(key: str, design: Design) -> dict[str, str]:
         "value": one.value.shown,
         "at": at_words(one.worst_at),
         "allowed": f"{SIDES.get(one.side, '')} {one.limit.shown if one.limit is not None else ''}",
-        "margin": margin_words(one),
-        "state": state_words(one) if design.found is None else "",
+        "margin": one.margin_shown,
+        "state": one.state if design.found is None else "",
     }
 
 

@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
+from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value, usual_unit
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.design.words import THOROUGH
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Scene
-from vibopt.units import show, si_unit
+from vibopt.units import show
 from vibopt.values import Fact
 
 MOST_NAMES = 6
@@ -32,7 +33,7 @@ def _choice(scene: Scene, pick: Mapping[str, Any]) -> dict[str, Any]:
     chosen = {variable.path: value for variable, value in zip(scene.variables, pick["x"], strict=True)}
     inner = tied(scene)
     values = {
-        variable.path: Shown.of(chosen[variable.path], variable.dimension, si_unit(variable.dimension), variable.unit)
+        variable.path: Entry(chosen[variable.path], variable.dimension, variable.unit)
         for variable in scene.variables
         if variable.path not in inner
     }
@@ -46,7 +47,7 @@ def _choice(scene: Scene, pick: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _goal(scene: Scene, value: float) -> Shown | None:
+def _goal(scene: Scene, value: float) -> Entry | None:
     """A goal as a search counts it, as the user does."""
     if scene.goal is None:
         return None
@@ -57,7 +58,7 @@ def _goal(scene: Scene, value: float) -> Shown | None:
     )
 
 
-def _price(scene: Scene, chosen: Mapping[str, float]) -> Shown | None:
+def _price(scene: Scene, chosen: Mapping[str, float]) -> Entry | None:
     """What all bought parts cost together; None where a catalogue has no prices."""
     total, unit = 0.0, ""
     bought = {f"links.{name}": (link.part, link.count) for name, link in scene.links.items()}
@@ -71,7 +72,7 @@ def _price(scene: Scene, chosen: Mapping[str, float]) -> Shown | None:
         one = chosen.get(f"{path}.part.price", getattr(price, "value", 0.0))
         many = chosen.get(f"{path}.count", getattr(count, "value", 1.0))
         total, unit = total + one * many, price.unit
-    return Shown.of(total, "price", si_unit("price"), unit) if unit else None
+    return Entry(total, "price", unit) if unit else None
 
 
 def parts_words(scene: Scene, choice: Mapping[str, Any]) -> str:

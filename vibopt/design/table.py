@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterable, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING
 
+from vibopt.answer.entry import Checked
 from vibopt.design.absorbers import BUILD, build_rows
-from vibopt.design.design import Checked, Design
+from vibopt.design.design import Design
 from vibopt.design.shelf import choice_rows, dropped_rows, free_words, tied
 from vibopt.design.words import (
     ENDS,
@@ -18,12 +19,10 @@ from vibopt.design.words import (
     at_words,
     interval,
     loosening_words,
-    margin_words,
     model_words,
     notes_of,
     ranges_of,
     spoken,
-    state_words,
     tolerance_rows,
     verdict,
     worst_rows,
@@ -192,7 +191,7 @@ def _limit(one: Checked, design: Design) -> tuple[str, ...]:
         f"{one.name}\n  {spoken(one.response, one.place)}",
         f"{one.value.shown}\n{f'at {at}' if at else ''}",
         f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
-        f"{margin_words(one)}\n{state_words(one) if design.found is None else ''}".lstrip("\n"),
+        f"{one.margin_shown}\n{one.state if design.found is None else ''}".lstrip("\n"),
     )
 
 

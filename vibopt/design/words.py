@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isfinite
 
-from vibopt.design.design import Checked, Design, Shown
+from vibopt.answer.entry import Checked, Entry
+from vibopt.design.design import Design
 from vibopt.excitations import Excitation
 from vibopt.forms import Amplitude
 from vibopt.responses import Response
@@ -89,27 +90,12 @@ def found_words(design: Design) -> str:
     return f"{asked} {count} interval{'s' * (count != 1)}" if count else f"no {design.scene.find_all} meets all limits"
 
 
-def interval(low: Shown, high: Shown) -> str:
+def interval(low: Entry, high: Entry) -> str:
     """One interval, "540 rpm to 749 rpm"; one point alone."""
     return low.shown if low.value == high.value else f"{low.shown} to {high.shown}"
 
 
-def margin_words(checked: Checked) -> str:
-    """How much of the bound is left over: "48 %"; "" where a share makes no sense."""
-    if not isfinite(checked.margin):
-        return ""
-    percent = 100.0 * checked.margin
-    return f"{plain(0.0 if abs(percent) < 1e-4 else percent, 2 if abs(percent) < 10 else 3)} %"
-
-
-def state_words(checked: Checked) -> str:
-    """ACTIVE, BROKEN or nothing."""
-    if not checked.met:
-        return "BROKEN"
-    return "ACTIVE" if checked.active else ""
-
-
-def at_words(worst_at: Mapping[str, Shown]) -> str:
+def at_words(worst_at: Mapping[str, Entry]) -> str:
     """Where the worst is reached: "1437 rpm"; with several excitations each by name."""
     if len(worst_at) == 1:
         return next(iter(worst_at.values())).shown

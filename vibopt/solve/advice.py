@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.responses import Response
@@ -89,7 +90,7 @@ def _between(without: float, having: float) -> float:
 
 def confirmed_bound(
     scene: Scene, name: str, side: str, guess: float, answer: Answer, *, known: bool = False
-) -> Shown | None:
+) -> Entry | None:
     """The least loosening of a limit, to three digits, with which the whole job has a design.
 
     Parameters
@@ -107,7 +108,7 @@ def confirmed_bound(
 
     Returns
     -------
-    Shown
+    Entry
         It was solved and, where it was not known to be the least, so was a step less, which is not enough; None where
         none near the guess is enough.
     """
@@ -124,7 +125,7 @@ def confirmed_bound(
     return None if found is None else _bound(response, found, fact.unit)
 
 
-def _bound(response: Response, number: float, unit: str) -> Shown:
+def _bound(response: Response, number: float, unit: str) -> Entry:
     """A bound by its number in the user's unit."""
     if not unit:
         return shown_value(response, number, unit)

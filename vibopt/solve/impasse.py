@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value
-from vibopt.design.design import Conflict, Shown
+from vibopt.design.design import Conflict
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for
@@ -83,7 +84,7 @@ def conflict_of(
     names = tuple(dict.fromkeys(limit.name for limit in clash))
     if not names:
         return None
-    rows: list[tuple[str, Shown, Shown]] = []
+    rows: list[tuple[str, Entry, Entry]] = []
     left: list[str] = []
     guesses = {} if names_only else _guesses(finite, clash)
     with metered() as meter:

@@ -6,8 +6,9 @@ import copy
 from collections.abc import Callable
 from dataclasses import replace
 
+from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value
-from vibopt.design.design import Conflict, Design, Shown
+from vibopt.design.design import Conflict, Design
 from vibopt.design.words import THOROUGH
 from vibopt.errors import InputError
 from vibopt.program.program import Program
@@ -20,7 +21,7 @@ from vibopt.solve.method import Found
 from vibopt.work import late, metered
 
 _BOUNDS = ("at_most", "at_least", "outside")
-Row = tuple[str, Shown, Shown]
+Row = tuple[str, Entry, Entry]
 
 
 def clash_of(program: Program) -> tuple[str, ...]:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from vibopt.answer.entry import Word
 from vibopt.design.checked import goal_of
-from vibopt.design.design import Design, Placed
+from vibopt.design.design import Design
 from vibopt.scene.scene import MINIMISE, Scene
 from vibopt.scene.settle import groups, open_places, settled
 from vibopt.solve.method import Progress
@@ -44,7 +45,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     claim += _exchanged(scene)
     rows = [_row(one, design) for one, design in found]
     seconds = {stage: sum(one.timings.get(stage, 0.0) for one in designs) for stage in best.timings}
-    settled_places = {path: Placed(words[path], names) for path, names in open_places(scene).items()}
+    settled_places = {path: Word(words[path], names) for path, names in open_places(scene).items()}
     has_answer = best.goal is not None or best.status == "unbounded"
     return replace(
         best,

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vibopt.answer.entry import Chosen, Entry
 from vibopt.design.checked import checked_limits
-from vibopt.design.design import Chosen, Design, Shown
+from vibopt.design.design import Design
 from vibopt.forms import FloatArray
 from vibopt.scene.check import check
 from vibopt.scene.mistakes import Mistakes
@@ -168,7 +169,7 @@ def _concluded(asked: _Positions, best: Design, u: FloatArray, search: Search) -
 
 def _chosen(variable: Variable, value: float) -> Chosen:
     at = "from" if value == variable.low else "to" if value == variable.high else ""
-    return Chosen(Shown.of(value, "length", "m", variable.unit), at)
+    return Chosen(Entry(value, "length", variable.unit), at)
 
 
 def _spoken(asked: _Positions, u: FloatArray) -> str:

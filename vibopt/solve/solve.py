@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vibopt.answer.entry import Checked, Entry
 from vibopt.design.checked import checked_limits, checked_measures, chosen_of, goal_row
-from vibopt.design.design import Checked, Design, Shown, Used
+from vibopt.design.design import Design, Used
 from vibopt.design.notes import notes_of
 from vibopt.design.rated import parts_of
 from vibopt.forms import Monomials
@@ -34,7 +35,6 @@ from vibopt.solve.rows import direction
 from vibopt.solve.standstill import NAME as STANDSTILL
 from vibopt.solve.standstill import as_goal, endless_limit, no_design, without_goal
 from vibopt.solve.standstill import words as endless_words
-from vibopt.units import si_unit
 from vibopt.work import answering, metered, worked
 
 _PATIENCE = 10_000.0
@@ -361,8 +361,8 @@ def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
     clock.stage("solve")
     unit, dimension = excitation.speed.unit, excitation.speed.dimension
 
-    def shown(omega: float) -> Shown:
-        return Shown.of(excitation.from_rotation(omega), dimension, si_unit(dimension), unit)
+    def shown(omega: float) -> Entry:
+        return Entry(excitation.from_rotation(omega), dimension, unit)
 
     intervals = tuple((shown(low), shown(high)) for low, high in found)
     limits = checked_limits(scene, {}, model=program.model)
@@ -426,9 +426,9 @@ def _answered(
     )
 
 
-def _as_zero(shown: Shown) -> Shown:
+def _as_zero(shown: Entry) -> Entry:
     """A goal that is zero: what rounding left of it is no number to be shown."""
-    return replace(shown, value=0.0, shown=f"0 {shown.shown.partition(' ')[2]}".strip())
+    return replace(shown, value=0.0, text=f"0 {shown.shown.partition(' ')[2]}".strip())
 
 
 def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clock: _Clock, wish: _Wish) -> Design:

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
 
+from vibopt.answer.entry import Checked, Entry
 from vibopt.design.absorbers import BUILD, Part, chosen_in, has_absorbers, parts_of
 from vibopt.design.adjust import Adjusting, adjusting
 from vibopt.design.certify import machine_of
-from vibopt.design.design import Checked, Design, Shown
+from vibopt.design.design import Design
 from vibopt.design.words import SIDES, THOROUGH, goal_words, place_of, spoken, value_at
 from vibopt.errors import InputError
 from vibopt.responses import HarmonicResponse, RandomResponse
@@ -59,7 +60,7 @@ class Consequence:
     what: str
     status: str
     breaks: tuple[Checked, ...]
-    goal: Shown | None
+    goal: Entry | None
     words: str
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from vibopt.design.design import Design
-from vibopt.design.words import margin_words, model_words
+from vibopt.design.words import model_words
 from vibopt.forms import Monomials
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -136,6 +136,6 @@ def _limit(design: Design, name: str) -> str:
         return "BROKEN"
     if one.active:
         return f"ACTIVE, {one.price.words}" if one.price is not None else "ACTIVE"
-    spare = f"{margin_words(one) or 'room'} to spare"
+    spare = f"{one.margin_shown or 'room'} to spare"
     stepped = any(variable.values is not None for variable in design.scene.variables)
     return spare if stepped else f"{spare}: does not hold the design back"

@@ -8,13 +8,14 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.design.build import machine_of
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.scene.facts import FactAt, facts, read_fact
 from vibopt.scene.scene import Scene, Variable
-from vibopt.units import read_quantity, si_unit, to_unit
+from vibopt.units import read_quantity, to_unit
 
 DIGITS = 12
 """Most significant digits that are tried."""
@@ -86,14 +87,14 @@ class Grid:
         return f"{(count * self.step).normalize():f} {self.unit}".strip()
 
     @property
-    def exact(self) -> Shown:
+    def exact(self) -> Entry:
         fact = self.number.fact
-        return Shown.of(fact.value, fact.dimension, si_unit(fact.dimension), fact.unit)
+        return Entry(fact.value, fact.dimension, fact.unit)
 
-    def shown(self, text: str) -> Shown:
+    def shown(self, text: str) -> Entry:
         """A rounded value, as it is written."""
         fact = self.number.fact
-        return Shown(read_fact(fact, text), si_unit(fact.dimension), text)
+        return Entry(read_fact(fact, text), fact.dimension, text=text)
 
 
 def numbers(scene: Scene, kept: Scene) -> list[Number]:

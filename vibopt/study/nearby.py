@@ -9,8 +9,9 @@ from itertools import product
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.design.checked import goal_of
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.scene.facts import facts
 from vibopt.scene.read import with_changes
@@ -108,7 +109,7 @@ def _measured(design: Design, kept: Scene, texts: Mapping[str, str]) -> Near | N
     return None if x is None else Near(texts, scene, solve(scene, explain=False), x)
 
 
-def goal_on(scene: Scene, goal: Goal) -> Shown | None:
+def goal_on(scene: Scene, goal: Goal) -> Entry | None:
     """A goal on a machine without choices; the worst over its tolerances."""
     asked = replace(scene, goal=goal)
     if uncertain(scene):

@@ -8,11 +8,12 @@ from typing import overload
 
 import numpy as np
 
-from vibopt.design.design import Design, Shown
+from vibopt.answer.entry import Entry
+from vibopt.design.design import Design
 from vibopt.forms import FloatArray
 from vibopt.scene.facts import FactAt
 from vibopt.scene.scene import Scene
-from vibopt.units import si_unit, to_unit
+from vibopt.units import to_unit
 
 DECIBEL = "dB"
 
@@ -21,10 +22,10 @@ DECIBEL = "dB"
 class Point:
     """Answer at one value of the varied fact; `margins` by limit name, places and parts by path."""
 
-    value: Shown
+    value: Entry
     status: str
-    goal: Shown | None
-    variables: Mapping[str, Shown]
+    goal: Entry | None
+    variables: Mapping[str, Entry]
     margins: Mapping[str, float]
     parts: Mapping[str, str] = field(default_factory=dict)
 
@@ -101,15 +102,14 @@ class Points(Sequence[Point]):
         if found and columns.goal is not None and scene.goal is not None:
             response = scene.goal.response
             dimension = response.dimension
-            goal = Shown.of(
+            goal = Entry(
                 float(columns.goal[index]),
                 dimension,
-                si_unit(dimension),
                 response.unit or "",
                 amplitude=response.amplitude,
             )
         variables = {
-            one.path: Shown.of(float(x[index]), one.dimension, si_unit(one.dimension), one.unit)
+            one.path: Entry(float(x[index]), one.dimension, one.unit)
             for one, x in zip(scene.variables, columns.x, strict=True)
             if found
         }
@@ -117,9 +117,9 @@ class Points(Sequence[Point]):
         return Point(shown_value(self.fact, float(self.values[index])), columns.status[index], goal, variables, margins)
 
 
-def shown_value(fact: FactAt, value: float) -> Shown:
+def shown_value(fact: FactAt, value: float) -> Entry:
     """A value of the varied fact."""
-    return Shown.of(value, fact.dimension, si_unit(fact.dimension), fact.unit, amplitude=fact.amplitude)
+    return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
 
 
 def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:

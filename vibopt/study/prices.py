@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from vibopt.answer.entry import Checked, Entry, Price
 from vibopt.design.checked import shown_value
-from vibopt.design.design import Checked, Design, Price, Shown
+from vibopt.design.design import Design
 from vibopt.design.words import THOROUGH
 from vibopt.responses import Response
 from vibopt.scene.facts import FactAt, fact_at
@@ -77,10 +78,10 @@ def _price(design: Design, row: Checked, until: bool) -> Price | None:
     if goal is None:
         return None
     end = _until(design, row, fact) if until else None
-    return Price(loosened, goal, end, _words(design, row, loosened, goal, end))
+    return Price(_words(design, row, loosened, goal, end), loosened, goal, end)
 
 
-def _rounded(response: Response, fact: FactAt, aimed: float) -> Shown:
+def _rounded(response: Response, fact: FactAt, aimed: float) -> Entry:
     """A bound with as few digits as leave the step what it is: one that can be named as it is solved."""
     step, unit = aimed - fact.value, fact.unit
     for digits in range(1, 5):
@@ -97,13 +98,13 @@ def _asked(design: Design) -> Scene:
     return design.scene.asked or design.scene
 
 
-def _goal_at(design: Design, fact: FactAt, bound: float) -> Shown | None:
+def _goal_at(design: Design, fact: FactAt, bound: float) -> Entry | None:
     """Goal of the scene with one bound changed."""
     other = solve(with_changes(_asked(design), {fact.path: fact.text(bound)}), explain=False, near=design.x)
     return other.goal[1] if other.goal is not None else None
 
 
-def _until(design: Design, row: Checked, fact: FactAt) -> Shown | None:
+def _until(design: Design, row: Checked, fact: FactAt) -> Entry | None:
     """The bound from which on the goal is as good as without the limit; None when it always helps."""
     free = solve(without_bound(_asked(design), row.name, row.side), explain=False, near=design.x)
     if free.goal is None:
@@ -124,7 +125,7 @@ def _until(design: Design, row: Checked, fact: FactAt) -> Shown | None:
     return shown_value(response, good, fact.unit)
 
 
-def _as_good(goal: Shown | None, target: float) -> bool:
+def _as_good(goal: Entry | None, target: float) -> bool:
     return goal is not None and abs(goal.value - target) <= 1e-8 * abs(target)
 
 
@@ -138,7 +139,7 @@ def without_bound(scene: Scene, name: str, side: str) -> Scene:
     return from_dict(document, name=scene.name)
 
 
-def _words(design: Design, row: Checked, loosened: Shown, goal: Shown, until: Shown | None) -> str:
+def _words(design: Design, row: Checked, loosened: Entry, goal: Entry, until: Entry | None) -> str:
     assert row.limit is not None
     assert design.goal is not None
     name, now = design.goal

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import inf, isinf, tau
 from typing import TYPE_CHECKING, Any
 
-from vibopt.design.design import Checked, Design, Shown
+from vibopt.answer.entry import Checked, Entry
+from vibopt.design.design import Design
 from vibopt.errors import QuantityError, UnknownName, way_out
 from vibopt.jobs import is_design
 from vibopt.responses import Response
@@ -167,7 +168,7 @@ def _dimension(design: Design, path: str) -> str:
     return next((one.dimension for one in design.scene.variables if one.path == path), "length")
 
 
-def _find(design: Design, path: str) -> tuple[Shown, str, bool]:
+def _find(design: Design, path: str) -> tuple[Entry, str, bool]:
     """The value at a path of the answer, its dimension, and whether it is an amplitude."""
     family, _, rest = path.partition(".")
     if family == "variables":
@@ -184,7 +185,7 @@ def _find(design: Design, path: str) -> tuple[Shown, str, bool]:
     raise _NoSuchPathError(f'there is no "{family}" in an answer.{way_out(family, known)}')
 
 
-def _find_checked(design: Design, family: str, rest: str) -> tuple[Shown, str, bool]:
+def _find_checked(design: Design, family: str, rest: str) -> tuple[Entry, str, bool]:
     """NAME.value, NAME.worst_at or NAME.worst_at.EXCITATION."""
     name, _, key = rest.partition(".")
     checked: Checked = _entry(getattr(design, family), name, family.removesuffix("s"))
@@ -196,7 +197,7 @@ def _find_checked(design: Design, family: str, rest: str) -> tuple[Shown, str, b
     raise _NoSuchPathError(f'{family}.{name} has no "{key}". Write value or worst_at.')
 
 
-def _worst_at(design: Design, checked: Checked, excitation: str) -> tuple[Shown, str, bool]:
+def _worst_at(design: Design, checked: Checked, excitation: str) -> tuple[Entry, str, bool]:
     if not excitation and len(checked.worst_at) != 1:
         names = ", ".join(checked.worst_at) or "none"
         raise _NoSuchPathError(f"the worst of {checked.name} is at a speed of each of: {names}. Write worst_at.NAME.")

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from vibopt.answer.entry import Entry
 from vibopt.design.checked import chosen_of
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.scene.scene import MINIMISE, Scene
 from vibopt.study.freeze import frozen, goal_as_shown
@@ -24,8 +25,8 @@ _BEYOND = 100.0
 class Value:
     """A number of the design: exact, rounded, and the text that stands on the drawing."""
 
-    exact: Shown
-    rounded: Shown
+    exact: Entry
+    rounded: Entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class Rounded:
     values: Mapping[str, Value]
     worse_by: float | None
     tried: int
-    goal: Shown | None = None
+    goal: Entry | None = None
     broken: str = ""
     by: float = 0.0
     enough: int | None = None
@@ -154,7 +155,7 @@ def _as_written(chosen: Any, value: Value | None) -> Any:
     return chosen if value is None else replace(chosen, value=value.rounded)
 
 
-def _worse(design: Design, value: Shown | None) -> float | None:
+def _worse(design: Design, value: Entry | None) -> float | None:
     if design.goal is None or value is None or design.scene.goal is None or not design.goal[1].value:
         return None
     sign = 1.0 if design.scene.goal.sense == MINIMISE else -1.0

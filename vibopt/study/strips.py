@@ -7,7 +7,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from vibopt.design.design import Shown
+from vibopt.answer.entry import Entry
 from vibopt.design.strips import Line, Strip, Strips
 from vibopt.design.words import place_of, spoken
 from vibopt.study.edges import stretches
@@ -57,7 +57,7 @@ def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
             yield _strip(variable.path, values, variable.dimension, "")
 
 
-def _strip(name: str, values: list[Shown | None], dimension: str, unit: str) -> Strip:
+def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> Strip:
     si = np.array([one.value if one is not None else nan for one in values])
     si[~np.isfinite(si)] = nan
     finite = si[np.isfinite(si)]

@@ -9,13 +9,13 @@ from itertools import pairwise
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from vibopt.design.design import Shown
+from vibopt.answer.entry import Entry
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import Scene
 from vibopt.study.margins import LARGE, Margins
-from vibopt.units import show, si_unit
+from vibopt.units import show
 
 REACH = 10.0
 ROOM = 1e-6
@@ -48,9 +48,9 @@ class Threshold:
     """
 
     path: str
-    now: Shown
-    below: Shown | None
-    above: Shown | None
+    now: Entry
+    below: Entry | None
+    above: Entry | None
     limits: tuple[str, str]
     whole: bool = False
 
@@ -59,7 +59,7 @@ class Threshold:
         """Whether no failing value was found."""
         return self.below is None and self.above is None
 
-    def at_once(self, end: Shown) -> bool:
+    def at_once(self, end: Entry) -> bool:
         """Whether an end leaves no room that anybody could measure."""
         return abs(end.value - self.now.value) <= ROOM * (abs(self.now.value) or 1.0)
 
@@ -118,16 +118,16 @@ def _of(margins: Margins, extent: float) -> Threshold:
     )
 
 
-def _shown(fact: FactAt, value: float) -> Shown:
-    return Shown.of(value, fact.dimension, si_unit(fact.dimension), fact.unit, amplitude=fact.amplitude)
+def _shown(fact: FactAt, value: float) -> Entry:
+    return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
 
 
-def _apart(fact: FactAt, value: float) -> Shown:
+def _apart(fact: FactAt, value: float) -> Entry:
     """A value with as many digits as it takes to tell it from the fact."""
     now = _shown(fact, fact.value).shown
     texts = (show(value, fact.unit, fact.dimension, digits=n, amplitude=fact.amplitude) for n in (4, 6, 8, 10, 13))
     text = next((one for one in texts if one != now), now)
-    return Shown(value, si_unit(fact.dimension), text)
+    return Entry(value, fact.dimension, text=text)
 
 
 def _counted(margins: Margins, reach: float) -> float | None:

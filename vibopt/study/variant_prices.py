@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from vibopt.answer.entry import Entry
 from vibopt.design.certify import measure
 from vibopt.design.checked import shown_value, usual_unit
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.design.words import listed
 from vibopt.devices.part import Part
 from vibopt.responses.price import TotalPrice
@@ -20,7 +21,7 @@ def bought(scene: Scene) -> dict[str, Part]:
     return {path: one for path, one in parts.items() if one is not None}
 
 
-def price_of(design: Design, chosen: Mapping[str, float]) -> Shown | None:
+def price_of(design: Design, chosen: Mapping[str, float]) -> Entry | None:
     """What all bought parts cost together; None where nothing is bought, or a catalogue has no prices."""
     parts = bought(design.scene)
     if not parts or any(one.price is None for one in parts.values()):
@@ -29,7 +30,7 @@ def price_of(design: Design, chosen: Mapping[str, float]) -> Shown | None:
     return shown_value(response, measure(design.scene, chosen, response).value, usual_unit(design.scene, response))
 
 
-def price_words(price: Shown, design: Design, designs: Sequence[Design]) -> str:
+def price_words(price: Entry, design: Design, designs: Sequence[Design]) -> str:
     """The price, and what of that which other variants buy it does not hold: "80 EUR without feet"."""
     missing = _not_bought(design, designs)
     return f"{price.shown} without {listed(missing)}" if missing else price.shown

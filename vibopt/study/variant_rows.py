@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vibopt.answer.entry import Checked, Entry
 from vibopt.design.build import machine_of
-from vibopt.design.design import Checked, Design, Shown
+from vibopt.design.design import Design
 from vibopt.design.shelf import tied
-from vibopt.design.words import at_words, margin_words, place_of, spoken, state_words
+from vibopt.design.words import at_words, place_of, spoken
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.scene.facts import FactAt, facts
@@ -87,12 +88,12 @@ def _goal_row(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
     if goal.response.response == "price":
         return _price_row("goal", name, sense, designs)
     shown = [_goal_of(one, name, goal) for one in designs]
-    unit = next((one.unit for one in shown if one is not None), "")
+    unit = next((one.si for one in shown if one is not None), "")
     cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
     return Row("goal", name, unit, marked(cells, sense, [one.exit_code == 0 for one in designs]))
 
 
-def _goal_of(design: Design, name: str, goal: Goal) -> Shown | None:
+def _goal_of(design: Design, name: str, goal: Goal) -> Entry | None:
     if not has_machine(design):
         return None
     own = goal_in(design.scene)
@@ -103,7 +104,7 @@ def _goal_of(design: Design, name: str, goal: Goal) -> Shown | None:
     return _measured_goal(design.scene, goal)
 
 
-def _measured_goal(scene: Scene, goal: Goal) -> Shown | None:
+def _measured_goal(scene: Scene, goal: Goal) -> Entry | None:
     """A goal on another machine; None where its places are not there."""
     try:
         return goal_on(scene, goal)
@@ -118,7 +119,7 @@ def _chosen_rows(designs: Sequence[Design]) -> list[Row]:
     rows = [Row("chosen", path, "", tuple(_place_cell(one, path) for one in designs)) for path in placed]
     for path in free:
         cells = tuple(_value_cell(one, path) for one in designs)
-        unit = next(one.variables[path].value.unit for one in designs if path in one.variables)
+        unit = next(one.variables[path].value.si for one in designs if path in one.variables)
         rows.append(Row("chosen", path, unit, cells))
     return rows
 
@@ -146,7 +147,7 @@ def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
 
 
 def _fact_cell(one: FactAt) -> Cell:
-    return Cell(Shown.of(one.value, one.dimension, "", one.unit, amplitude=one.amplitude).shown, one.value)
+    return Cell(Entry(one.value, one.dimension, one.unit, amplitude=one.amplitude).shown, one.value)
 
 
 def _brought_cell(design: Design, path: str) -> Cell | None:
@@ -161,7 +162,7 @@ def _brought_cell(design: Design, path: str) -> Cell | None:
     value, rule = getattr(table, steps[0]), rule_of(type(table), steps[0])
     if not isinstance(value, Fact) or rule is None:
         return None
-    return Cell(Shown.of(value.value, rule.dimension, "", value.unit).shown, value.value)
+    return Cell(Entry(value.value, rule.dimension, value.unit).shown, value.value)
 
 
 def _bought(scene: Scene) -> dict[str, str]:
@@ -209,7 +210,7 @@ def _price_row(kind: str, name: str, sense: float, designs: Sequence[Design]) ->
         for one, price in zip(designs, shown, strict=True)
     ]
     rivals = [one.exit_code == 0 and fair for one, fair in zip(designs, comparable(designs), strict=True)]
-    unit = next((one.unit for one in shown if one is not None), "")
+    unit = next((one.si for one in shown if one is not None), "")
     return Row(kind, name, unit, marked(cells, sense, rivals))
 
 
@@ -226,17 +227,17 @@ def _limit_rows(designs: Sequence[Design]) -> list[Row]:
         rivals = [one is not None and one.met for one in checked]
         if any(one is not None and one.response == "price" for one in checked):
             rivals = [met and fair for met, fair in zip(rivals, comparable(designs), strict=True)]
-        room = ["" if one is None else margin_words(one) for one in checked]
+        room = ["" if one is None else one.margin_shown for one in checked]
         rows.append(Row("limit", name, "", marked(cells, 1.0, rivals, room, least=SAME)))
     return rows
 
 
 def limit_words(checked: Checked) -> str:
     """The worst value, the bound and the room: "268 N pk at 1500 rpm\\nat most 330 N pk, 18.8 %"."""
-    at, state = at_words(checked.worst_at), state_words(checked)
+    at, state = at_words(checked.worst_at), checked.state
     side = checked.side.replace("_", " ")
     bound = f"{side} {checked.limit.shown}" if checked.limit is not None else ""
-    room = ", ".join(filter(None, (bound, margin_words(checked), state)))
+    room = ", ".join(filter(None, (bound, checked.margin_shown, state)))
     return f"{checked.value.shown}{f' at {at}' if at else ''}\n{room}"
 
 
@@ -246,7 +247,7 @@ def _measure_rows(designs: Sequence[Design]) -> list[Row]:
     rows = []
     for name in names:
         shown = [one.measures[name].value if name in one.measures else None for one in designs]
-        unit = next(one.unit for one in shown if one is not None)
+        unit = next(one.si for one in shown if one is not None)
         cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
         rows.append(Row("measure", name, unit, cells))
     return rows
@@ -258,7 +259,7 @@ def _mode_rows(designs: Sequence[Design]) -> list[Row]:
     count = min(max(map(len, modes)), MOST_MODES)
     rows = []
     for k in range(count):
-        shown = [Shown.of(float(one[k]), "angular_rate", "rad/s", "Hz") if k < len(one) else None for one in modes]
+        shown = [Entry(float(one[k]), "angular_rate", "Hz") if k < len(one) else None for one in modes]
         cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
         rows.append(Row("frequency", f"natural frequency {k + 1}", "rad/s", cells))
     return rows

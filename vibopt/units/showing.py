@@ -1,6 +1,6 @@
 """Showing a value: from SI back to the user's unit, in plain digits."""
 
-from math import floor, isinf, isnan, log10
+from math import degrees, floor, isinf, isnan, log10
 
 from vibopt.units.dimensions import DIMENSIONS
 from vibopt.units.reading import TO_PEAK
@@ -84,3 +84,10 @@ def plain(number: float, digits: int = 4) -> str:
     decimals = max(0, digits - 1 - floor(log10(size)))
     text = f"{number:.{decimals}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def show_angle(angle: float, digits: int = 4) -> str:
+    """An angle [rad] as text in degrees from 0 to below 360, with `digits` - 3 decimals."""
+    text = f"{degrees(angle):.{max(digits - 3, 0)}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0 deg" if text in ("360", "-0") else f"{text} deg"

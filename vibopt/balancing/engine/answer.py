@@ -7,6 +7,7 @@ from math import degrees
 
 import numpy as np
 
+from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.limit_prices import impasse, prices
@@ -22,7 +23,7 @@ from vibopt.balancing.engine.shaking import (
 )
 from vibopt.balancing.engine.solve import Balanced, balance, goal_table
 from vibopt.balancing.engine.tables import EngineLimitTable
-from vibopt.balancing.outcome import Entry, Held, Outcome, angle
+from vibopt.balancing.outcome import Outcome, angle
 from vibopt.balancing.prices import allowance
 from vibopt.forms import ComplexArray
 from vibopt.units import show
@@ -39,7 +40,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False) -> Outcome:
     with metered() as meter:
         found = balance(job)
     here = arms(job, found.cranks)
-    limits = {name: _held(job, found, one) for name, one in job.limits.items()}
+    limits = {name: _held(job, found, name, one) for name, one in job.limits.items()}
     status, claim = found.status, found.claim
     if status in ("optimal", "feasible", "met"):
         status, claim = _checked(job, found, here, limits)
@@ -48,7 +49,9 @@ def solve_engine(job: EngineJob, *, thorough: bool = False) -> Outcome:
     budget = allowance(thorough)
     reason = impasse(job, meter.done, budget) if status == "infeasible" and job.limits else ""
     words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
-    limits = {name: replace(one, buys=words.pop(name, "")) for name, one in limits.items()}
+    limits = {
+        name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
+    }
     return Outcome(
         name=job.name,
         title=job.title,
@@ -56,18 +59,18 @@ def solve_engine(job: EngineJob, *, thorough: bool = False) -> Outcome:
         claim=claim,
         values=_values(job, found, here),
         limits=limits,
-        measures={name: _held(job, found, one) for name, one in job.measures.items()},
+        measures={name: _held(job, found, name, one) for name, one in job.measures.items()},
         goal=None if job.goal is None else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
         notes=(*_notes(job, found, here), *unpriced),
-        prices=words,
+        prices={path: Price(one) for path, one in words.items()},
         details={"classes": found.tried, "as_good": found.alike},
         expected=job.expected,
         reason=reason,
     )
 
 
-def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Held]) -> tuple[str, str]:
+def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Checked]) -> tuple[str, str]:
     """Status after the pistons were moved through a turn in time and their accelerations taken by differences."""
     from vibopt.balancing.engine.simulate import simulated
 
@@ -110,17 +113,18 @@ def _measured(job: EngineJob, found: Balanced, table: EngineLimitTable) -> float
     return _clean(value, _size(job, table.is_couple))
 
 
-def _held(job: EngineJob, found: Balanced, table: EngineLimitTable) -> Held:
+def _held(job: EngineJob, found: Balanced, name: str, table: EngineLimitTable) -> Checked:
     """A limit or measure."""
-    order = f" of order {table.order}" if table.order else ""
+    order = f"of order {table.order}" if table.order else ""
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
     value = Entry(_measured(job, found, table), table.dimension, table.unit, amplitude=table.when is None)
-    return Held(table.response + order, value, bound)
+    size = _size(job, table.is_couple)
+    return at_most(name, table.response, order, value, bound, None if bound is None or bound.value else size)
 
 
-def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Entry]:
+def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
     """Every number by its path."""
-    values: dict[str, Entry] = {}
+    values: dict[str, Value] = {}
     for k, one in enumerate(job.cylinders):
         values[f"cylinders.{k + 1}.crank"] = angle(np.exp(1j * found.cranks[one.throw]))
     first = len(free_shares(job))
@@ -134,16 +138,16 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Entry]:
     values.update(_orders(job, here.at(found.x)))
     if len(job.cylinders) > 1:
         firing = best_firing(job, found.cranks)
-        values["firing.order"] = Entry("-".join(map(str, job.fires)) or firing.text)
-        values["firing.even"] = Entry("yes" if is_even(firing) else "no")
+        values["firing.order"] = Word("-".join(map(str, job.fires)) or firing.text)
+        values["firing.even"] = Word("yes" if is_even(firing) else "no")
         if not job.fires:
             values["firing.neighbours"] = Entry(float(firing.neighbours), "count")
     return values
 
 
-def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Entry]:
+def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Value]:
     """Force and couple of each order that the series has, and the greatest of all together over a turn."""
-    values: dict[str, Entry] = {}
+    values: dict[str, Value] = {}
     for couple, word, dimension in ((False, "force", "force"), (True, "couple", "moment")):
         size = _size(job, couple)
         for order in (1, *range(2, (2 if job.truncated else job.orders) + 1, 2)):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil
 
+from vibopt.answer.entry import Checked
 from vibopt.balancing.conflict import Step, conflict_words, smallest_set
 from vibopt.balancing.engine.caps import Cap, caps_of, wider
 from vibopt.balancing.engine.job import EngineJob
@@ -21,7 +22,6 @@ from vibopt.balancing.engine.solve import (
     size_of,
 )  # fmt: skip
 from vibopt.balancing.engine.tables import EngineLimitTable
-from vibopt.balancing.outcome import Held
 from vibopt.balancing.prices import THOROUGH, left_out
 from vibopt.units import show, si_unit
 from vibopt.work import Budget
@@ -36,7 +36,7 @@ Known = EngineLimitTable | Cap
 
 
 def prices(
-    job: EngineJob, found: Balanced, limits: Mapping[str, Held], work: float, budget: Budget
+    job: EngineJob, found: Balanced, limits: Mapping[str, Checked], work: float, budget: Budget
 ) -> tuple[dict[str, str], tuple[str, ...]]:
     """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out.
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.balancing.blocks import brief
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.figures.bars import AFTER, BEFORE, pad_more
@@ -102,11 +101,11 @@ def _say_nil(axes: Any, outcome: Outcome, job: EngineJob, drawn: list[str]) -> N
         even = "even" if outcome.values["firing.even"].value == "yes" else "not even"
         lines.append(f"firing order {outcome.values['firing.order'].shown} ({even})")
     if "counterweight_share" in outcome.values:
-        lines.append(f"counterweights carry {brief(outcome.values['counterweight_share'])} of the reciprocating mass")
+        lines.append(f"counterweights carry {outcome.values['counterweight_share'].shown} of the reciprocating mass")
     for one in job.weights:
         path = f"{one.family}.{one.name}"
         if f"{path}.unbalance" in outcome.values:
-            size, angle = (brief(outcome.values[f"{path}.{key}"]) for key in ("unbalance", "angle"))
+            size, angle = (outcome.values[f"{path}.{key}"].shown for key in ("unbalance", "angle"))
             lines.append(f"{one.name}: {size} at {angle}")
     lines += [f"no {word} is left" for _, word, _ in _KINDS if word not in drawn]
     axes.text(0.0, 0.5, "\n".join(lines), transform=axes.transAxes, va="center", fontsize=SIZE, color=INK, wrap=True)

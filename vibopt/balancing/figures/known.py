@@ -7,14 +7,15 @@ from collections.abc import Sequence
 from math import tau
 from typing import TYPE_CHECKING
 
-from vibopt.balancing.blocks import brief
+from vibopt.answer.entry import Entry, Value
 from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Disc, draw_disc
 from vibopt.balancing.figures.dial import Spot as Placed
 from vibopt.balancing.known.job import KnownJob, Spot
-from vibopt.balancing.outcome import Entry, Outcome
+from vibopt.balancing.outcome import Outcome
 from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
 from vibopt.units import best_unit, to_unit
+from vibopt.units.showing import show_angle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,7 +76,7 @@ def _disc(outcome: Outcome, spot: Spot) -> Disc:
         spots = _in_holes(outcome.values[f"{path}.weights"].shown, plane.holes, look)
     elif angle is not None and isinstance(angle.value, float):
         amount = outcome.values.get(f"{path}.mass", outcome.values[f"{path}.unbalance"])
-        spots = (Placed(angle.value, f"{brief(amount)}\n{brief(angle).replace(' deg', '°')}", look),)
+        spots = (Placed(angle.value, f"{amount.shown}\n{angle.shown.replace(' deg', '°')}", look),)
     if not spots:
         note = "leave\nuntouched" if plane.keep else "no weight"
     return Disc(f"Plane {plane.name}", 1, spots, plane.holes, plane.forbidden, note, turns=False)
@@ -88,7 +89,7 @@ def _in_holes(text: str, holes: Sequence[float], look: str) -> tuple[Placed, ...
         weight, sign, rest = part.partition(" in hole ")
         if sign:
             hole = int(rest.split(" ")[0])
-            angle = brief(Entry(holes[hole - 1], "angle", "deg")).replace(" deg", "°")
+            angle = show_angle(holes[hole - 1]).replace(" deg", "°")
             spots.append(Placed(holes[hole - 1], f"{weight}, hole {hole}\n{angle}", look))
     return tuple(spots)
 
@@ -122,8 +123,8 @@ def _limit(job: KnownJob, response: str, name: str) -> float | None:
 
 
 def _bar(outcome: Outcome, name: str, path: str, unit: str, dimension: str, limit: float | None) -> Bar:
-    def number(one: Entry | None) -> float | None:
-        return None if one is None or isinstance(one.value, str) else to_unit(one.value, unit, dimension)
+    def number(one: Value | None) -> float | None:
+        return to_unit(one.value, unit, dimension) if isinstance(one, Entry) else None
 
     before, after = (number(outcome.values.get(f"{when}.{path}")) for when in ("as_found", "residual"))
     return Bar(name, before, after, None if limit is None else to_unit(limit, unit, dimension))

@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from math import tau
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.entry import Entry
 from vibopt.balancing.answers import PlaneAnswer, RowAnswer, Weight
-from vibopt.balancing.blocks import brief
 from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Dial, Disc, Phasor, Spot, draw_dial, draw_disc
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.outcome import Entry
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.words import MARK
 from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
 from vibopt.units import to_unit
+from vibopt.units.showing import show_angle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -130,8 +130,8 @@ def _part(radius: float | None, plane: Plane) -> float:
 
 def _words(one: Weight, mass: Entry) -> str:
     hole = "" if one.hole is None else f", hole {one.hole + 1}"
-    angle = brief(Entry(one.angle, "angle", "deg")).replace(" deg", "°")
-    return f"{brief(Entry(one.mass, mass.dimension, mass.unit))}{hole}\n{angle}"
+    angle = show_angle(one.angle).replace(" deg", "°")
+    return f"{Entry(one.mass, mass.dimension, mass.unit).shown}{hole}\n{angle}"
 
 
 def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import tau
 
+from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most
 from vibopt.balancing.known.job import KnownJob, Spot
 from vibopt.balancing.known.prices import prices
 from vibopt.balancing.known.solve import Correction, correct
@@ -19,7 +20,7 @@ from vibopt.balancing.known.statics import (
 )
 from vibopt.balancing.known.tables import KnownLimitTable
 from vibopt.balancing.options import neighbours
-from vibopt.balancing.outcome import Entry, Held, Outcome, angle
+from vibopt.balancing.outcome import Outcome, angle
 from vibopt.balancing.planes import MASS, Fitted, Plane
 from vibopt.balancing.prices import allowance
 from vibopt.forms import ComplexArray
@@ -35,7 +36,10 @@ def solve_known(job: KnownJob, *, thorough: bool = False) -> Outcome:
     limits = {name: _held(job, found, name, table) for name, table in job.limits.items()}
     status, claim = _status(job, found, limits)
     words, unpriced = prices(job, found, _value, _limit, meter.done, allowance(thorough))
-    limits = {name: replace(one, buys=words.pop(name, "")) for name, one in limits.items()}
+    limits = {
+        name: replace(one, price=Price(words.pop(name, ""), rate=found.prices.get(name)))
+        for name, one in limits.items()
+    }
     return Outcome(
         name=job.name,
         title=job.title,
@@ -47,12 +51,12 @@ def solve_known(job: KnownJob, *, thorough: bool = False) -> Outcome:
         goal=_goal(job, found),
         method=found.way,
         notes=(*job.notes, *_notes(job, found), *unpriced),
-        prices=words,
+        prices={path: Price(one) for path, one in words.items()},
         expected=job.expected,
     )
 
 
-def _status(job: KnownJob, found: Correction, limits: dict[str, Held]) -> tuple[str, str]:
+def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tuple[str, str]:
     """The status after the check by hand: force and couple left must be what the sums say."""
     if found.status == "infeasible":
         return found.status, found.claim
@@ -98,7 +102,7 @@ def _value(job: KnownJob, found: Correction) -> float:
     return float("nan") if goal is None else float(goal[1].value)
 
 
-def _limit(job: KnownJob, found: Correction, name: str) -> Held:
+def _limit(job: KnownJob, found: Correction, name: str) -> Checked:
     return _held(job, found, name, job.limits[name])
 
 
@@ -115,9 +119,9 @@ def amounts(job: KnownJob, found: Correction) -> list[float]:
     ]
 
 
-def _values(job: KnownJob, found: Correction) -> dict[str, Entry]:
+def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
     """Every number by its path."""
-    values: dict[str, Entry] = {}
+    values: dict[str, Value] = {}
     for k, spot in enumerate(job.spots):
         values.update(_plane_values(spot, complex(found.u[k]), found.weights[k] if found.weights else ()))
     for when, u in (("as_found", 0.0 * found.u), ("residual", found.u)):
@@ -141,28 +145,28 @@ def _values(job: KnownJob, found: Correction) -> dict[str, Entry]:
     return values
 
 
-def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float], ...]) -> dict[str, Entry]:
+def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float], ...]) -> dict[str, Value]:
     """Mass, angle, hole and depth of one plane; where material is removed, of the material to take away."""
     plane, path = spot.plane, f"planes.{spot.plane.name}"
     where = -u if plane.remove else u
-    values = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
+    values: dict[str, Value] = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
     if plane.kind == MASS:
         mass = sum(m for _, m, _ in weights) if weights else plane.amount(u)
         values[f"{path}.mass"] = Entry(mass, "mass", plane.unit)
     if abs(u) > 0.0:
         values[f"{path}.angle"] = angle(where)
     if plane.remove:
-        values[f"{path}.action"] = Entry("remove material here")
+        values[f"{path}.action"] = Word("remove material here")
     if plane.drill is not None:
         values[f"{path}.depth"] = Entry(plane.drill.depth(plane.amount(u)), "length", "mm")
     if plane.shelf or any(one.hole is not None for one in plane.fitted or ()) or len(plane.fitted or ()) > 1:
         own = plane.fitted or [None] * len(weights)
         said = ", ".join(_weight_words(plane, *one) for one in zip(weights, own, strict=True))
-        values[f"{path}.weights"] = Entry(said or "none")
+        values[f"{path}.weights"] = Word(said or "none")
     elif plane.holes and abs(u) > 0.0:
         one, other = neighbours(plane, float(angle(where).value))
         said = f"between hole {one + 1} and hole {other + 1}" if one != other else f"hole {one + 1}"
-        values[f"{path}.holes"] = Entry(said)
+        values[f"{path}.holes"] = Word(said)
     return values
 
 
@@ -182,7 +186,7 @@ def _clean(value: float, size: float) -> float:
     return 0.0 if value < 1e-13 * size else float(value)
 
 
-def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -> Held:
+def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -> Checked:
     """A limit or measure on the corrected shaft, by the masses turned by hand where it is a sum."""
     static, couple = left_over(job, found.u)
     size = float(abs(unbalances(job)).sum())
@@ -192,14 +196,14 @@ def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -
         place, value = "", _clean(abs(couple), size * middle_and_arm(job)[1])
     elif table.response == "bearing_reaction":
         all_forces = {n: abs(force) for n, force in reactions(job, found.u).items()}
-        place = f" of {table.of}" if table.of else ""
+        place = f"of {table.of}" if table.of else ""
         value = _clean(all_forces[table.of] if table.of else max(all_forces.values()), size * (job.speed or 1.0) ** 2)
     else:
         masses = dict(zip((spot.plane.name for spot in job.spots), amounts(job, found), strict=True))
-        place = f" of {table.of}" if table.of else " in total"
+        place = f"of {table.of}" if table.of else "in total"
         value = masses[table.of] if table.of else sum(masses.values())
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
-    return Held(table.response + place, Entry(float(value), table.dimension, table.unit), bound, found.prices.get(name))
+    return at_most(name, table.response, place, Entry(float(value), table.dimension, table.unit), bound)
 
 
 def _notes(job: KnownJob, found: Correction) -> tuple[str, ...]:

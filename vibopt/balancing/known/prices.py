@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, inf, isfinite
 
+from vibopt.answer.entry import Checked
 from vibopt.balancing.known.job import KnownJob
 from vibopt.balancing.known.solve import Correction, correct
-from vibopt.balancing.outcome import Held
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.prices import left_out
 from vibopt.units import show, si_unit
@@ -38,7 +38,7 @@ class Bound:
 
 
 def prices(
-    job: KnownJob, found: Correction, goal: Measure, held: Callable[[KnownJob, Correction, str], Held], work: float,
+    job: KnownJob, found: Correction, goal: Measure, held: Callable[[KnownJob, Correction, str], Checked], work: float,
     budget: Budget,
 ) -> tuple[dict[str, str], tuple[str, ...]]:  # fmt: skip
     """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out.
@@ -104,7 +104,7 @@ def _dimension(job: KnownJob) -> str:
     return of.get(job.goal.minimise, "unbalance")
 
 
-def _limits(job: KnownJob, held: Callable[[KnownJob, Correction, str], Held]) -> list[Bound]:
+def _limits(job: KnownJob, held: Callable[[KnownJob, Correction, str], Checked]) -> list[Bound]:
     def bound(name: str) -> Bound:
         table = job.limits[name]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import isfinite
 
+from vibopt.answer.entry import Entry
 from vibopt.design.absorbers import parts_of
-from vibopt.design.design import Design, Shown
+from vibopt.design.design import Design
 from vibopt.devices import LinkTable, MountTable
 from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
@@ -53,11 +54,11 @@ def _joined(first: str, then: list[str]) -> str:
     return ": ".join(filter(None, (first, ", ".join(then))))
 
 
-def _again(one: Shown) -> str:
+def _again(one: Entry) -> str:
     """The same value with all its digits, in the unit in which it was shown."""
     unit = one.shown.partition(" ")[2]
-    dimension = {"kg": "mass", "N/m": "stiffness", "N s/m": "damping"}.get(one.unit, "")
-    return verified(one.value, unit, dimension) if dimension else one.shown
+    exact = one.dimension in ("mass", "stiffness", "damping")
+    return verified(one.value, unit, one.dimension) if exact else one.shown
 
 
 def _order(design: Design, path: str, part: Part | None, count: float) -> str:

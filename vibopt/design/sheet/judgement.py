@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from vibopt.answer.entry import Checked
 from vibopt.design.absorbers import chosen_in
-from vibopt.design.design import Checked, Design
+from vibopt.design.design import Design
 from vibopt.design.sheet.names import said, short
 from vibopt.design.words import (
     SIDES,
@@ -14,12 +15,10 @@ from vibopt.design.words import (
     goal_words,
     listed,
     loosening_words,
-    margin_words,
     model_words,
     notes_of,
     off_words,
     spoken,
-    state_words,
 )
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.scene.scene import MINIMISE
@@ -134,8 +133,8 @@ def _limit(design: Design, one: Checked) -> LimitRow:
         f"{SIDES.get(one.side, '')} {one.limit.shown if one.limit is not None else ''}".strip(),
         one.value.shown,
         "; ".join(filter(None, (at_words(one.worst_at), _off(one)))),
-        margin_words(one),
-        {"BROKEN": "NOT MET", "ACTIVE": "met, at its limit"}.get(state_words(one), "met"),
+        one.margin_shown,
+        {"BROKEN": "NOT MET", "ACTIVE": "met, at its limit"}.get(one.state, "met"),
     )
 
 
