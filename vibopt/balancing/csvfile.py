@@ -8,11 +8,12 @@ One row a run.  Columns: run, speed [rpm], stayed; per plane "left" (text such a
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
+from operator import itemgetter
 from pathlib import Path as FilePath
 from typing import Any
 
-from vibopt.balancing.csvrows import OWN, THOUSANDS, Cells, Column, CsvMistakes, run_of
+from vibopt.balancing.csvrows import OWN, THOUSANDS, Cells, Column, CsvMistakes, Plain, Row, run_of
 from vibopt.errors import InputError, way_out
 from vibopt.scene.mistakes import Mistakes
 from vibopt.values.sheet import Sheet, heading_of, letter, sheet_of
@@ -37,35 +38,52 @@ def read_csv(
         outer.add(("readings",), f"{file.name} is empty. Its first row names the columns: run, speed [rpm], ...")
         return [], mistakes
     (header_row, header), *body = sheet.rows
-    own, names = list(planes), list(sensors) or _sensors_of(header)
-    columns = _columns(header, header_row, own, names, mistakes)
+    own, parts = list(planes), [_column(heading, letter(index)) for index, heading in enumerate(header)]
+    names = list(sensors) or [column.name for column in parts if column.what == "amplitude"]
+    columns = _columns(parts, header_row, own, names, mistakes)
     _check_parts(columns, header_row, own, mistakes)
     if mistakes.found:
         return [], mistakes
-    said = Cells(columns, own, sheet, _parts_thousands(sheet))
+    said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names, mistakes))
     runs = [run_of(index, row, cells, said, mistakes) for index, (row, cells) in enumerate(body)]
     if not body:
         outer.add(("readings",), f"{file.name} has no run below its heading. Add one row a run.")
     return runs, mistakes
 
 
-def _sensors_of(header: Sequence[str]) -> list[str]:
-    """Sensors that the heading itself tells, by their "a amplitude [mil pp]"."""
-    columns = [_column(heading, "") for heading in header]
-    return [column.name for column in columns if column.what == "amplitude"]
+def _plain(columns: Sequence[Column | None], sensors: Sequence[str], mistakes: CsvMistakes) -> Plain | None:
+    """How rows of numbers are read in one piece: every sensor has a column for its size and one for its angle."""
+    at = {(one.name, one.what): index for index, one in enumerate(columns) if one is not None}
+    sizes, angles = ([at.get((name, what), -1) for name in sensors] for what in ("amplitude", "angle"))
+    if -1 in sizes or -1 in angles or not sensors:
+        return None
+    units, turns = (tuple(one.unit for one in map(columns.__getitem__, own) if one) for own in (sizes, angles))
+    for name, *both in zip(sensors, sizes, angles, strict=True):
+        column = columns[min(both)]
+        mistakes.columns[name] = f", {column.place}" if column else ""
+    taken = {*sizes, *angles}
+    others = tuple((index, column) for index, column in enumerate(columns) if index not in taken)
+    return Plain(tuple(sensors), units, turns, _cells_at(sizes), _cells_at(angles), others)
+
+
+def _cells_at(places: Sequence[int]) -> Callable[[Row], tuple[str, ...]]:
+    """The cells of a row at some places, in this order."""
+    if len(places) == 1:
+        return lambda row: (row[places[0]],)
+    return itemgetter(*places)
 
 
 def _columns(
-    header: Sequence[str], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
+    parts: Sequence[Column], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
 ) -> list[Column | None]:
     known, named = ["run", "speed [rpm]", "stayed", *planes, *sensors], {*planes, *sensors}
-    columns = [_known_column(heading, letter(index), named) for index, heading in enumerate(header)]
-    for index, (heading, column) in enumerate(zip(header, columns, strict=True)):
-        if column is None and heading and any(columns) and not mistakes.full:  # of another file nothing is shown
-            name = heading_of(heading)[0]
-            mistakes.places[("header", index)] = (row, f", column {letter(index)}")
+    columns = [_known_column(part, named) for part in parts]
+    for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
+        if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown
+            name = heading_of(part.heading)[0]
+            mistakes.places[("header", index)] = (row, f", column {part.letter}")
             mistakes.value(
-                ("header", index), heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
+                ("header", index), part.heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
             )
     if not any(column is not None and column.name in sensors for column in columns):
         mistakes.places[("header",)] = (row, "")
@@ -75,12 +93,11 @@ def _columns(
     return columns
 
 
-def _known_column(heading: str, letter: str, named: Container[str]) -> Column | None:
+def _known_column(column: Column, named: Container[str]) -> Column | None:
     """A column of the run itself, of a plane or of a sensor; None where the heading names none."""
-    column = _column(heading, letter)
     own = column.name.lower()
     if own in (*OWN, "name"):
-        return Column(heading, letter, own.replace("name", "run"), "", column.unit)
+        return Column(column.heading, column.letter, own.replace("name", "run"), "", column.unit)
     return column if column.name in named else None
 
 
@@ -112,9 +129,9 @@ def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
     """
     if not sheet.comma:
         return False, False
-    cells = [cell for _, row in sheet.rows[1:] for cell in row]
-    commas = any(_COMMA.search(cell) for cell in cells)
-    points = any(_POINT.search(THOUSANDS.sub("", cell)) for cell in cells)
+    cells = "\n".join("\n".join(row) for _, row in sheet.rows[1:])
+    commas = _COMMA.search(cells) is not None
+    points = _POINT.search(THOUSANDS.sub("", cells)) is not None
     return commas or not points, commas
 
 

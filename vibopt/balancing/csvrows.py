@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from vibopt.balancing.written import Written, WrittenByName, are_plain, numbers
 from vibopt.scene.mistakes import Mistakes, Path, toml_text
 from vibopt.values.sheet import Sheet
 
@@ -25,12 +26,17 @@ class CsvMistakes(Mistakes):
 
     places
         By path of a value as [[runs]] would have it: its row (from 1, as the spreadsheet counts) and column heading.
+    columns
+        Words of the column of each sensor, for rows that were read in one piece.
     """
 
     places: dict[Path, tuple[int, str]] = field(default_factory=dict)
+    columns: dict[str, str] = field(default_factory=dict)
 
     def place(self, path: Path) -> tuple[int, str]:
         """Row and words of the nearest place known."""
+        if path not in self.places and len(path) == 4 and str(path[3]) in self.columns:
+            return self.places[path[:2]][0], self.columns[str(path[3])]
         for length in range(len(path), 0, -1):
             if path[:length] in self.places:
                 return self.places[path[:length]]
@@ -76,18 +82,52 @@ class Column:
         return f'column {self.letter} ("{self.heading}")'
 
 
+Row = Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """Readings whose sizes and angles have columns of their own, with their units; `others` are the other columns."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    turns: tuple[str, ...]
+    amounts: Callable[[Row], tuple[str, ...]]
+    angles: Callable[[Row], tuple[str, ...]]
+    others: tuple[tuple[int, Column | None], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Cells:
     """How the cells of a sheet are read: its columns, its planes, and where a point may part thousands.
 
     thousands
         In the speeds, in the other numbers.
+    plain
+        How rows of plain numbers are read in one piece; None where readings are texts.
     """
 
     columns: Sequence[Column | None]
     planes: Sequence[str]
     sheet: Sheet
     thousands: tuple[bool, bool]
+    plain: Plain | None = None
+
+    def readings(self, cells: Row) -> WrittenByName | None:
+        """All readings of a row where each is a plain number beside its angle; None where cells must be looked at."""
+        if self.plain is None or len(cells) != len(self.columns):
+            return None
+        amounts, angles = self.plain.amounts(cells), self.plain.angles(cells)
+        if self.sheet.comma:
+            joined = "\n".join((*amounts, *angles, ""))
+            if ",\n" in joined or (self.thousands[1] and THOUSANDS.search(joined)):
+                return None
+            parts = joined.replace(",", ".").split("\n")
+            amounts, angles = tuple(parts[: len(amounts)]), tuple(parts[len(amounts) : -1])
+        values = numbers((amounts, angles)) if are_plain(amounts) and are_plain(angles) else None
+        if values is None:
+            return None
+        return WrittenByName(self.plain.names, Written(amounts, self.plain.units, angles, self.plain.turns), values)
 
     def read(self, raw: str, column: Column, path: Path, mistakes: Mistakes) -> str:
         """A cell with decimal points; asks where a point may be something else."""
@@ -109,8 +149,11 @@ def run_of(index: int, row: int, cells: Sequence[str], said: Cells, mistakes: Cs
     run: dict[str, Any] = {}
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
     mistakes.places[("runs", index)] = (row, "")
-    for raw, column in zip(cells, said.columns, strict=False):
-        if column is None or not raw.strip("-–—"):
+    readings = said.readings(cells)
+    every = said.plain.others if readings is not None and said.plain is not None else enumerate(said.columns)
+    for at, column in every:
+        raw = cells[at] if at < len(cells) else ""
+        if not raw or column is None or not raw.strip("-–—"):
             continue
         place = (row, f", {column.place}")
         mistakes.places[("cell", index)] = place
@@ -122,7 +165,7 @@ def run_of(index: int, row: int, cells: Sequence[str], said: Cells, mistakes: Cs
         parts.setdefault(column.name, {})[column.part] = (column, cell)
         for family in ("weights", "readings"):
             mistakes.places.setdefault(("runs", index, family, column.name), place)
-    run["_values"] = {}
+    run["_values"], run["_readings"] = {}, readings
     for name, part in parts.items():
         run["_values"].update(_value(name, part, (index, row), said, mistakes))
     if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):

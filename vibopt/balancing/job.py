@@ -13,6 +13,7 @@ import numpy as np
 from vibopt.balancing.grades import Quality
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.words import Conventions, show_reading
+from vibopt.balancing.written import Written
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import Detector, show
 
@@ -60,8 +61,8 @@ class Run:
         Per sensor (n_sensors,), internal, runout not yet subtracted; without phase real and positive.
     fitted
         The weights of this run as written: (plane index, text).
-    texts
-        Readings as written, per sensor.
+    written
+        Readings as they stand in the file; None where they have no angles.
     stayed
         Whether the weights of the run before are on as well.
     """
@@ -72,7 +73,7 @@ class Run:
     weights: ComplexArray
     readings: ComplexArray
     fitted: tuple[tuple[int, str], ...] = ()
-    texts: tuple[str, ...] = ()
+    written: Written | None = None
     stayed: bool = False
 
     @property

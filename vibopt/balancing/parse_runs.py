@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import tau
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -13,11 +14,13 @@ from vibopt.balancing.csvfile import read_csv
 from vibopt.balancing.job import Run, Sensor
 from vibopt.balancing.planes import Plane, read_weight, unit_of
 from vibopt.balancing.tables import RunTable, listed_tables, read_table, read_value
-from vibopt.balancing.words import Amplitude, Conventions, read_reading
+from vibopt.balancing.words import Amplitude, Conventions, read_angle, read_reading
+from vibopt.balancing.written import Written, WrittenByName, numbers
 from vibopt.errors import QuantityError, way_out
-from vibopt.forms import ComplexArray
+from vibopt.forms import ComplexArray, FloatArray
 from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import read_quantity
+from vibopt.units.reading import LARGEST
 
 SAME_SPEED = 0.01
 """Runs whose speeds differ by no more than this part belong together."""
@@ -78,7 +81,10 @@ def merge(own: Mistakes, mistakes: Mistakes) -> None:
 
 def has_angles(raws: Sequence[Raw], document: Mapping[str, Any]) -> bool:
     """Whether any reading or coefficient has an angle."""
-    return "influence" in document or any("@" in str(text) for raw in raws for text in raw.readings.values())
+    return "influence" in document or any(
+        isinstance(raw.readings, WrittenByName) or any("@" in str(text) for text in raw.readings.values())
+        for raw in raws
+    )
 
 
 def read_runs(
@@ -87,7 +93,8 @@ def read_runs(
 ) -> Measured | None:  # fmt: skip
     """Runs with their numbers; None where something is wrong."""
     before = len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1])
-    sensors, readings, notes = _all_readings(raws, conventions, declared, mistakes)
+    in_arrays = _in_arrays(raws, conventions, declared)
+    sensors, readings, notes = in_arrays or _all_readings(raws, conventions, declared, mistakes)
     weights = _all_weights(raws, conventions, planes)
     speeds = [_speed(raw, document, mistakes) for raw in raws]
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
@@ -101,7 +108,7 @@ def read_runs(
             total,
             y,
             tuple(_fitted(raw, planes)),
-            _texts(raw, sensors),
+            _written(raw, [sensor.name for sensor in sensors]),
             raw.table.stayed,
         )
         for raw, (speed, _), total, y in zip(raws, speeds, weights, readings, strict=True)
@@ -140,7 +147,8 @@ def _sorted(row: dict[str, Any], planes: Sequence[str]) -> dict[str, Any]:
     """A CSV row with its values as weights and readings."""
     values = row.pop("_values")
     row["weights"] = {name: text for name, text in values.items() if name in planes}
-    row["readings"] = {name: text for name, text in values.items() if name not in planes}
+    written = row.pop("_readings")
+    row["readings"] = written or {name: text for name, text in values.items() if name not in planes}
     return row
 
 
@@ -149,12 +157,70 @@ def _names(document: Mapping[str, Any], family: str) -> list[str]:
     return list(tables) if isinstance(tables, Mapping) else []
 
 
+Readings = tuple[list[Sensor], list[ComplexArray], list[str]]
+"""Sensors completed by what they read, the readings of each run in their order, and remarks."""
+
+
+def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor]) -> Readings | None:
+    """All readings at once, where each sensor has one unit throughout and nothing has to be said; else None."""
+    names = list(declared) or list(raws[0].readings) if raws else []
+    rows = [_written(raw, names) if len(raw.readings) == len(names) else None for raw in raws]
+    units = {(row.units, row.turns) if row is not None else None for row in rows}
+    if not conventions.readings or len(units) != 1 or None in units:
+        return None
+    values = [_values(raw, row) for raw, row in zip(raws, rows, strict=True) if row is not None]
+    scales = _scales([declared.get(name, _undeclared(name, conventions)) for name in names], rows[0], conventions)
+    if scales is None or any(one is None for one in values):
+        return None
+    sensors, factors, turns = scales
+    sizes, angles = np.swapaxes(np.array(values), 0, 1)
+    sizes, angles = sizes * factors, angles * turns
+    if sizes.min(initial=0.0) < 0.0 or sizes.max(initial=0.0) > LARGEST or np.abs(angles).max(initial=0.0) > tau:
+        return None
+    turned = conventions.reading_sense * angles
+    return sensors, list(sizes * np.cos(turned) + 1j * (sizes * np.sin(turned))), []
+
+
+def _values(raw: Raw, written: Written) -> FloatArray | None:
+    """Amounts and angles of a run as written (2, n_sensors); None where one is no number."""
+    own = raw.readings
+    if isinstance(own, WrittenByName) and own.written is written:
+        return own.parsed
+    return numbers((written.amounts, written.angles))
+
+
+def _scales(
+    sensors: Sequence[Sensor], written: Written | None, conventions: Conventions
+) -> tuple[list[Sensor], FloatArray, FloatArray] | None:
+    """Sensors completed by their units, and the sizes of these [SI peak, rad]; None where something is to be said."""
+    done: dict[Any, tuple[Amplitude, float]] = {}
+    found = []
+    assert written is not None
+    for sensor, unit, turn in zip(sensors, written.units, written.turns, strict=True):
+        key = (unit, turn, sensor.dimension, sensor.unit, sensor.detector)
+        try:
+            if key not in done:
+                amplitude = _reading(f"1 {unit} @ 0 {turn}", conventions, sensor, False)[0]
+                done[key] = amplitude, read_angle(f"1 {turn}")
+        except QuantityError:
+            return None
+        found.append(done[key])
+    if any(amplitude.echo for amplitude, _ in done.values()):
+        return None
+    completed = [_completed(sensor, amplitude) for sensor, (amplitude, _) in zip(sensors, found, strict=True)]
+    return completed, np.array([one.value for one, _ in found]), np.array([turn for _, turn in found])
+
+
+def _undeclared(name: str, conventions: Conventions) -> Sensor:
+    return Sensor(name, "", "", conventions.detector)
+
+
 def _all_readings(
     raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor], mistakes: Mistakes
-) -> tuple[list[Sensor], list[ComplexArray], list[str]]:
-    """Sensors completed by what they read, the readings of each run in their order, and remarks."""
+) -> Readings:
+    """Reading by reading, with what is wrong."""
     names = list(declared) or list(dict.fromkeys(name for raw in raws for name in raw.readings))
-    sensors = {name: declared.get(name, Sensor(name, "", "", conventions.detector)) for name in names}
+    sensors = {name: declared.get(name, _undeclared(name, conventions)) for name in names}
     first: dict[str, Path] = {}
     rows, notes = [], []
     for raw in raws:
@@ -226,6 +292,7 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
     """Everything fitted in each run, those that stayed on included."""
     index = {plane.name: position for position, plane in enumerate(planes)}
     totals: list[ComplexArray] = []
+    known: dict[tuple[str, str], complex] = {}
     for raw in raws:
         own = np.zeros(len(planes), dtype=complex)
         for name, given in raw.weights.items():
@@ -234,9 +301,12 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
                 raw.mistakes.add(path, _stranger(raw, f"a weight in plane {name}", name, list(index)))
                 continue
             for text in given if isinstance(given, list) else [given]:
-                own[index[name]] += (
-                    read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions) or 0.0
-                )
+                weight = known.get((name, str(text)))
+                if weight is None:
+                    weight = read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions)
+                if weight is not None:
+                    known[name, str(text)] = weight
+                    own[index[name]] += weight
         if raw.table.stayed and not totals:
             raw.mistakes.add(
                 (*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed."
@@ -249,12 +319,11 @@ def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...
     """Planes shown in the unit of their shelf, else of the first weight written for them, else of their cap."""
     shown = []
     for plane in planes:
-        written = [raw.weights[plane.name] for raw in raws if plane.name in raw.weights]
-        texts = [one for given in written for one in (given if isinstance(given, list) else [given])]
-        units = [unit for text in texts if (unit := unit_of(text, plane))]
-        usual = "g" if plane.dimension == "mass" else "g mm"
+        written = (raw.weights[plane.name] for raw in raws if plane.name in raw.weights)
+        texts = (one for given in written for one in (given if isinstance(given, list) else [given]))
         own = plane.unit if plane.shelf or plane.fitted else ""
-        shown.append(replace(plane, unit=own or (*units, plane.unit or usual)[0]))
+        usual = plane.unit or ("g" if plane.dimension == "mass" else "g mm")
+        shown.append(replace(plane, unit=own or next((one for text in texts if (one := unit_of(text, plane))), usual)))
     return tuple(shown)
 
 
@@ -266,8 +335,15 @@ def _fitted(raw: Raw, planes: Sequence[Plane]) -> list[tuple[int, str]]:
     return fitted
 
 
-def _texts(raw: Raw, sensors: Sequence[Sensor]) -> tuple[str, ...]:
-    return tuple(str(raw.readings[sensor.name]) for sensor in sensors)
+def _written(raw: Raw, names: Sequence[str]) -> Written | None:
+    """The readings of a run as they stand in the file; None where one is missing, or no text of their shape."""
+    own = raw.readings
+    if isinstance(own, WrittenByName) and own.names == tuple(names):
+        return own.written
+    texts = [own[name] for name in names if name in own]
+    if len(texts) < len(names) or not all(isinstance(text, str) for text in texts):
+        return None
+    return Written.of(texts)
 
 
 def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[float, str]:

@@ -216,7 +216,7 @@ def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     felt = [column for column, one in enumerate(size) if one > 1e-12 * most]
     if len(felt) < 2:
         return Conditioning(1.0, (), idle)
-    _, values, rows = np.linalg.svd(A[:, felt] / size[felt])
+    _, values, rows = np.linalg.svd(np.linalg.qr(A[:, felt] / size[felt], mode="r"))
     if len(values) < len(felt):
         values = np.append(values, np.zeros(len(felt) - len(values)))
     number = float(values[0] / values[-1]) if values[-1] > 1e-16 * values[0] else float("inf")

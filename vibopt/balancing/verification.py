@@ -12,12 +12,14 @@ import re
 from collections.abc import Sequence
 from functools import cache
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from vibopt.balancing.job import RotorJob, Sensor
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.words import AGAINST, LAG, MARK, WITH
+from vibopt.balancing.written import Written
 from vibopt.errors import QuantityError
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import to_unit
@@ -28,7 +30,6 @@ SAMPLES = 12
 PlanText = tuple[tuple[int, str, bool], ...]
 """What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
 _NUMBER = r"[ \t]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[ \t]*"
-_PHASOR = re.compile(rf"^{_NUMBER}([^@\n]*)(?:@{_NUMBER}([^\n]*))?$", re.MULTILINE)
 _AMOUNT = re.compile(rf"{_NUMBER}(.*)")
 _WEIGHT = re.compile(r"(.*?)(?:\s+at\s+(.*?))?\s*(?:\s+in\s+hole\s+(\d+)|@(.*))", re.IGNORECASE | re.DOTALL)
 
@@ -39,7 +40,7 @@ def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
     for plane, text, taken in plan:
         target[plane] += _weight(job, plane, text) * (-1.0 if taken else 1.0)
     states = _states(job)
-    sizes, peaks = _cosines(job, [text for run in job.runs for text in run.texts], job.sensors)
+    sizes, peaks = _cosines(job, [run.written for run in job.runs if run.written is not None], job.sensors)
     shown = []
     for speed in range(len(job.speeds)):
         places = list(job.places_at(speed))
@@ -95,25 +96,23 @@ def _plain(text: str) -> str:
     return text.replace("−", "-").replace("\n", " ")
 
 
-def _cosines(job: RotorJob, texts: Sequence[str], sensors: Sequence[Sensor]) -> tuple[FloatArray, FloatArray]:
-    """Sizes [SI peak] of readings and shaft angles of their peaks since the reference pulse (n_runs, n_sensors).
-
-    `texts` are those of the sensors, run after run.
-    """
-    found = _PHASOR.findall(_plain("\0".join(texts)).replace("\0", "\n"))
-    assert len(found) == len(texts), "readings that were read before cannot be read again"
-    numbers, units, angles, turns = (list(column) for column in zip(*found, strict=True))
-    shape, n = (-1, len(sensors)), len(sensors)
-    size, angle = np.array([float(one) for one in numbers]), np.array([float(one or 0.0) for one in angles])
-    for column, sensor in enumerate(sensors):
-        size[column::n] *= [_reading_unit(job, sensor, unit) for unit in units[column::n]]
-    angle *= [_unit(turn.strip(), "angle") if turn else 1.0 for turn in turns]
-    return size.reshape(shape), _sense(job) * angle.reshape(shape)
+def _cosines(job: RotorJob, written: Sequence[Written], sensors: Sequence[Sensor]) -> tuple[FloatArray, FloatArray]:
+    """Sizes [SI peak] of readings and shaft angles of their peaks since the reference pulse (n_runs, n_sensors)."""
+    size, angle = np.empty((2, len(written), len(sensors)))
+    scales: dict[Any, tuple[FloatArray, FloatArray]] = {}
+    for row, one in enumerate(written):
+        if (units := (one.units, one.turns)) not in scales:
+            own = [_reading_unit(job, sensor, unit) for sensor, unit in zip(sensors, one.units, strict=True)]
+            scales[units] = np.array(own), np.array([_unit(turn, "angle") if turn else 1.0 for turn in one.turns])
+        size[row] = np.fromiter(map(float, one.amounts), float) * scales[units][0]
+        angles = one.angles if "" not in one.angles else [text or "0" for text in one.angles]
+        angle[row] = np.fromiter(map(float, angles), float) * scales[units][1]
+    return size, _sense(job) * angle
 
 
 def _reading_unit(job: RotorJob, sensor: Sensor, unit: str) -> float:
     """SI value of one unit of a reading: its own, else that of the sensor; the same for its detector."""
-    own, detector, _ = split_detector(unit.strip())
+    own, detector, _ = split_detector(unit)
     usual, declared, _ = split_detector(sensor.unit)
     return _unit(f"{own or usual} {detector or declared or job.conventions.detector}", sensor.dimension)
 
@@ -150,8 +149,8 @@ def _signal(
     signals = sizes[:, :, None] * np.cos(shifted[:, None, :] - peaks[:, :, None])
     for column, sensor in enumerate(job.sensors):
         own = job.document.get("sensors", {}).get(sensor.name, {}).get("runout")
-        if own is not None:
-            size, peak = _cosines(job, [str(own)], [sensor])
+        if own is not None and (written := Written.of([str(own)])):
+            size, peak = _cosines(job, [written], [sensor])
             signals[:, column] -= size * np.cos(shifted - peak)
     for plane in _ready(job, speed):
         signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)

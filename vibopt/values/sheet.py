@@ -55,7 +55,7 @@ def sheet_of(file: FilePath) -> Sheet:
     widest = max(map(len, parsed), default=0)
     if widest > MOST_COLUMNS:
         raise InputError(f"{file.name} has {widest} columns, more than the {MOST_COLUMNS} that are read.")
-    cells = [tuple(cell.strip() for cell in row) for row in parsed]
+    cells = [tuple(map(str.strip, row)) for row in parsed]
     return Sheet(tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row)), sign != ",")
 
 
