@@ -98,7 +98,9 @@ class _Built:
         asked = self.scene, self.model, self.chosen, found.response, found
         if not differs(*asked):
             return row
-        both = [f"{one:.12g} {row.value.unit}".rstrip() for one in (modelled(*asked), found.value)]
+        values = modelled(*asked), found.value
+        digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
+        both = [f"{one:.{digits}g} {row.value.unit}".rstrip() for one in values]
         at = ", ".join(f"{one.shown} of {name}" for name, one in row.worst_at.items())
         what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
         words = f"{what} is {both[0]} in the model, {both[1]} on the machine as built"

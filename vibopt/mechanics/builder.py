@@ -159,28 +159,34 @@ class ModelBuilder:
         self.counts[name] = count
         return row
 
+    def add_inertance(self, link: str, inertance: Monomial) -> None:
+        """Force per relative acceleration of the two ends; gravity has no hold on it."""
+        self._add(INERTIA, self.links[link], inertance, link, 0.0, across=True)
+
     def add_stiffness(self, link: str, stiffness: Monomial, static: float = 1.0) -> None:
-        self._add(STIFFNESS, self.links[link], stiffness, link, static)
+        self._add(STIFFNESS, self.links[link], stiffness, link, static, across=True)
 
     def add_static_stiffness(self, link: str, stiffness: Monomial) -> None:
         """A stiffness that acts under weights alone."""
         row = self.links[link]
-        self.terms.append(Term(STIFFNESS, row, 0.0, stiffness.row(self.n_vars), link, stiffness.scale))
+        self.terms.append(Term(STIFFNESS, row, 0.0, stiffness.row(self.n_vars), link, stiffness.scale, across=True))
 
     def add_damping(self, link: str, damping: Monomial) -> None:
-        self._add(DAMPING, self.links[link], damping, link)
+        self._add(DAMPING, self.links[link], damping, link, across=True)
 
     def add_hysteretic(self, link: str, stiffness: Monomial) -> None:
-        self._add(HYSTERETIC, self.links[link], stiffness, link)
+        self._add(HYSTERETIC, self.links[link], stiffness, link, across=True)
 
     def add_term(self, kind: int, row: Mapping[str, float], value: Monomial, owner: str, static: float = 1.0) -> None:
         """A term over the coordinates themselves, by name; `static` times it is what acts under weights alone."""
         vector = np.array([row.get(name, 0.0) for name in self.coords])
         self._add(kind, vector, value, owner, static)
 
-    def _add(self, kind: int, row: FloatArray, value: Monomial, owner: str, static: float = 1.0) -> None:
+    def _add(
+        self, kind: int, row: FloatArray, value: Monomial, owner: str, static: float = 1.0, *, across: bool = False
+    ) -> None:
         exponents = value.row(self.n_vars)
-        self.terms.append(Term(kind, row, value.scale, exponents, owner, value.scale * static))
+        self.terms.append(Term(kind, row, value.scale, exponents, owner, value.scale * static, across))
 
     def build(self) -> Model:
         return Model(

@@ -45,7 +45,7 @@ def propagated(
     `start` (n, 2) holds displacements [m] and velocities [m/s].  Taylor's series over a short step, doubled.
     """
     n = len(mass)
-    inverse = np.diag(1.0 / np.diag(mass))
+    inverse = np.linalg.inv(mass)
     own, drag = inverse @ stiffness, inverse @ damping
     rate = float(np.sqrt(np.abs(own).max(initial=0.0)) + np.abs(drag).max(initial=0.0)) or 1.0 / max(after, 1e-30)
     system = np.block([[np.zeros((n, n)), np.eye(n)], [-own / rate**2, -drag / rate]]) * (rate * after)

@@ -17,7 +17,7 @@ from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices
 from vibopt.mechanics.host.matrices import Dashed
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.machine import Machine, Motion, inverse_root
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +117,7 @@ class HostedMachine(Machine):
         stiff = np.zeros((len(omega), len(names), len(names)), dtype=complex)
         load = np.zeros((len(omega), len(names)), dtype=complex)
         for joint in self.joints:
-            z = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping
+            z = joint.dynamic(omega)
             for here, there in (joint.ends, joint.ends[::-1]):
                 if here not in number:
                     continue
@@ -161,20 +161,18 @@ class HostedMachine(Machine):
             start += one.count
         if self.joints:
             rows = self._extensions()
-            k, c, loss = (np.array([getattr(one, key) for one in self.joints]) for key in _NUMBERS)
-            damping += (rows.T * c) @ rows
-            stiffness += (rows.T * k) @ rows
-            hysteretic += (rows.T * (k * loss)) @ rows
+            for target, values in zip((mass, damping, stiffness, hysteretic), self._fours, strict=True):
+                target += (rows.T * values) @ rows
         return mass, damping, stiffness, hysteretic
 
     def natural_frequencies(self) -> FloatArray:
         """Undamped natural frequencies, ascending [rad/s], as singular values; no squares are taken."""
-        mass = np.diag(self.matrices()[0])
+        mass = self.matrices()[0]
         columns = [np.diag(np.concatenate([np.zeros(len(self.masses)), *self._host_roots()]))]
         if self.joints:
             stiffness = np.array([one.stiffness for one in self.joints])
             columns.append(self._extensions().T * np.sqrt(stiffness))
-        return np.sort(np.linalg.svd(np.hstack(columns) / np.sqrt(mass)[:, None], compute_uv=False))[: len(mass)]
+        return np.sort(np.linalg.svd(inverse_root(mass) @ np.hstack(columns), compute_uv=False))[: len(mass)]
 
     def _host_roots(self) -> list[FloatArray]:
         return [np.sqrt(one.coordinates.stiffness) for one in self.carriers.values()]
@@ -193,9 +191,6 @@ class HostedMachine(Machine):
         load[: len(self.masses)] = [self.weights[name] * GRAVITY for name in self.masses]
         down = np.linalg.solve(scaled, load / size) / size
         return {name: float(row @ down) for name, row in self._rows.items()}
-
-
-_NUMBERS = ("stiffness", "damping", "loss_factor")
 
 
 def _solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:

@@ -14,7 +14,7 @@ class LoneMachine(Machine):
     """A machine with one body, along a line or about an axis.
 
     The force on the body is balanced by its inertia and its joints: (S - m w^2) x = F + sum s_j y_j, with the
-    dynamic stiffness s = k (1 + i eta) + i w c of each joint, S their sum, and y the motion of a joint's other end.
+    dynamic stiffness s of each joint, S their sum, and y the motion of a joint's other end.
     """
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
@@ -26,7 +26,7 @@ class LoneMachine(Machine):
         load: ComplexArray = held + forces.get(body, 0.0)
         for joint in self.joints:
             if body in joint.ends:
-                stiff = _stiffness(joint, omega)
+                stiff = joint.dynamic(omega)
                 held = held + stiff
                 other = bases.get(joint.ends[joint.ends[0] == body])
                 load = load if other is None else load + stiff * other
@@ -49,7 +49,7 @@ class LoneMachine(Machine):
         load = mass * omega**2 * y + forces.get(body, 0.0)
         for one in self.joints:
             if body in one.ends:
-                load = load + _stiffness(one, omega) * (bases.get(one.ends[one.ends[0] == body], still) - y)
+                load = load + one.dynamic(omega) * (bases.get(one.ends[one.ends[0] == body], still) - y)
         return load
 
     def poles(self) -> ComplexArray:
@@ -65,8 +65,3 @@ class LoneMachine(Machine):
         """Number of poles at zero."""
         _, damping, stiffness, _ = (float(one[0, 0]) for one in self.matrices())
         return int(stiffness == 0.0) + int(stiffness == 0.0 and damping == 0.0)
-
-
-def _stiffness(joint: Joint, omega: FloatArray) -> ComplexArray:
-    """Dynamic stiffness of a joint [N/m], shape of `omega`."""
-    return np.asarray(joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping)

@@ -18,12 +18,19 @@ from vibopt.mechanics.modal import WORTH, Modal, decompose
 
 GROUND = "ground"
 _MANY = 8
-_NUMBERS = ("stiffness", "damping", "loss_factor")
 
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """One link as built, whole group: N/m, N s/m, loss factor, static stiffness N/m, number of mounts, price."""
+    """Forces between two points as built, from how far and how fast these move apart; of a group the whole.
+
+    stiffness, damping, loss_factor, inertance
+        [N/m], [N s/m], of the stiffness, and [kg]: force per relative acceleration.
+    static_stiffness
+        Under weights alone [N/m].
+    count, damping_ratio, price
+        Number of mounts; of critical; of all of them.
+    """
 
     name: str
     ends: tuple[str, str]
@@ -34,6 +41,17 @@ class Joint:
     count: float
     damping_ratio: float = 0.0
     price: float = 0.0
+    inertance: float = 0.0
+
+    def dynamic(self, omega: FloatArray) -> ComplexArray:
+        """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""
+        spring = self.stiffness * (1.0 + 1j * self.loss_factor)
+        return np.asarray(spring + 1j * omega * self.damping - omega**2 * self.inertance, dtype=complex)
+
+    @property
+    def four(self) -> tuple[float, float, float, float]:
+        """What it adds to M, C, K and the hysteretic stiffness along its own stretch."""
+        return self.inertance, self.damping, self.stiffness, self.stiffness * self.loss_factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,8 +164,7 @@ class Machine:
         for joint in self.joints:
             for here, there in (joint.ends, joint.ends[::-1]):
                 if here in self.masses and there in bases:
-                    stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * omega * joint.damping
-                    load[..., names.index(here)] += stiff * bases[there]
+                    load[..., names.index(here)] += joint.dynamic(omega) * bases[there]
         moved = modal.motion(load, omega)
         points = {name: moved[..., i] for i, name in enumerate(names)}
         for base in self.bases:
@@ -161,9 +178,8 @@ class Machine:
         rows, n, flat = self._stretched, len(self.masses), np.ravel(omega)
         own, extensions = (np.array([*kind.values()]).reshape(-1, n + len(self.bases)) for kind in rows)
         own = own[:n]
-        stiff, dash, loss = (np.array([getattr(one, key) for one in self.joints]) for key in _NUMBERS)
-        spring, damper, lossy = ((extensions.T * one) @ extensions for one in (stiff, dash, stiff * loss))
-        heavy = (own.T * np.array([*self.masses.values()])) @ own
+        inert, damper, spring, lossy = ((extensions.T * one) @ extensions for one in self._fours)
+        heavy = (own.T * np.array([*self.masses.values()])) @ own + inert
         elastic = spring[:n] - flat[:, None, None] ** 2 * heavy[:n]
         turned = flat[:, None, None] * damper[:n] + lossy[:n]
         load = np.zeros((flat.size, n), dtype=complex)
@@ -180,6 +196,11 @@ class Machine:
             for kind in rows
         )
         return Motion(points, forces, np.asarray(omega), apart)
+
+    @property
+    def _fours(self) -> FloatArray:
+        """What each joint adds to M, C, K and the hysteretic stiffness, shape (4, n_joints)."""
+        return np.array([one.four for one in self.joints]).reshape(-1, 4).T
 
     @cached_property
     def _stretched(self) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
@@ -212,8 +233,8 @@ class Machine:
         bases: dict[str, ComplexArray],
     ) -> None:
         n = len(names)
-        spring = np.full(omega.shape, joint.stiffness)
-        dash = omega * joint.damping + joint.stiffness * joint.loss_factor
+        stiff = joint.dynamic(omega)
+        spring, dash = stiff.real, stiff.imag
         for here, there in (joint.ends, joint.ends[::-1]):
             if here not in self.masses:
                 continue
@@ -235,8 +256,7 @@ class Machine:
 
     def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Force of the whole joint on its second end [N], positive along the coordinate."""
-        stiff = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * motion.omega * joint.damping
-        force: ComplexArray = -stiff * self.stretch_of(joint, motion)
+        force: ComplexArray = -joint.dynamic(motion.omega) * self.stretch_of(joint, motion)
         return force
 
     def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
@@ -308,11 +328,7 @@ class Machine:
         damping, stiffness, hysteretic = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
         for joint in self.joints:
             at = [names.index(end) for end in joint.ends if end in self.masses]
-            for target, value in (
-                (damping, joint.damping),
-                (stiffness, joint.stiffness),
-                (hysteretic, joint.stiffness * joint.loss_factor),
-            ):
+            for target, value in zip((mass, damping, stiffness, hysteretic), joint.four, strict=True):
                 for i in at:
                     target[i, i] += value
                 if len(at) == 2:
@@ -324,17 +340,17 @@ class Machine:
         """Complex frequencies of free motion [rad/s], shape (2 n,), time factor e^{i w t}."""
         mass, damping, stiffness, hysteretic = self.matrices()
         n = len(mass)
-        inverse = np.diag(1.0 / np.diag(mass))
+        inverse = inverted(mass)
         complex_stiffness = stiffness + 1j * hysteretic
         size = np.sqrt(np.abs(inverse @ complex_stiffness).max() + np.abs(inverse @ damping).max() ** 2)
         if size == 0.0:
             return np.zeros(2 * n, dtype=complex)
         if not damping.any():
-            root = np.sqrt(np.diag(inverse))
+            root = inverse_root(mass)
             squares = (
-                np.linalg.eigvals(root[:, None] * complex_stiffness * root)
+                np.linalg.eigvals(root @ complex_stiffness @ root.T)
                 if hysteretic.any()
-                else (np.linalg.eigvalsh(root[:, None] * stiffness * root).astype(complex))
+                else (np.linalg.eigvalsh(root @ stiffness @ root.T).astype(complex))
             )
             half = np.sqrt(squares)
             return np.concatenate([half, -half])
@@ -364,8 +380,7 @@ class Machine:
     def mode_shapes(self) -> tuple[FloatArray, FloatArray]:
         """Undamped natural frequencies, ascending (n_bodies,) [rad/s], and their shapes (n_bodies, n_modes)."""
         left, values, _ = np.linalg.svd(self._spring_columns())
-        roots = np.sqrt(np.array(list(self.masses.values())))
-        return values[::-1], (left / roots[:, None])[:, ::-1]
+        return values[::-1], (inverse_root(self.matrices()[0]).T @ left)[:, ::-1]
 
     def row(self, body: str) -> FloatArray:
         """The row that reads the motion of a body, (n_bodies,)."""
@@ -379,8 +394,7 @@ class Machine:
             for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
                 if end in self.masses:
                     columns[names.index(end), j] = sign * np.sqrt(joint.stiffness)
-        roots = np.sqrt(np.array([self.masses[name] for name in names]))
-        scaled: FloatArray = columns / roots[:, None]
+        scaled: FloatArray = inverse_root(self.matrices()[0]) @ columns
         return scaled
 
     def sag(self) -> dict[str, float] | None:
@@ -399,6 +413,20 @@ class Machine:
             return None
         down = np.linalg.solve(flexibility_free, load)
         return dict(zip(names, down.tolist(), strict=True))
+
+
+def inverted(mass: FloatArray) -> FloatArray:
+    """Inverse of a mass matrix (n, n); of masses that stand alone to the last digit."""
+    own = np.diag(mass)
+    return np.diag(1.0 / own) if np.count_nonzero(mass) == len(own) else np.asarray(np.linalg.inv(mass))
+
+
+def inverse_root(mass: FloatArray) -> FloatArray:
+    """R (n, n) with R M R^T = 1."""
+    own = np.diag(mass)
+    if np.count_nonzero(mass) == len(own):
+        return np.diag(1.0 / np.sqrt(own))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)))
 
 
 def _nullity(*matrices: FloatArray) -> int:

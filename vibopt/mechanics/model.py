@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.forms import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
 
 K = TypeVar("K")
@@ -31,6 +31,8 @@ class Term:
         hold on an inertia that turns (0).
     owner
         Name of the body or link that it belongs to.
+    across
+        Whether it acts between the two ends of its owner, as springs, dampers and inerters do.
     """
 
     kind: int
@@ -39,6 +41,7 @@ class Term:
     exponents: FloatArray
     owner: str
     static_scale: float
+    across: bool = False
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,16 @@ class Model:
     def kinds(self) -> IntArray:
         """Kind of each term, shape (n_terms,)."""
         return np.array([term.kind for term in self.terms], dtype=int)
+
+    @cached_property
+    def across(self) -> BoolArray:
+        """Whether each term acts between the two ends of its owner, shape (n_terms,)."""
+        return np.array([term.across for term in self.terms], dtype=bool)
+
+    @cached_property
+    def inerters(self) -> BoolArray:
+        """Inertia terms that act between two ends, shape (n_terms,)."""
+        return np.asarray(self.across & (self.kinds == INERTIA))
 
     @cached_property
     def vectors(self) -> FloatArray:

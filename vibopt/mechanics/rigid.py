@@ -16,7 +16,7 @@ import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic
+from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic, inverse_root
 from vibopt.mechanics.vectors import cross
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ class Rigid:
 
 @dataclass(frozen=True, eq=False)
 class Spring3:
-    """One mount: own axes as rows (3, 3); stiffness, static stiffness [N/m] and damping [N s/m] along them (3,).
+    """Forces between two places, of one mount: own axes as rows (d, 3), and along them (d,) stiffness and static
+    stiffness [N/m], damping [N s/m] and inertance [kg].
 
     `price` is what one costs.
     """
@@ -75,6 +76,18 @@ class Spring3:
     damping: FloatArray
     loss_factor: float = 0.0
     price: float = 0.0
+    inertance: FloatArray | float = 0.0
+
+    def dynamic(self, omega: FloatArray) -> ComplexArray:
+        """Force per relative motion along its axes at frequencies [rad/s], shape (..., d) [N/m]."""
+        w = np.asarray(omega)[..., None]
+        spring = self.stiffness * (1.0 + 1j * self.loss_factor)
+        return np.asarray(spring + 1j * w * self.damping - w**2 * self.inertance, dtype=complex)
+
+    @property
+    def hysteretic(self) -> FloatArray:
+        """Imaginary stiffness along its axes (d,) [N/m]."""
+        return self.stiffness * self.loss_factor
 
 
 @dataclass(frozen=True)
@@ -163,23 +176,8 @@ class SpaceMachine(Machine):
 
     @cached_property
     def _four(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        lossy = SpaceMachine(
-            self.masses,
-            self.joints,
-            rigid=self.rigid,
-            line=self.line,
-            mounts=tuple(
-                Spring3(m.name, m.ends, m.at, m.axes, m.stiffness * m.loss_factor, m.static_stiffness, m.damping)
-                for m in self.mounts
-                if m.loss_factor
-            ),
-        )
-        hysteretic = lossy._assembled("stiffness") - lossy._joints_only("stiffness") + self._joints_only("hysteretic")
-        mass = np.diag(list(self.masses.values()))
-        return mass, self._assembled("damping"), self._assembled("stiffness"), hysteretic
-
-    def _joints_only(self, which: str) -> FloatArray:
-        return SpaceMachine(self.masses, self.joints, rigid=self.rigid, line=self.line)._assembled(which)
+        mass = np.diag(list(self.masses.values())) + self._assembled("inertance")
+        return mass, self._assembled("damping"), self._assembled("stiffness"), self._assembled("hysteretic")
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`; forces by place and direction ("pump.x", "pump.rx"), real arithmetic."""
@@ -194,16 +192,14 @@ class SpaceMachine(Machine):
                 moved = self._base(end, supports)
                 if moved is not None:
                     stretch = moved @ mount.axes.T
-                    z = mount.stiffness * (1.0 + 1j * mount.loss_factor) + 1j * flat[:, None] * mount.damping
-                    pull = (z * stretch) @ mount.axes
+                    pull = (mount.dynamic(flat) * stretch) @ mount.axes
                     basis = self._against(other, mount.at, np.eye(3)).T
                     load += pull @ basis
         for joint in self.joints:
             for here, there in (joint.ends, joint.ends[::-1]):
                 moved = self._base(there, supports)
                 if here in self.line and moved is not None:
-                    z1 = joint.stiffness * (1.0 + 1j * joint.loss_factor) + 1j * flat * joint.damping
-                    load[:, self.line.index(here)] += z1 * moved[:, 2]
+                    load[:, self.line.index(here)] += joint.dynamic(flat) * moved[:, 2]
         state = self._state(flat, load).reshape(*omega.shape, n)
         points = {name: state[..., i] for i, name in enumerate(self.line)}
         for name in (*self.rigid, *self.fixed):
@@ -291,8 +287,7 @@ class SpaceMachine(Machine):
 
     def mount_force(self, mount: Spring3, motion: Motion) -> ComplexArray:
         """Force of a mount on its second end in space (..., 3) [N]."""
-        z = mount.stiffness * (1.0 + 1j * mount.loss_factor) + 1j * motion.omega[..., None] * mount.damping
-        force: ComplexArray = -(z * self.stretch(mount, motion)) @ mount.axes
+        force: ComplexArray = -(mount.dynamic(motion.omega) * self.stretch(mount, motion)) @ mount.axes
         return force
 
     def joint(self, name: str) -> Joint:
@@ -356,7 +351,7 @@ class SpaceMachine(Machine):
                     row[self.line.index(end)] = sign * np.sqrt(joint.stiffness)
             stretches.append(row)
         n = len(self.columns)
-        springs = np.array(stretches).reshape(-1, n) / np.sqrt(np.array(list(self.masses.values())))
+        springs = np.array(stretches).reshape(-1, n) @ inverse_root(self._four[0]).T
         found = np.linalg.svd(springs, compute_uv=False)
         return np.sort(np.concatenate([found, np.zeros(max(n - len(found), 0))]))
 
@@ -399,9 +394,9 @@ class SpaceMachine(Machine):
     def energy_share(self, body: str, way: tuple[float, float, float], *, turn: bool) -> float:
         """Greatest part of the kinetic energy that a mode has in one motion of a body, velocity times momentum."""
         mass, _, stiffness, _ = self._four
-        root = np.sqrt(np.diag(mass))
-        squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
-        shapes = vectors / root[:, None]
+        root = inverse_root(mass)
+        squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
+        shapes = root.T @ vectors
         along, own = np.array(way), self.rigid[body]
         spin, slide = shapes.T @ self._turn(body), shapes.T @ self._moved(body, own.centre)
         velocity = (spin if turn else shapes.T @ self._row(body)) @ along

@@ -16,7 +16,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Mode
 
 def applies(model: Model, form: Modulus) -> bool:
     """Whether numerators grow with every spring, damper, mass and frequency: all links between the same two points."""
-    if model.n_free != 1 or len(form.drives) != 1 or len(form.drives[0].lines) != 1:
+    if model.inerters.any() or model.n_free != 1 or len(form.drives) != 1 or len(form.drives[0].lines) != 1:
         return False
     if form.rigid_link or form.output.shared_by or len(form.drives[0].lines[0].amplitude.pieces) != 1:
         return False

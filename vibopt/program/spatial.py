@@ -31,7 +31,7 @@ def energy_share(model: Model, p: FloatArray, row: FloatArray) -> float:
     n = model.n_free
     omega, shapes = mode_shapes(model, p)
     moved = row[:n] @ shapes
-    pushed = row[:n] @ model.matrix(INERTIA, p)[:n, :n] @ shapes
+    pushed = row[:n] @ model.matrix(INERTIA, np.where(model.across, 0.0, p))[:n, :n] @ shapes
     best = 0.0
     for group in together(omega):
         share = np.outer(moved[group], pushed[group])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.forms import Output
-from vibopt.mechanics.model import INERTIA, Model
+from vibopt.mechanics.model import Model
 from vibopt.values.vectors import AXES, Vector
 
 
@@ -41,8 +41,5 @@ def across_link(model: Model, link: str) -> Output:
 
 def link_forces(model: Model, signs: dict[str, float]) -> Output:
     """Sum of the forces of links, each with its sign, as impedance times extension."""
-    row = [
-        signs.get(term.owner, 0.0) if term.kind != INERTIA and term.owner in model.links else 0.0
-        for term in model.terms
-    ]
+    row = [signs.get(term.owner, 0.0) if term.across else 0.0 for term in model.terms]
     return Output(np.zeros(model.n_coords), np.array(row))

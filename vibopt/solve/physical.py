@@ -61,7 +61,7 @@ def _plain(limit: Limit) -> bool:
 def _is_total_force(limit: Limit) -> bool:
     """All links of the body are counted, with one sign."""
     assert isinstance(limit.form, Modulus)
-    links = limit.model.kinds != INERTIA
+    links = limit.model.across | (limit.model.kinds != INERTIA)
     signs = limit.form.output.signs * limit.model.vectors[:, 0]
     return (
         bool(links.any())
@@ -120,5 +120,5 @@ def _common(first: tuple[Band, ...], second: tuple[Band, ...]) -> FloatArray:
 
 
 def _greatest_mass(program: Program) -> float:
-    chosen = program.model.kinds == INERTIA
+    chosen = (program.model.kinds == INERTIA) & ~program.model.inerters
     return float(program.model.extent(program.low, program.high)[1][chosen].sum())

@@ -75,8 +75,8 @@ def natural_size(program: Program, axis: Axis) -> float:
     steps = axis.path.split(".")
     word = steps[-2] if steps[-1] in ("x", "y", "z") else steps[-1]
     mass, speed = _typical_mass(program), _typical_speed(program)
-    sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass}
-    sizes |= {"torsional_stiffness": mass * speed**2, "torsional_damping": mass * speed, "inertia": mass}
+    sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass, "inertance": mass}
+    sizes |= {f"torsional_{word}": size for word, size in sizes.items()} | {"inertia": mass}
     sizes |= {"damping_ratio": 0.1, "loss_factor": 0.1, "mass_ratio": 0.1, "tuning": 1.0, "frequency": speed}
     sizes |= {"length": GRAVITY / speed**2} if axis.path.count(".") == 2 else {"length": 1.0, "diameter": 0.1}
     return sizes.get(word, 1.0)

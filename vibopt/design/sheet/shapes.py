@@ -13,7 +13,7 @@ import numpy as np
 
 from vibopt.forms import FloatArray
 from vibopt.mechanics.hosted import HostedMachine
-from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.machine import Machine, inverse_root
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.units import plain
 
@@ -86,12 +86,12 @@ def shapes_of(machine: Machine, turning: Sequence[str] = ()) -> list[Shape]:
     if isinstance(machine, HostedMachine):
         return [Shape(float(one), None, ()) for one in machine.natural_frequencies()]
     mass, damping, stiffness, hysteretic = machine.matrices()
-    root = np.sqrt(np.diag(mass))
-    squares, vectors = np.linalg.eigh(stiffness / np.outer(root, root))
+    root = inverse_root(mass)
+    squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
     omega = np.sqrt(np.maximum(squares, 0.0))
     omega[omega <= SAME * omega.max(initial=0.0)] = 0.0
     motions = list(_motions(machine, set(turning)))
-    modes = _told_apart(vectors / root[:, None], omega, motions)
+    modes = _told_apart(root.T @ vectors, omega, motions)
     lossy = bool(damping.any() or hysteretic.any())
     found = []
     for frequency, mode in zip(omega, modes.T, strict=True):
