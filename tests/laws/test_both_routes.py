@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from vibopt.devices import LinkTable
+from vibopt.devices.link import LinkTable
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.machine import Machine

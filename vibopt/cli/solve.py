@@ -11,7 +11,6 @@ from vibopt.answer.status import EMPTY, UNPROVEN
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
-from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,6 +50,8 @@ def solve(
 
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
+    from vibopt.files.writing import checked_target
+
     job = read_job(file, changes)
     target = checked_target(save, PROBLEMS, force=force) if save is not None else None
     _only_scenes(job, {"--round": bool(rounding), "--save": target is not None})
@@ -100,6 +101,8 @@ def _save(found: Answer, drawn: Rounded | None, target: Path, changes: tuple[str
         text = design_file(found, target, kept=drawn.kept if drawn is not None else None, changes=changes)
     except InputError as error:
         return str(error)
+    from vibopt.files.writing import write_file
+
     write_file(target, text.encode())
     return ""
 

@@ -15,7 +15,6 @@ from vibopt.design.words import at_words
 from vibopt.excitations import Excitation
 from vibopt.forms import Band
 from vibopt.mechanics.machine import GROUND, Machine
-from vibopt.responses.absorbers import Stroke
 from vibopt.scene.assemble import bare
 from vibopt.scene.drives import names_for
 from vibopt.scene.places import neighbours, supports, turning
@@ -155,6 +154,8 @@ def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
 
 
 def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
+    from vibopt.responses.absorbers import Stroke
+
     asked = {key: one for key, one in scene.limits.items() if isinstance(one, Stroke) and one.of == name}
     for excitation, table in scene.excitations.items():
         if table.random or name not in _shaken(scene, table.on):
@@ -187,6 +188,8 @@ def _shaken(scene: Scene, on: str) -> set[str]:
 
 def strokes(design: Design) -> Strokes | None:
     """The strokes in one unit; None where nothing is shaken."""
+    from vibopt.responses.absorbers import Stroke
+
     bars = stroke_bars(design)
     if not bars:
         return None

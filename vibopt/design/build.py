@@ -16,7 +16,6 @@ from vibopt.forms import FloatArray
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.machine import Machine
 from vibopt.scene.assemble import bare
-from vibopt.scene.lookout import looked_at
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, is_spatial, pins, spatial_bases
@@ -48,6 +47,8 @@ def _machine(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     assembly = Assembly(only=bodies[0] if len(bodies) == 1 else None, alone=alone)
     assembly.spatial = spatial_bases(scene) if space else ()
     if scene.structures:
+        from vibopt.scene.lookout import looked_at
+
         assembly.top, assembly.modes = looked_at(scene)
     acted = {name: one for name, one in pins(scene).items() if name not in scene.points}
     for name, (body, at) in acted.items() if space else ():

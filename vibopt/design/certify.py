@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from vibopt.design.build import machine_of
-from vibopt.design.noise import rms_of
-from vibopt.design.rest import Orders, orders_of
 from vibopt.excitations import Excitation
 from vibopt.forms import Band, Combine, ComplexArray, FloatArray, Line
 from vibopt.mechanics.combine import combined
@@ -29,6 +27,9 @@ from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.values import SpeedRange
+
+if TYPE_CHECKING:
+    from vibopt.design.rest import Orders
 
 _OTHERS = (0.118, 0.382, 0.764)
 """Parts of a band at which a machine is also measured in full, whatever the worst speed."""
@@ -70,6 +71,8 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
     if isinstance(response, HarmonicResponse):
         return _harmonic(scene, machine, response, side)
     if isinstance(response, RandomResponse):
+        from vibopt.design.noise import rms_of
+
         return Measured(rms_of(scene, machine, response), {}, response)
     if isinstance(response, NaturalFrequency) and isinstance(response.outside, SpeedRange):
         return Measured(_nearest_mode(machine, response.outside), {}, response)
@@ -168,6 +171,7 @@ class Shaken:
     def _orders(self, machine: Machine, line: Line) -> Orders:
         key = machine is self.machine, line.order, complex(line.vector[0])
         if key not in self._known:
+            from vibopt.design.rest import orders_of
 
             def steady(omega: ComplexArray) -> ComplexArray:
                 return self._steady(machine, line, cast("FloatArray", omega), np.ones(omega.shape))

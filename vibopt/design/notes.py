@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from vibopt.design.build import machine_of
-from vibopt.design.noise import why_infinite
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.responses import RandomResponse
-from vibopt.responses.spatial import StaticLoadOfMount
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
@@ -60,6 +58,8 @@ def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
             for one in scene.limits.values()
         )
         rated = mount.part is not None and mount.part.rated_min is not None
+        from vibopt.responses.spatial import StaticLoadOfMount
+
         for single in mount.singles(name) if not asked and not rated else ():
             load = StaticLoadOfMount(response="static_load", of=single).measure_static(machine)
             if load < -_NOTHING * GRAVITY * sum(machine.weights.values()):
@@ -120,6 +120,8 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """How noises add up, and why a root mean square is infinite."""
+    from vibopt.design.noise import why_infinite
+
     asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
     asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
     if scene.goal is not None:

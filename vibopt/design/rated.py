@@ -9,7 +9,6 @@ import numpy as np
 from vibopt.answer.entry import Checked, Entry, Word
 from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
-from vibopt.responses.spatial import StaticLoadOfMount
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
 from vibopt.values.fields import Choice, Fact
@@ -51,6 +50,8 @@ def rated_rows(scene: Scene, chosen: Mapping[str, float], machine: Machine) -> d
 
 def _of_mount(machine: Machine, single: str) -> float:
     """What one mount carries along its own axis [N]; below zero it is lifted."""
+    from vibopt.responses.spatial import StaticLoadOfMount
+
     return StaticLoadOfMount(response="static_load", of=single).measure_static(machine)
 
 

@@ -31,12 +31,11 @@ from vibopt.forms import (
     StaticForce,
     StaticRow,
 )
-from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, motion
+from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, motion, mount_count
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.mechanics.statics import sag
 from vibopt.program.from_rest import from_rest, graded
-from vibopt.program.highest import mount_count
 from vibopt.program.pose import form_of
 from vibopt.program.worst import DriveResponse, plain_value, rigid_form
 from vibopt.responses import Response

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray, Output
+from vibopt.forms import ComplexArray, FloatArray, IntArray, Modulus, Output
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.model import Model, factors
 from vibopt.mechanics.modes import free_matrices
@@ -140,3 +140,11 @@ def transfer(
         if output.power:
             value = value * (1j * omega) ** output.power
     return np.where(np.isnan(value), np.inf, value)
+
+
+def mount_count(model: Model, form: Modulus, x: FloatArray) -> float:
+    """Number of mounts by which the value is divided."""
+    if not form.output.shared_by:
+        return 1.0
+    count = model.counts[form.output.shared_by]
+    return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))

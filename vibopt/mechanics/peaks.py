@@ -197,7 +197,12 @@ def _polish_all(
 def _smooth(band: Band, breaks: FloatArray) -> FloatArray:
     """Ends of the band and the breaks inside it, ascending."""
     inside = breaks[(breaks > band.low) & (breaks < band.high)]
-    return np.unique(np.concatenate([[band.low, band.high], inside]))
+    return _ascending(band.low, band.high, *inside.tolist())
+
+
+def _ascending(*speeds: float) -> FloatArray:
+    """Each speed once, in rising order."""
+    return np.array(sorted(set(speeds)))
 
 
 def _polish(
@@ -229,7 +234,7 @@ def _intervals(band: Band, poles: ComplexArray, breaks: FloatArray) -> tuple[Flo
     inside = breaks[(breaks > band.low) & (breaks < band.high)]
     real = np.abs(poles.real)
     turning = real[(real > band.low) & (real < band.high)]
-    edges = np.unique(np.concatenate([[band.low, band.high], inside, turning]))
+    edges = _ascending(band.low, band.high, *inside.tolist(), *turning.tolist())
     low, high = edges[:-1], edges[1:]
     done_low: list[FloatArray] = []
     done_high: list[FloatArray] = []

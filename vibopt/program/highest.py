@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.forms import Band, Drive, FloatArray, Modulus
 from vibopt.mechanics.cells import Stretches
+from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.highest import local_maxima
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.partial_fractions import Weight
@@ -55,14 +56,6 @@ def highest(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: fl
     if found is None or share == 1.0:
         return found
     return [Extreme(one.value / share, one.speed) for one in found]
-
-
-def mount_count(model: Model, form: Modulus, x: FloatArray) -> float:
-    """Number of mounts by which the value is divided."""
-    if not form.output.shared_by:
-        return 1.0
-    count = model.counts[form.output.shared_by]
-    return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))
 
 
 def _found(reading: Reading, bands: tuple[Band, ...], x: FloatArray, within: float) -> list[Extreme] | None:
@@ -152,4 +145,4 @@ def _plan(reading: Reading, bands: tuple[Band, ...]) -> _Plan | None:
     return _Plan(tuple(stretches), np.array(stretches).ravel(), weight, size, speeds)
 
 
-__all__ = ["highest", "mount_count"]
+__all__ = ["highest"]

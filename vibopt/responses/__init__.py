@@ -1,72 +1,54 @@
 """Responses: what can be limited, measured or made best.  One kind a file."""
 
-from vibopt.responses.absorbers import AbsorberMass, MassRatio, OwnFrequency, Stroke, Tuning
-from vibopt.responses.damping import DampingOfModes, LossFactor, ModeDampingRatio
-from vibopt.responses.decay_rate import DecayRateOfModes
-from vibopt.responses.free_displacement import FreeDisplacement
-from vibopt.responses.insertion_loss import InsertionLoss
-from vibopt.responses.kind import HarmonicResponse, Response
-from vibopt.responses.mode_ratio import RatioInMode
-from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
-from vibopt.responses.natural_frequency import NaturalFrequency
-from vibopt.responses.parameters import Count, Damping, Mass, Stiffness, TotalMass
-from vibopt.responses.price import TotalPrice
-from vibopt.responses.random import (
-    RandomResponse,
-    RmsAcceleration,
-    RmsDisplacement,
-    RmsForce,
-    RmsRelativeDisplacement,
-    RmsVelocity,
+from vibopt.responses.kind import HarmonicResponse, RandomResponse, Response
+from vibopt.values.kinds import Kinds
+
+KINDS: Kinds[Response] = Kinds(
+    __name__,
+    {
+        "transmitted_force": "transmitted.TransmittedForce",
+        "transmissibility": "transmitted.Transmissibility",
+        "isolation": "transmitted.Isolation",
+        "displacement": "motion.Displacement",
+        "velocity": "motion.Velocity",
+        "acceleration": "motion.Acceleration",
+        "relative_displacement": "motion.RelativeDisplacement",
+        "static_deflection": "static_deflection.StaticDeflection",
+        "natural_frequency": "natural_frequency.NaturalFrequency",
+        "damping_ratio": "damping.DampingOfModes",
+        "insertion_loss": "insertion_loss.InsertionLoss",
+        "total_mass": "parameters.TotalMass",
+        "mass": "parameters.Mass",
+        "stiffness": "parameters.Stiffness",
+        "damping": "parameters.Damping",
+        "loss_factor": "damping.LossFactor",
+        "count": "parameters.Count",
+        "price": "price.TotalPrice",
+        "rotation": "torsion.Rotation",
+        "twist": "torsion.Twist",
+        "transmitted_moment": "torsion.TransmittedMoment",
+        "inertia": "torsion.Inertia",
+        "torsional_stiffness": "torsion.TorsionalStiffness",
+        "torsional_damping": "torsion.TorsionalDamping",
+        "stroke": "absorbers.Stroke",
+        "own_frequency": "absorbers.OwnFrequency",
+        "mass_ratio": "absorbers.MassRatio",
+        "tuning": "absorbers.Tuning",
+        "absorber_mass": "absorbers.AbsorberMass",
+        "static_load": "spatial.StaticLoadOfMount",
+        "tilt": "spatial.Tilt",
+        "travel": "spatial.Travel",
+        "energy_share": "spatial.EnergyShareOfBody",
+        "frequency_separation": "spatial.FrequencySeparation",
+        "decay_rate": "decay_rate.DecayRateOfModes",
+        "mode_ratio": "mode_ratio.RatioInMode",
+        "free_displacement": "free_displacement.FreeDisplacement",
+        "rms_displacement": "random.RmsDisplacement",
+        "rms_velocity": "random.RmsVelocity",
+        "rms_acceleration": "random.RmsAcceleration",
+        "rms_relative_displacement": "random.RmsRelativeDisplacement",
+        "rms_force": "random.RmsForce",
+    },
 )
-from vibopt.responses.spatial import EnergyShareOfBody, FrequencySeparation, StaticLoadOfMount, Tilt, Travel
-from vibopt.responses.static_deflection import StaticDeflection
-from vibopt.responses.torsion import Inertia, Rotation, TorsionalDamping, TorsionalStiffness, TransmittedMoment, Twist
-from vibopt.responses.transmitted import Isolation, Transmissibility, TransmittedForce
 
-KINDS: dict[str, type[Response]] = {
-    "transmitted_force": TransmittedForce,
-    "transmissibility": Transmissibility,
-    "isolation": Isolation,
-    "displacement": Displacement,
-    "velocity": Velocity,
-    "acceleration": Acceleration,
-    "relative_displacement": RelativeDisplacement,
-    "static_deflection": StaticDeflection,
-    "natural_frequency": NaturalFrequency,
-    "damping_ratio": DampingOfModes,
-    "insertion_loss": InsertionLoss,
-    "total_mass": TotalMass,
-    "mass": Mass,
-    "stiffness": Stiffness,
-    "damping": Damping,
-    "loss_factor": LossFactor,
-    "count": Count,
-    "price": TotalPrice,
-    "rotation": Rotation,
-    "twist": Twist,
-    "transmitted_moment": TransmittedMoment,
-    "inertia": Inertia,
-    "torsional_stiffness": TorsionalStiffness,
-    "torsional_damping": TorsionalDamping,
-    "stroke": Stroke,
-    "own_frequency": OwnFrequency,
-    "mass_ratio": MassRatio,
-    "tuning": Tuning,
-    "absorber_mass": AbsorberMass,
-    "static_load": StaticLoadOfMount,
-    "tilt": Tilt,
-    "travel": Travel,
-    "energy_share": EnergyShareOfBody,
-    "frequency_separation": FrequencySeparation,
-    "decay_rate": DecayRateOfModes,
-    "mode_ratio": RatioInMode,
-    "free_displacement": FreeDisplacement,
-    "rms_displacement": RmsDisplacement,
-    "rms_velocity": RmsVelocity,
-    "rms_acceleration": RmsAcceleration,
-    "rms_relative_displacement": RmsRelativeDisplacement,
-    "rms_force": RmsForce,
-}
-
-__all__ = ["KINDS", "HarmonicResponse", "ModeDampingRatio", "RandomResponse", "Response"]
+__all__ = ["KINDS", "HarmonicResponse", "RandomResponse", "Response"]

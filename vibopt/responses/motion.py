@@ -7,7 +7,6 @@ from typing import ClassVar
 from vibopt.forms import ComplexArray, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import HarmonicResponse
 from vibopt.responses.rows import across_link, along, at_point
 from vibopt.values.vectors import Direction
@@ -45,6 +44,8 @@ class Displacement(MotionOf):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         if self.direction is None:
             return super().measure(machine, motion)
+        from vibopt.mechanics.rigid import SpaceMachine
+
         assert isinstance(machine, SpaceMachine)
         return machine.moved(self.of, self.direction, motion) * (1j * motion.omega) ** self.power
 

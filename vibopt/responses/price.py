@@ -9,7 +9,6 @@ import numpy as np
 from vibopt.forms import Combine, Drive, Form, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import Response
 
 
@@ -26,5 +25,7 @@ class TotalPrice(Response):
         )
 
     def measure_static(self, machine: Machine) -> float:
+        from vibopt.mechanics.rigid import SpaceMachine
+
         mounts = machine.mounts if isinstance(machine, SpaceMachine) else ()
         return float(sum(joint.price for joint in machine.joints) + sum(mount.price for mount in mounts))

@@ -9,7 +9,6 @@ import numpy as np
 from vibopt.forms import Combine, Drive, Form, StaticRow
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import Response
 from vibopt.values.vectors import AXES, Direction
 
@@ -39,20 +38,18 @@ class StaticDeflection(Response):
         sag = machine.sag()
         if sag is None:
             return float("inf")
-        if isinstance(machine, SpaceMachine) and self.of not in sag:
-            return self._in_space(machine, sag)
         for joint in machine.joints:
             if joint.name == self.of:
                 return abs(sag.get(joint.ends[1], 0.0) - sag.get(joint.ends[0], 0.0))
-        return abs(sag[self.of])
+        return abs(sag[self.of]) if self.of in sag else self._in_space(machine, sag)
 
-    def _in_space(self, machine: SpaceMachine, sag: dict[str, float]) -> float:
+    def _in_space(self, machine: Machine, sag: dict[str, float]) -> float:
         """Of a place along the direction; of a mount, one own axis of it, its force over its stiffness."""
+        from vibopt.mechanics.rigid import SpaceMachine
+
+        assert isinstance(machine, SpaceMachine)
         if f"{self.of}.z" in sag:
             return abs(sum(part * sag[f"{self.of}.{axis}"] for part, axis in zip(self.direction, AXES, strict=True)))
-        if any(joint.name == self.of for joint in machine.joints):
-            joint = machine.joint(self.of)
-            return abs(sag.get(joint.ends[1], 0.0) - sag.get(joint.ends[0], 0.0))
         single, _, axis = self.of.rpartition(".")
         force, mount = machine.static_force(single), machine.mount(single)
         assert force is not None

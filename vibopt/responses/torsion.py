@@ -7,7 +7,6 @@ from typing import ClassVar
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
-from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import Response
 from vibopt.responses.motion import MotionOf, RelativeDisplacement
 from vibopt.responses.parameters import Damping, Stiffness, owned_by
@@ -28,6 +27,8 @@ class Rotation(MotionOf):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         if self.axis is None:
             return super().measure(machine, motion)
+        from vibopt.mechanics.rigid import SpaceMachine
+
         assert isinstance(machine, SpaceMachine)
         return machine.moved(self.of, self.axis, motion, turn=True)
 

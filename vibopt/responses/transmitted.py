@@ -10,7 +10,6 @@ from pydantic import model_validator
 from vibopt.forms import ComplexArray, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.kind import HarmonicResponse
 from vibopt.responses.rows import at_point, forces_along, link_forces
 from vibopt.values import word
@@ -76,6 +75,8 @@ class TransmittedForce(Transmitted):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         if self.direction is None:
             return super().measure(machine, motion)
+        from vibopt.mechanics.rigid import SpaceMachine
+
         assert isinstance(machine, SpaceMachine)
         if self.into is not None:
             return machine.force_along(self.into, self.direction, motion)

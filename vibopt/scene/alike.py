@@ -7,14 +7,14 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from vibopt.devices.absorber import Places
-
 _WORDING = ("unit", "echo")
 _DIGITS = 12
 
 
 def numbers_of(given: Any) -> Any:
     """What a table says [SI], without the units and texts in which it says it; comparable."""
+    from vibopt.devices.absorber import Places
+
     if isinstance(given, BaseModel):
         return tuple((name, numbers_of(getattr(given, name))) for name in type(given).model_fields)
     if isinstance(given, Places):

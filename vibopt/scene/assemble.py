@@ -14,7 +14,6 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.monomial import Monomial
-from vibopt.scene.lookout import looked_at
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import pins, spatial_bases
@@ -43,6 +42,8 @@ def model_of(scene: Scene, chosen: FloatArray | None = None, *, free: Container[
     builder = ModelBuilder(count + len(doubts))
     builder.spatial = spatial_bases(scene)
     if scene.structures:
+        from vibopt.scene.lookout import looked_at
+
         builder.top, builder.modes = looked_at(scene)
     builder.families = {family: tuple(getattr(scene, family)) for family in ("bodies", "absorbers")}
     for name, one in scene.absorbers.items():

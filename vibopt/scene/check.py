@@ -11,7 +11,6 @@ from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
-from vibopt.scene.check_free import check_free
 from vibopt.scene.check_parts import check_price
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_random
@@ -41,13 +40,19 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_space(scene, mistakes)
     check_excitations(scene, mistakes)
     for path, response in _responses(scene):
-        if response.signed and not check_free(scene, path, response, mistakes):
+        if response.signed and not _free(scene, path, response, mistakes):
             continue
         check_places(scene, path, response, mistakes, broken)
         check_price(scene, path, response, mistakes)
         _bounds(scene, path, response, mistakes)
         _moved(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
+
+
+def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    from vibopt.scene.check_free import check_free
+
+    return check_free(scene, path, response, mistakes)
 
 
 def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:

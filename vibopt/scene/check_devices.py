@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from vibopt.devices import FAMILIES, AbsorberTable, LinkTable
-from vibopt.devices.absorber import Places
+from typing import TYPE_CHECKING
+
+from vibopt.devices import FAMILIES
 from vibopt.errors import way_out
 from vibopt.mechanics.builder import GROUND
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
 from vibopt.scene.mistakes import Mistakes, given_at
 from vibopt.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from vibopt.devices.absorber import AbsorberTable
+    from vibopt.devices.link import LinkTable
 
 _ABOUT = {
     "stiffness": 'torsional_stiffness = "40 kN m/rad"',
@@ -30,8 +35,9 @@ _ABOUT = {
 def check_names(scene: Scene, mistakes: Mistakes) -> None:
     """Every point and every link has a name of its own, and something can move."""
     seen: dict[str, str] = {}
-    for family, kind in FAMILIES.items():
+    for family in FAMILIES:
         for name, table in places.raw(scene, family).items():
+            kind = FAMILIES[family]
             own = (kind.moving_in, kind.supports_in, kind.links_in)
             for one in dict.fromkeys([name, *(x for ask in own for x in ask(name, table))]):
                 _check_name(family, name, one, seen, mistakes)
@@ -150,7 +156,6 @@ def _host(scene: Scene, name: str, table: AbsorberTable, mistakes: Mistakes) -> 
     """Whether an absorber sits on something that is there and gives way."""
     path = ("absorbers", name, "on")
     host, moving = table.host, places.moving(scene)
-    assert not isinstance(table.on, Places)
     if host == name:
         mistakes.value(path, host, "is the absorber itself. Name what it sits on.")
     elif host == GROUND or host in places.supports(scene):

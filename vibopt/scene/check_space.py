@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.devices import MountTable
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.statics import sag
@@ -18,6 +18,9 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, is_spatial, mount_of, place_in_space
 from vibopt.units import show
 from vibopt.values.vectors import AXES, Vector
+
+if TYPE_CHECKING:
+    from vibopt.devices.mount import MountTable
 
 _RANK = 1e-9
 _ALONG = ("displacement", "velocity", "acceleration")

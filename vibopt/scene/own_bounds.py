@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from vibopt.devices import MountTable
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
 from vibopt.responses.natural_frequency import NaturalFrequency, Orders
 from vibopt.units import Quantity
+
+if TYPE_CHECKING:
+    from vibopt.devices.mount import MountTable
 
 
 def with_own_bounds(

@@ -50,7 +50,7 @@ def bound_parts(scene: Scene) -> list[Bound]:
 
 @once
 def _raw_devices(scene: Scene) -> list[tuple[type[Device], str, Mapping[str, Any]]]:
-    return [(kind, name, table) for family, kind in FAMILIES.items() for name, table in raw(scene, family).items()]
+    return [(FAMILIES[family], name, table) for family in FAMILIES for name, table in raw(scene, family).items()]
 
 
 @once

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from vibopt.devices.mount import MountTable
 from vibopt.devices.sites import Sites
 from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene, Variable
@@ -13,6 +13,9 @@ from vibopt.scene.settle import open_places
 from vibopt.units import to_unit
 from vibopt.values.fields import Choice
 from vibopt.values.vectors import AXES, OpenVector, Span
+
+if TYPE_CHECKING:
+    from vibopt.devices.mount import MountTable
 
 
 def open_positions(scene: Scene) -> dict[str, Variable]:

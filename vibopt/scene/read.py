@@ -134,7 +134,7 @@ class _Parts:
 
     def scene(self, name: str, locator: Locator | None) -> Scene:
         self._top()
-        devices: dict[str, Any] = {family: self._family(family, kind) for family, kind in FAMILIES.items()}
+        devices: dict[str, Any] = {family: self._family(family) for family in FAMILIES}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
         limits: dict[str, Response] = self._kinds("limits", "response", RESPONSES)
         measures: dict[str, Response] = self._kinds("measures", "response", RESPONSES)
@@ -190,10 +190,10 @@ class _Parts:
                 )
         return good
 
-    def _family(self, family: str, kind: type[Any]) -> dict[str, Any]:
+    def _family(self, family: str) -> dict[str, Any]:
         read = {}
         for name, table in self._tables(family).items():
-            made = self._table((family, name), table, kind)
+            made = self._table((family, name), table, FAMILIES[family])
             if made is not None:
                 read[name] = made
                 self._values((family, name), made)

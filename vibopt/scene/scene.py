@@ -4,14 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vibopt.devices import AbsorberTable, BaseTable, BodyTable, LinkTable, MountTable, PointTable, StructureTable
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
 from vibopt.scene.locate import Locator
 from vibopt.values import SpeedRange
 from vibopt.values.fields import Choice
+
+if TYPE_CHECKING:
+    from vibopt.devices.absorber import AbsorberTable
+    from vibopt.devices.base import BaseTable
+    from vibopt.devices.body import BodyTable
+    from vibopt.devices.link import LinkTable
+    from vibopt.devices.mount import MountTable
+    from vibopt.devices.point import PointTable
+    from vibopt.devices.structure import StructureTable
 
 MAXIMISE, MINIMISE = "maximise", "minimise"
 

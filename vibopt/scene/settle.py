@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations_with_replacement, product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vibopt.devices.absorber import Places
-from vibopt.devices.sites import Sites
 from vibopt.scene.alike import numbers_of
 from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from vibopt.devices.sites import Sites
 
 MOST = 64
 """Most combinations of places that are looked at one by one."""
@@ -22,13 +23,18 @@ _UNNAMED = ("limits", "measures")
 
 def open_places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """What may be chosen, by path: {"absorbers.tmd.on": ("floor1", "floor2")}."""
-    found = {
-        f"absorbers.{name}.on": one.on.names for name, one in scene.absorbers.items() if isinstance(one.on, Places)
-    }
-    for name, one in scene.mounts.items():
-        if isinstance(one.at, Sites):
-            found[f"mounts.{name}.at"] = one.at.names
-    return found
+    hosts = {f"absorbers.{name}.on": one.on for name, one in scene.absorbers.items()}
+    found = {path: on.names for path, on in hosts.items() if not isinstance(on, str)}
+    return found | {f"mounts.{name}.at": sites.names for name, sites in _open_sites(scene).items()}
+
+
+def _open_sites(scene: Scene) -> dict[str, Sites]:
+    """Mounts whose place is to be chosen."""
+    if not scene.mounts:
+        return {}
+    from vibopt.devices.sites import Sites
+
+    return {name: one.at for name, one in scene.mounts.items() if isinstance(one.at, Sites)}
 
 
 def combinations(scene: Scene) -> int:
@@ -88,13 +94,11 @@ def settled(scene: Scene) -> Iterator[tuple[Mapping[str, str], Scene]]:
             name: one.model_copy(update={"on": words.get(f"absorbers.{name}.on", one.on)})
             for name, one in scene.absorbers.items()
         }
-        mounts, said = {}, {}
-        for name, table in scene.mounts.items():
+        mounts, said = dict(scene.mounts), {}
+        for name, sites in _open_sites(scene).items():
             path = f"mounts.{name}.at"
-            mounts[name] = table
-            if isinstance(table.at, Sites):
-                index = places[path].index(words[path])
-                mounts[name] = table.model_copy(update={"at": table.at.options[index]})
-                said[path] = table.at.given[index]
+            index = places[path].index(words[path])
+            mounts[name] = mounts[name].model_copy(update={"at": sites.options[index]})
+            said[path] = sites.given[index]
         document = changed(scene.document, {**words, **said})
         yield words, replace(scene, absorbers=absorbers, mounts=mounts, document=document, asked=scene)

@@ -10,7 +10,6 @@ from numbers import Integral, Real
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
-from vibopt.files.writing import replace_file
 from vibopt.scene.scene import Scene
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -24,6 +23,8 @@ def write(scene: Scene, path: str | FilePath) -> None:
     InputError
         The file cannot be written.
     """
+    from vibopt.files.writing import replace_file
+
     replace_file(FilePath(path), to_toml(scene).encode())
 
 

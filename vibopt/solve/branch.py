@@ -9,16 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray, Form, Modulus, Monomials
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
-from vibopt.program.bounds import FormBounds, monomial_bounds
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import Worst, worst
 from vibopt.work import Budget, worked
+
+if TYPE_CHECKING:
+    from vibopt.program.bounds import FormBounds
 
 BATCH = 256
 MOST_BOXES = 100_000
@@ -160,6 +163,8 @@ class Search:
         return _middle(low[picks], high[picks])
 
     def _prepare(self) -> None:
+        from vibopt.program.bounds import FormBounds
+
         program = self.judge.program
         middle = _middle(program.low, program.high)
         self.forms = [FormBounds(limit.model, limit.form, middle) for limit in program.limits]
@@ -283,6 +288,8 @@ def _cut_sum(
     form: Monomials, low: FloatArray, high: FloatArray, cut: float, *, below: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Boxes narrowed to where sum_j scale_j x_i(j)**e_j can be below (above) `cut`; never made empty."""
+    from vibopt.program.bounds import monomial_bounds
+
     low, high = low.copy(), high.copy()
     small, large = monomial_bounds(form, low, high)
     for scale, exponents in zip(form.scale, form.exponents, strict=True):

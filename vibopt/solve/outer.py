@@ -113,7 +113,7 @@ class OneVariable:
         if axis.open_high:
             high = max(high, 4.0 * float(roots.max(initial=0.0)))
         cuts = np.concatenate([np.array([low, high]), roots])
-        cuts = np.unique(cuts[(cuts >= low) & (cuts <= high)])
+        cuts = np.array(sorted({*cuts[(cuts >= low) & (cuts <= high)].tolist()}))
         best = _extreme_cut(cuts, table, upward)
         if best is None:
             return None

@@ -7,8 +7,6 @@ import numpy as np
 from vibopt.forms import Drive, FloatArray, Form, Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme
-from vibopt.program.few import few_peaks
-from vibopt.program.slopes import extremes_of
 from vibopt.program.worst import closed_form, plain_value
 
 
@@ -29,11 +27,18 @@ def local_extremes(model: Model, form: Form, x: FloatArray, *, least: bool) -> l
 def _drive_extremes(model: Model, form: Modulus, drive: Drive, x: FloatArray, least: bool) -> list[Extreme]:
     closed = closed_form(model, form, drive, x)
     if closed is not None:
-        found = [one for band in drive.bands for one in closed.candidates(band)]
-    elif not least and (few := few_peaks(model, form, drive, x, 0.9)) is not None:
-        found = [one.at for one in few]
-    else:
-        found = extremes_of(model, form, drive, x, least_wanted=least, within=0.9)
+        return _once([one for band in drive.bands for one in closed.candidates(band)])
+    from vibopt.program.few import few_peaks
+    from vibopt.program.slopes import extremes_of
+
+    few = None if least else few_peaks(model, form, drive, x, 0.9)
+    if few is not None:
+        return _once([one.at for one in few])
+    return _once(extremes_of(model, form, drive, x, least_wanted=least, within=0.9))
+
+
+def _once(found: list[Extreme]) -> list[Extreme]:
+    """Each speed once."""
     unique: list[Extreme] = []
     for one in found:
         if not any(abs(one.speed - other.speed) <= 1e-9 * abs(one.speed) for other in unique):

@@ -7,7 +7,8 @@ from math import isfinite
 from vibopt.answer.entry import Entry
 from vibopt.design.absorbers import parts_of
 from vibopt.design.design import Design
-from vibopt.devices import LinkTable, MountTable
+from vibopt.devices.link import LinkTable
+from vibopt.devices.mount import MountTable
 from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.mechanics.rigid import SpaceMachine, Spring3

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibopt.design.report import facts
 from vibopt.design.sheet.names import said
-from vibopt.devices import StructureTable
 from vibopt.forms import FloatArray
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import Rigid, SpaceMachine
 from vibopt.scene.places import turning
 from vibopt.scene.scene import Scene
 from vibopt.units import plain, show
+
+if TYPE_CHECKING:
+    from vibopt.devices.structure import StructureTable
 
 _MOTIONS = {6: "in space", 3: "in the plane x-z"}
 _SAID_FIRST = ("kind", "on", "direction", "axis", "at", "speed", "varies", "amplitude_at")

@@ -1,0 +1,56 @@
+"""Kinds by name; the file of a kind is read when a job names it, for there are many and a job has few."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, MutableMapping
+from importlib import import_module
+from typing import Any, Generic, TypeVar
+
+Kind = TypeVar("Kind")
+
+
+class Kinds(MutableMapping[str, type[Kind]], Generic[Kind]):
+    """Classes by the name that a file gives them.
+
+    Parameters
+    ----------
+    package
+        Where their modules are: "vibopt.responses".
+    places
+        Module in the package and class of each, "motion.Displacement", by name; in the order of the words.
+    """
+
+    def __init__(self, package: str, places: Mapping[str, str]) -> None:
+        self._package, self._places = package, dict(places)
+        self._known: dict[str, type[Kind]] = {}
+
+    def __getitem__(self, name: str) -> type[Kind]:
+        if name not in self._known:
+            self._known[name] = loaded(self._package, self._places[name])
+        return self._known[name]
+
+    def __setitem__(self, name: str, kind: type[Kind]) -> None:
+        self._places.setdefault(name, "")
+        self._known[name] = kind
+
+    def __delitem__(self, name: str) -> None:
+        del self._places[name]
+        self._known.pop(name, None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
+
+
+def loaded(package: str, place: str) -> Any:
+    """The class at a place, "motion.Displacement"."""
+    module, _, name = place.partition(".")
+    return getattr(import_module(f"{package}.{module}"), name)
+
+
+__all__ = ["Kinds", "loaded"]
