@@ -30,6 +30,7 @@ FLOORS = (
     ("program",),
     ("design",),
     ("solve",),
+    ("posed",),
     ("jobs",),
     ("study",),
     ("cli",),
@@ -56,8 +57,8 @@ UNDER_BALANCING = (
 UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
 """What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
 BALANCING_SHEETS = ("asked", "blocks", "said", "table", "sheet", "figures")
-OVER_BALANCING = ("vibopt.balancing", "vibopt.jobs", "vibopt.cli", "vibopt.study.chart.balancing")
-"""Who asks balancing: jobs, commands, and its rows in the charts, which compare its optimisers with the rivals."""
+OVER_BALANCING = ("vibopt.balancing", "vibopt.posed", "vibopt.jobs", "vibopt.cli", "vibopt.study.chart.balancing")
+"""Who asks balancing: programs in the open, jobs, commands, and its rows in the charts beside its rivals."""
 
 CLOCKS = (
     "perf_counter",
@@ -72,8 +73,8 @@ AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.study.chart")
 """Who may read a clock: the user's time limit, the timings that are shown, and charts, which are there to measure."""
 
 HOMES = {
-    "casadi": ("vibopt.program.nlp", "vibopt.solve.rivals"),
-    "cvxpy": ("vibopt.solve.rivals",),
+    "casadi": ("vibopt.program.nlp", "vibopt.posed"),
+    "cvxpy": ("vibopt.posed", "vibopt.solve.rivals"),
     "hsbalance": ("vibopt.solve.rivals",),
     "matplotlib": ("vibopt.design.figures", "vibopt.design.chart_figures", "vibopt.balancing.figures"),
 }

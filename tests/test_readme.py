@@ -47,6 +47,14 @@ def test_the_python_of_the_readme_runs() -> None:
     assert "greatest stiffness of mount is 6957 kN/m" in said.getvalue()
 
 
+def test_the_programs_of_the_readme_are_solved_with_limits_of_ones_own() -> None:
+    code = next(text for text in re.findall(r"```python\n(.*?)```", README, re.S) if "vo.posed" in text)
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        exec(compile(code, "README.md", "exec"), {})
+    assert said.getvalue().split() == ["met", "met"]
+
+
 def test_both_commands_are_marked_for_the_machine_that_runs_them() -> None:
     for mark in ("<!-- install command -->", "<!-- test command -->"):
         assert README.count(mark) == 1

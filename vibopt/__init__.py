@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vibopt.errors import VibOptError as VibOptError
     from vibopt.jobs import read as read
     from vibopt.jobs import solve as solve
+    from vibopt.posed.job import posed as posed
     from vibopt.scene.language import Limit as Limit
     from vibopt.scene.language import Machine as Machine
     from vibopt.scene.language import Measure as Measure
@@ -48,6 +49,7 @@ _HOMES = {
         "one_of",
     ),
     "vibopt.jobs": ("read", "solve"),
+    "vibopt.posed.job": ("posed",),
     "vibopt.scene.read": ("from_dict", "from_text", "with_changes"),
     "vibopt.scene.scene": ("Scene",),
     "vibopt.scene.write": ("to_toml", "write"),

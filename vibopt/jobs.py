@@ -41,6 +41,8 @@ B = TypeVar("B", bound="BalancingJob")
 EMPTY = ("infeasible", "unbounded", "unproven", "check_failed")
 """Answers without a design to keep, to round or to save."""
 Progress = Callable[[str, float], None]
+POSED = ("cvxpy", "ipopt")
+"""Methods that solve the program in the open (`vibopt.posed`)."""
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
 _SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
@@ -252,7 +254,7 @@ def answer(
     job
         From `open_job`, or a scene made in Python.
     method
-        Forces a method of a scene; a balancing job has no choice of methods.
+        Forces a method of a scene; a balancing job knows its own, "cvxpy" and "ipopt".
     progress
         Called with what is being done and the part that is finished.
     time_limit
@@ -264,26 +266,36 @@ def answer(
     Raises
     ------
     InputError
-        A method named for a balancing job, or one that does not take the scene.
+        A method that does not take the job.
     """
     with each_answer_within(time_limit):
         if is_scene(job):
             from vibopt.solve import solve
 
-            return solve(job, method=method, progress=progress, explain=explain)
-        if method is not None:
+            return solve(job, method=_open_method(method) or method, progress=progress, explain=explain)
+        if method not in (None, *POSED):
             raise InputError(
-                f"{job.name}: --method is not supported for balancing jobs: goal and limits decide the method."
+                f"{job.name}: --method {method}: goal and limits decide the method of a balancing job. Leave it out, "
+                f"or write {' or '.join(POSED)}."
             )
-        return balanced(job, explain=explain)
+        return balanced(job, explain=explain, method=method)
 
 
-def balanced(job: BalancingJob, *, thorough: bool = False, explain: bool = True) -> Solution:
+def _open_method(method: str | None) -> Any:
+    """The method of a scene that solves its program in the open; None where another one is meant."""
+    if method not in POSED:
+        return None
+    from vibopt.posed.scene import METHODS
+
+    return METHODS[method]()
+
+
+def balanced(job: BalancingJob, *, thorough: bool = False, explain: bool = True, method: str | None = None) -> Solution:
     """The answer to a balancing job; `thorough` computes every price, whatever the work, without `explain` none."""
     from vibopt.balancing.prices import without_prices
 
     with answering() as limit, nullcontext() if explain else without_prices():
-        found = _balanced(job, thorough)
+        found = _balanced(job, thorough, method)
     ended = "" if limit is None or found.proven else limit.words
     return replace(found, claim=found.claim + ended) if ended else found
 
@@ -297,20 +309,29 @@ def plain_answer(found: Answer) -> dict[str, Any]:
     return found.to_json()
 
 
-def _balanced(job: BalancingJob, thorough: bool) -> Solution:
+def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Solution:
     if is_known(job):
         from vibopt.balancing.known import solve_known
 
-        return solve_known(job, thorough=thorough)
+        return solve_known(job, thorough=thorough, **_by(job, method))
     if is_engine(job):
         from vibopt.balancing.engine import solve_engine
 
-        return solve_engine(job, thorough=thorough)
+        return solve_engine(job, thorough=thorough, **_by(job, method))
     if is_rotor(job):
         from vibopt.balancing.solve_rotor import solve_job
 
-        return solve_job(job, thorough=thorough)
+        return solve_job(job, thorough=thorough, **_by(job, method))
     raise TypeError(f"{type(job).__name__} is no job. Take one from open_job, or make a Scene.")
+
+
+def _by(job: BalancingJob, method: str | None) -> dict[str, Any]:
+    """The solver of a program in the open, where a method names one."""
+    if method is None:
+        return {}
+    from vibopt.posed.methods import solver_of
+
+    return {"solver": solver_of(job, method)}
 
 
 def is_scene(job: object) -> TypeIs[Scene]:

@@ -16,7 +16,7 @@ from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import impasse
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed
-from vibopt.balancing.prices import solve_question
+from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.forms import ComplexArray
@@ -87,10 +87,10 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0)
     return names[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
 
 
-def answered(job: RotorJob, posed: Posed) -> Solved:
+def answered(job: RotorJob, posed: Posed, solver: Solver = solve_question) -> Solved:
     """The correction that is best, or the one that is decided in every plane."""
     if job.choices:
-        return solve_question(posed.question)
+        return solver(posed.question)
     u = np.array([0.0 if one is None else one.u[0] for one in posed.options], dtype=complex)
     return Solved(u, "met", GIVEN, chosen=tuple(-1 if one is None else 0 for one in posed.options))
 

@@ -14,6 +14,7 @@ from vibopt.balancing.question import Question, Solved
 from vibopt.work import Budget, metered
 
 Which = Literal["reading", "cap", "total"]
+Solver = Callable[[Question], Solved]
 BINDS = 1e-6
 THOROUGH = "`vibopt explain FILE --thorough`"
 ALLOWANCE = 2_000

@@ -21,6 +21,7 @@ from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed, pose
+from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
@@ -33,8 +34,8 @@ AGREES = 1e-6
 _ROUNDING = 1e-12
 
 
-def solve_job(job: RotorJob, *, thorough: bool = False) -> Plan:
-    """The plan for a measured rotor; `thorough` computes every price, whatever the work.
+def solve_job(job: RotorJob, *, thorough: bool = False, solver: Solver = solve_question) -> Plan:
+    """The plan for a measured rotor; `thorough` computes every price, whatever the work, `solver` answers its question.
 
     Every answer has been put back into a simulated rotor by another route (`vibopt.balancing.verification`); one that
     the simulation refuses has the status "check_failed".
@@ -43,15 +44,20 @@ def solve_job(job: RotorJob, *, thorough: bool = False) -> Plan:
         return _quality_only(job)
     if job.is_advice:
         return _advice(job)
-    return _with_phase(job, thorough) if job.has_phase else solve_without_phase(job, thorough=thorough)
+    return _with_phase(job, thorough, solver) if job.has_phase else solve_without_phase(job, thorough=thorough)
 
 
-def _with_phase(job: RotorJob, thorough: bool) -> Plan:
+def asked_of(job: RotorJob) -> tuple[Heard, Identified, tuple[int, ...], Posed]:
+    """The rotor by the runs that agree, the planes that no sensor feels, and the question."""
     of = heard(job)
+    identified, idle = felt_only(of.job, of.identified, of.noise)
+    return of, identified, idle, pose(of.job, identified, of.noise, idle)
+
+
+def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Plan:
+    of, identified, idle, posed = asked_of(job)
     job, noise = of.job, of.noise
-    identified, idle = felt_only(job, of.identified, noise)
-    posed = pose(job, identified, noise, idle)
-    solved = answered(job, posed)
+    solved = answered(job, posed, solver)
     if solved.u is None:
         return judged(of, nothing(job, identified, posed, solved, thorough=thorough))
     fitting = _fitting(of, identified, posed, solved)

@@ -93,15 +93,18 @@ class SampledProgram:
         Box in y = log x, shape (n_vars,).
     elastic
         Let every limit be missed by one common amount and make that amount least.
+    y
+        The symbol of the logs, (n_vars, 1), where there is one already.
     """
 
     def __init__(
-        self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, elastic: bool = False
-    ) -> None:
+        self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, elastic: bool = False,
+        y: Any = None,
+    ) -> None:  # fmt: skip
         import casadi
 
         self.reference, self.low, self.high = reference, low, high
-        self.y = casadi.SX.sym("y", len(low))
+        self.y = casadi.SX.sym("y", len(low)) if y is None else y
         self.extra: list[Any] = []
         self.extra_starts: list[float] = []
         self.rows: list[Any] = []

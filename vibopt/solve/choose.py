@@ -20,8 +20,8 @@ _FEW = 2
 """Starts beside a design that is known to be near."""
 
 
-def choose(program: Program, name: str | None, near: Sequence[float] | None = None) -> Method:
-    """The method called `name`, or the one that proves most; `near` is a design to start from.
+def choose(program: Program, name: str | Method | None, near: Sequence[float] | None = None) -> Method:
+    """The method called `name` (or given as it is), or the one that proves most; `near` is a design to start from.
 
     Raises
     ------
@@ -31,14 +31,10 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
     if program.ties:
         return _of_parts(program, name)
     if name is not None:
-        from vibopt.solve.registry import METHODS
-
-        if name not in METHODS:
-            raise InputError(f"--method {name}: there is no such method.{way_out(name, list(METHODS))}")
-        method: Method = METHODS[name]()
+        method = _called(name) if isinstance(name, str) else name
         refusal = method.refuses(program)
         if refusal is not None:
-            raise InputError(f"--method {name}: {refusal}")
+            raise InputError(f"--method {method.name}: {refusal}")
         return _begun(method, near)
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
@@ -73,6 +69,14 @@ def choose(program: Program, name: str | None, near: Sequence[float] | None = No
     return _begun(general, near)
 
 
+def _called(name: str) -> Method:
+    from vibopt.solve.registry import METHODS
+
+    if name not in METHODS:
+        raise InputError(f"--method {name}: there is no such method.{way_out(name, [*METHODS, 'cvxpy', 'ipopt'])}")
+    return METHODS[name]()
+
+
 def modest(program: Program) -> Method:
     """The method for what stands beside an answer (conflicts, loosenings, ideal values): a coarser proof will do."""
     from vibopt.solve.global_search import BranchAndBound
@@ -93,13 +97,14 @@ def _begun(method: Method, near: Sequence[float] | None) -> Method:
     return replace(method, given=(np.array(near, dtype=float),), count=_FEW, brief=True)
 
 
-def _of_parts(program: Program, name: str | None) -> Method:
+def _of_parts(program: Program, name: str | Method | None) -> Method:
     """Parts of a catalogue are chosen by one method alone."""
     from vibopt.solve.shelf import Catalogue
 
     method = Catalogue()
     if name not in (None, method.name):
-        raise InputError(f"--method {name}: parts of a catalogue are chosen by --method {method.name} alone.")
+        word = name if isinstance(name, str) else getattr(name, "name", "")
+        raise InputError(f"--method {word}: parts of a catalogue are chosen by --method {method.name} alone.")
     refusal = method.refuses(program)
     if refusal is not None:
         raise InputError(refusal)

@@ -21,7 +21,7 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
 from vibopt.solve.local import sharpened
-from vibopt.solve.method import Found, Progress
+from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.proof import breaks, parts_of, settled, tight, worst_machines
 from vibopt.solve.several import GOAL, Several, keys_of
 from vibopt.solve.shelf.words import reason_of
@@ -68,7 +68,7 @@ def judged(scene: Scene, x: FloatArray) -> Robust:
     return Robust(Found("", np.asarray(x), "", ""), hits, undecided)
 
 
-def robust(scene: Scene, nominal: Found, method: str | None, progress: Progress | None = None) -> Robust:
+def robust(scene: Scene, nominal: Found, method: str | Method | None, progress: Progress | None = None) -> Robust:
     """The best design over the tolerances; `nominal` is the answer without them."""
     if nominal.x is None or nominal.status == "unbounded":
         words = {"infeasible": "even without tolerances", "unbounded": "without tolerances"}
@@ -79,7 +79,7 @@ def robust(scene: Scene, nominal: Found, method: str | None, progress: Progress 
 
 
 class _Run:
-    def __init__(self, scene: Scene, method: str | None, progress: Progress | None) -> None:
+    def __init__(self, scene: Scene, method: str | Method | None, progress: Progress | None) -> None:
         self.scene, self.method, self.progress = scene, method, progress
         self.machines = Several(scene)
         self.undecided: tuple[str, ...] = ()

@@ -28,7 +28,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
-from vibopt.solve.method import Found, Progress
+from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.own_bound import at_own_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.rows import direction
@@ -47,7 +47,7 @@ _ROAD = 5.0
 def solve(
     scene: Scene,
     *,
-    method: str | None = None,
+    method: str | Method | None = None,
     progress: Progress | None = None,
     explain: bool = True,
     near: Sequence[float] | None = None,
@@ -60,7 +60,7 @@ def solve(
     scene
         A scene without mistakes, from `read` or the Python API.
     method
-        Name of a method to force; None lets vibopt choose.
+        A method to force, or its name; None lets vibopt choose.
     progress
         Called now and then with a stage and the part that is done (0 to 1).
     explain
@@ -92,7 +92,7 @@ def solve(
 class _Wish:
     """How an answer is wished, as `solve` takes it; loosenings are looked for up to `patience` [nominal ms]."""
 
-    method: str | None
+    method: str | Method | None
     progress: Progress | None
     explain: bool
     near: Sequence[float] | None
@@ -150,7 +150,7 @@ def _where_best(scene: Scene, wish: _Wish) -> Design:
 def answer(
     program: Program,
     scene: Scene,
-    method: str | None,
+    method: str | Method | None,
     progress: Progress | None,
     near: Sequence[float] | None = None,
 ) -> tuple[Found, str]:

@@ -11,6 +11,7 @@ from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.limit_prices import impasse, prices
+from vibopt.balancing.engine.program import least
 from vibopt.balancing.engine.shaking import (
     Arms,
     arms,
@@ -21,7 +22,7 @@ from vibopt.balancing.engine.shaking import (
     of_order,
     peak,
 )
-from vibopt.balancing.engine.solve import Balanced, balance, goal_table
+from vibopt.balancing.engine.solve import Balanced, Solver, balance, goal_table
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.balancing.outcome import Outcome, angle
 from vibopt.balancing.prices import allowance
@@ -35,10 +36,10 @@ _SAME = 0.01
 """Percent below which two numbers of five digits are the same."""
 
 
-def solve_engine(job: EngineJob, *, thorough: bool = False) -> Outcome:
+def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = least) -> Outcome:
     """Choose what is to be chosen, and say what the engine still does; `thorough` computes every price."""
     with metered() as meter:
-        found = balance(job)
+        found = balance(job, solver)
     here = arms(job, found.cranks)
     limits = {name: _held(job, found, name, one) for name, one in job.limits.items()}
     status, claim = found.status, found.claim

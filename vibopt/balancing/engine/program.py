@@ -200,7 +200,7 @@ def _judge(
         return Least(None, np.nan, -np.inf, "unproven", "no weights were found, and that there are none is not proven")
     if not (np.isfinite(run.x).all() and np.isfinite(run.z).all()):
         return Least(None, np.nan, -np.inf, "unproven", f"the solver stopped ({run.status}) without an answer")
-    x = _into_box(run.x[: box.size] * scale, box)
+    x = into_box(run.x[: box.size] * scale, box)
     value = goal.value(x)
     broken = [one for one in limits if one.value(x) > one.limit * (1.0 + 1e-6) + 1e-9 * size]
     if broken or not np.isfinite(value):
@@ -222,7 +222,7 @@ def _box_reach(box: Box, scale: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(reach / scale, REACH))
 
 
-def _into_box(x: FloatArray, box: Box) -> FloatArray:
+def into_box(x: FloatArray, box: Box) -> FloatArray:
     """x pulled back onto its bounds, to which the solver keeps only to its tolerance."""
     first = len(box.shares)
     inside = x.copy()

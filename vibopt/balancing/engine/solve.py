@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -16,6 +16,7 @@ from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weight
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.forms import FloatArray
 
+Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
 ALIKE = 1e-9
 _SAMPLES = 360
 
@@ -37,11 +38,11 @@ class Balanced:
     alike: int = 1
 
 
-def balance(job: EngineJob) -> Balanced:
-    """The engine with what is chosen set as well as can be."""
+def balance(job: EngineJob, solver: Solver = least) -> Balanced:
+    """The engine with what is chosen set as well as can be; `solver` answers the program of given cranks."""
     if not job.is_search:
         cranks = tuple(0.0 if one is None else one for one in job.cranks)
-        answer = weigh(job, arms(job, cranks))
+        answer = weigh(job, arms(job, cranks), solver)
         way = "program" if box_of(job).size and job.goal is not None else "none"
         x = answer.x if answer.x is not None else np.zeros(box_of(job).size)
         return Balanced(cranks, x, answer.status, answer.claim, way)
@@ -51,7 +52,7 @@ def balance(job: EngineJob) -> Balanced:
     for cranks in settings(job):
         tried += 1
         found = arms(job, cranks)
-        answer = weigh(job, found)
+        answer = weigh(job, found, solver)
         if answer.x is None:
             open_ += answer.status != "infeasible"
             continue
@@ -143,7 +144,7 @@ def least_response(job: EngineJob, found: Arms, asked: Lengths, more: Sequence[L
     return asked.value(none) if all(one.value(none) <= one.limit * (1.0 + 1e-9) for one in limits) else None
 
 
-def weigh(job: EngineJob, found: Arms) -> Least:
+def weigh(job: EngineJob, found: Arms, solver: Solver = least) -> Least:
     """The best share and weights for given cranks; what is only looked at is "met" or "violated"."""
     box, goal = box_of(job), lengths(goal_table(job), found)
     limits = [lengths(one, found, one.bound) for one in job.limits.values()]
@@ -154,10 +155,10 @@ def weigh(job: EngineJob, found: Arms) -> Least:
             return Least(None, inf, inf, "infeasible", "broken: " + ", ".join(broken))
         claim = "limits that do not hold: " + ", ".join(broken) if broken else "nothing is chosen: the engine as it is"
         return Least(x, goal.value(x), goal.value(x), "violated" if broken else "met", claim)
-    first = least(goal, limits, box)
+    first = solver(goal, limits, box)
     if first.x is None:
         return first
-    return _shared_out(job, _lightest(job, goal, limits, box, first) if box.caps else first)
+    return _shared_out(job, _lightest(job, goal, limits, box, first, solver) if box.caps else first)
 
 
 def _shared_out(job: EngineJob, answer: Least) -> Least:
@@ -177,7 +178,7 @@ def _shared_out(job: EngineJob, answer: Least) -> Least:
     return replace(answer, x=x)
 
 
-def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least) -> Least:
+def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least, solver: Solver) -> Least:
     """Of all weights with the same goal the lightest: so that none is there for nothing."""
     size = size_of(job, goal_table(job).is_couple)
     start = len(box.shares)
@@ -186,7 +187,7 @@ def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, fi
         picks[k, start + 2 * k], picks[k, start + 2 * k + 1] = 1.0, 1j
     kept = Lengths(goal.constant, goal.slope, goal.worst, first.value + 1e-8 * size)
     weights = Lengths(np.zeros(len(box.caps), dtype=complex), picks)
-    second = least(weights, [*limits, kept], box)
+    second = solver(weights, [*limits, kept], box)
     if second.x is None or first.x is None or weights.value(second.x) > weights.value(first.x) * (1.0 - 1e-6):
         return first
     return Least(second.x, goal.value(second.x), first.bound, first.status, first.claim)

@@ -22,17 +22,17 @@ from vibopt.balancing.known.tables import KnownLimitTable
 from vibopt.balancing.options import neighbours
 from vibopt.balancing.outcome import Outcome, angle
 from vibopt.balancing.planes import MASS, Fitted, Plane
-from vibopt.balancing.prices import allowance
+from vibopt.balancing.prices import Solver, allowance
 from vibopt.forms import ComplexArray
 from vibopt.work import metered
 
 _TINY = 1e-9
 
 
-def solve_known(job: KnownJob, *, thorough: bool = False) -> Outcome:
+def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Outcome:
     """Correct the shaft, put the weights back, and say what is left; `thorough` computes every price."""
     with metered() as meter:
-        found = correct(job)
+        found = correct(job, solver)
     limits = {name: _held(job, found, name, table) for name, table in job.limits.items()}
     status, claim = _status(job, found, limits)
     words, unpriced = prices(job, found, _value, _limit, meter.done, allowance(thorough))

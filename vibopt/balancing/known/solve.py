@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import cast
 
@@ -20,6 +20,7 @@ from vibopt.balancing.known.statics import (
     unbalances,
 )
 from vibopt.balancing.options import Options, options_of
+from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.words import WITH, Conventions
 from vibopt.forms import ComplexArray, FloatArray
@@ -49,8 +50,8 @@ class Correction:
     weights: tuple[tuple[tuple[int, float, float], ...], ...] = ()
 
 
-def correct(job: KnownJob) -> Correction:
-    """The best correction under the goal and the limits of the job.
+def correct(job: KnownJob, solver: Solver | None = None) -> Correction:
+    """The best correction under the goal and the limits of the job; `solver` answers its question, whatever it is.
 
     Complete balance is a set of linear equations.  Where it has one solution that breaks nothing, that is the answer;
     where it has many, the one with the least mass; where caps, lists or limits stand in the way, the program decides.
@@ -61,15 +62,13 @@ def correct(job: KnownJob) -> Correction:
         return Correction(np.zeros(n, dtype=complex), "met", "nothing is corrected: the shaft as it is", "none", {})
     if not job.choices:
         return _given(job, options)
-    if job.goal.minimise != "reaction" and not question.is_discrete:
+    if solver is None and job.goal.minimise != "reaction" and not question.is_discrete:
         exact = _exact(job, question)
         if exact is not None:
             return exact
-    if job.goal.minimise == "correction" and not np.isfinite(question.limits).any():
+    if solver is None and job.goal.minimise == "correction" and not np.isfinite(question.limits).any():
         return _no_balance(job, question)
-    from vibopt.balancing.prices import solve_question
-
-    solved = solve_question(question)
+    solved = solve_question(question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
     prices = _prices(job, question, solved)
     weights = tuple(
@@ -109,6 +108,15 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
         option_masses=tuple(None if one is None else one.masses for one in options),
     )
     return question, options
+
+
+def complete(job: KnownJob, question: Question) -> Question:
+    """The question with complete balance as limits, where the least correction is asked and no limit says how good."""
+    if question.goal != "correction" or np.isfinite(question.limits).any():
+        return question
+    limits = question.limits.copy()
+    limits[: len(balance_rows(job).names)] = 0.0
+    return replace(question, limits=limits)
 
 
 def _importance(aim: Aim | None, sizes: list[int]) -> FloatArray:

@@ -1,0 +1,198 @@
+"""Any job as a program in the open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from vibopt.errors import InputError
+
+if TYPE_CHECKING:
+    from vibopt.balancing.engine.job import EngineJob
+    from vibopt.balancing.job import RotorJob
+    from vibopt.balancing.known.job import KnownJob
+    from vibopt.design.design import Design
+    from vibopt.posed.nonlinear import NonlinearProgram
+    from vibopt.posed.weights import Named
+    from vibopt.scene.scene import Scene
+
+PROVEN = 1e-6
+"""Gap by our own dual bound up to which what cvxpy returns is called optimal: Clarabel ends between 1e-10 and 1e-8 of
+its own numbers, which limits that bind weakly multiply."""
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A job as a program that others solve.
+
+    refuses_cvxpy, refuses_casadi
+        Why there is no such program, in words; "" where there is one.
+    """
+
+    name: str
+    refuses_cvxpy: str
+    refuses_casadi: str
+    _cvxpy: Callable[[], Any]
+    _casadi: Callable[[], NonlinearProgram]
+    _measured: Callable[[Mapping[str, float]], Design] | None = None
+
+    def cvxpy(self) -> Any:
+        """The `cvxpy.Problem` of a convex job.
+
+        Returns
+        -------
+        cvxpy.Problem
+            Variables in SI units, named by their paths (`problem.var_dict["links.mount.stiffness"]`); constraints
+            labelled with the paths of their limits, each divided by its bound; the objective is the goal divided by its
+            size, so that tolerances of a solver mean the same for microns and for meganewtons.
+
+        Raises
+        ------
+        InputError
+            The job is not convex; the text says where.
+        """
+        if self.refuses_cvxpy:
+            raise InputError(f"{self.name}: there is no convex program: {self.refuses_cvxpy}.")
+        return self._cvxpy()
+
+    def casadi(self) -> NonlinearProgram:
+        """The smooth program in CasADi, with `x`, `f`, `g`, bounds, names, and `nlpsol`.
+
+        Raises
+        ------
+        InputError
+            The job is not smooth; the text says where.
+        """
+        if self.refuses_casadi:
+            raise InputError(f"{self.name}: there is no smooth program: {self.refuses_casadi}.")
+        return self._casadi()
+
+    def measured(self, values: Mapping[str, float]) -> Design:
+        """The machine with a design of your own, measured at its exact peaks and by the second road.
+
+        Parameters
+        ----------
+        values
+            What was chosen, by path [SI], as `NonlinearProgram.values` gives it.
+
+        Raises
+        ------
+        InputError
+            Values are missing, or the job is a rotor, a shaft or an engine: write its weights into a copy of the file.
+        """
+        if self._measured is None:
+            raise InputError(f"{self.name}: weights are measured from a file. Write them into a copy, and solve that.")
+        return self._measured(values)
+
+
+def posed(job: Any) -> Posed:
+    """A job from `vibopt.read` (or a scene made in Python) as a program for cvxpy and for CasADi."""
+    make = _KINDS.get(type(job).__name__)
+    if make is None:
+        raise TypeError(f"{type(job).__name__} is no job. Take one from vibopt.read, or make a scene.")
+    return make(job)
+
+
+def _of_weights(name: str, named: Named) -> Posed:
+    from vibopt.posed import weights
+
+    rough = named.not_smooth()
+    return Posed(name, rough or named.not_convex(), rough, lambda: weights.convex(named), lambda: weights.smooth(named))
+
+
+def refused(name: str, why: str) -> Posed:
+    """Neither program; asking for one says why."""
+    return Posed(name, why, why, lambda: None, lambda: None)  # type: ignore[arg-type, return-value]
+
+
+def _rotor(job: RotorJob) -> Posed:
+    if not job.runs or job.is_advice:
+        return refused(job.name, "no trial run or coefficient says what a weight does")
+    if not job.has_phase:
+        return refused(
+            job.name, "amplitudes without phase leave several rotors possible, each with a program of its own"
+        )
+    return _of_weights(job.name, named_rotor(job))
+
+
+def named_rotor(job: RotorJob) -> Named:
+    """The question of a measured rotor, with scatter where the goal is robust, in the words of its file."""
+    import numpy as np
+
+    from vibopt.balancing.pose import rows_of
+    from vibopt.balancing.solve_rotor import asked_of
+    from vibopt.posed.weights import Named
+
+    of, _, _, whole = asked_of(job)
+    job, question = of.job, whole.question
+    limits = []
+    for one in job.residual_limits:
+        own = np.array(rows_of(job, one.sensor, one.speed))
+        times = question.n_readings // whole.n_rows if job.goal.robust == "worst" else 1
+        rows = np.concatenate([own + k * whole.n_rows for k in range(times)])
+        limits.append((f"limits.{one.name}", rows, np.full(len(rows), one.at_most)))
+    caps = []
+    for index, plane in enumerate(job.planes):
+        own_limits = [one for one in job.correction_limits if one.plane == index and one.at_most <= plane.cap]
+        least = min(own_limits, key=lambda one: one.at_most, default=None)
+        caps.append(f"limits.{least.name}" if least is not None else f"planes.{plane.name}.{_cap_word(plane.kind)}")
+    total = next((f"limits.{one.name}" for one in job.correction_limits if one.plane is None), "limits.total")
+    return Named.of(question, tuple(f"planes.{plane.name}" for plane in job.planes), limits, caps, total)
+
+
+def _cap_word(kind: str) -> str:
+    return "unbalance" if kind == "unbalance" else "weight"
+
+
+def _known(job: KnownJob) -> Posed:
+    if not job.spots or job.goal is None:
+        return refused(job.name, "nothing is to be corrected")
+    return _of_weights(job.name, named_known(job))
+
+
+def named_known(job: KnownJob) -> Named:
+    """The question of known masses in the words of its file; complete balance where no limit says how good."""
+    import numpy as np
+
+    from vibopt.balancing.known.solve import complete, pose
+    from vibopt.posed.weights import Named
+
+    question = complete(job, pose(job)[0])
+    limits, caps = [], [f"planes.{one.plane.name}.weight" for one in job.spots]
+    total = "limits.total"
+    bare = pose(replace(job, limits={}))[0]
+    for name, table in job.limits.items():
+        own = pose(replace(job, limits={name: table}))[0]
+        rows = np.flatnonzero(np.isfinite(own.limits))
+        if len(rows):
+            limits.append((f"limits.{name}", rows, own.limits[rows]))
+        for plane in np.flatnonzero(own.caps < bare.caps).tolist():
+            caps[plane] = f"limits.{name}"
+        total = f"limits.{name}" if np.isfinite(own.total_cap) else total
+    if not limits and np.isfinite(question.limits).any():
+        rows = np.flatnonzero(np.isfinite(question.limits))
+        limits.append(("complete balance", rows, question.limits[rows]))
+    return Named.of(question, tuple(f"planes.{one.plane.name}" for one in job.spots), limits, caps, total)
+
+
+def _engine(job: EngineJob) -> Posed:
+    from vibopt.posed import engine
+
+    if job.is_search:
+        return refused(job.name, "the angles of the cranks are chosen from a list, which is neither convex nor smooth")
+    asked = engine.asked(job)
+    if job.goal is None or not asked[2].size:
+        return refused(job.name, "nothing is to be chosen")
+    return Posed(job.name, "", "", lambda: engine.convex(*asked), lambda: engine.smooth(*asked))
+
+
+def _scene(scene: Scene) -> Posed:
+    from vibopt.posed.scene import posed_scene
+
+    return posed_scene(scene)
+
+
+_KINDS: dict[str, Callable[[Any], Posed]] = {
+    "Scene": _scene, "RotorJob": _rotor, "KnownJob": _known, "EngineJob": _engine,
+}  # fmt: skip

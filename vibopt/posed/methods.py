@@ -1,0 +1,146 @@
+"""`--method cvxpy` and `--method ipopt`: the programs in the open, solved and judged like any other answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from vibopt.balancing.engine.program import Box, Least, Lengths, into_box
+from vibopt.balancing.question import Question, Solved, breaks, relative_gap
+from vibopt.errors import InputError
+from vibopt.forms import ComplexArray
+from vibopt.posed import conic, engine
+from vibopt.posed.job import PROVEN, posed
+from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.posed.weights import Named, convex, smooth
+from vibopt.work import worked
+
+CVXPY, IPOPT = "cvxpy", "ipopt"
+NAMES = (CVXPY, IPOPT)
+MARGINS = (0.0, 2e-9, 2e-8)
+"""Parts by which bounds are drawn in, one after the other, until the answer keeps the true ones to 1e-9."""
+KEPT = 1e-9
+_IPOPT = 5.0
+"""Nominal work of a run of IPOPT [ms]."""
+
+
+def solver_of(job: Any, method: str) -> Callable[..., Any]:
+    """What answers the program of a balancing job; InputError, in words, where there is no such program."""
+    if type(job).__name__ == "EngineJob":
+        if job.is_search or not engine.asked(job)[2].size:
+            opened = posed(job)
+            (opened.cvxpy if method == CVXPY else opened.casadi)()
+        return {CVXPY: engine.least, IPOPT: _engine_by_ipopt}[method]
+    planes = job.planes if type(job).__name__ == "RotorJob" else [spot.plane for spot in job.spots]
+    paths = tuple(f"planes.{plane.name}" for plane in planes)
+    run = {CVXPY: _cvxpy, IPOPT: _ipopt}[method]
+
+    def solver(question: Question) -> Solved:
+        named = Named.plain(question, paths)
+        why = named.not_smooth() or (named.not_convex() if method == CVXPY else "")
+        if why:
+            raise InputError(f"{job.name}: --method {method}: {why}.")
+        found = run(named)
+        if found.u is None:
+            return found
+        chosen = tuple(-1 if one is None else 0 for one in question.options)
+        return replace(found, u=found.u + named.fixed if len(named.fixed) else found.u, chosen=chosen)
+
+    return solver
+
+
+def _cvxpy(named: Named) -> Solved:
+    question, bound = named.question, -np.inf
+    for margin in MARGINS:
+        problem = convex(named, margin=margin)
+        run = conic.solved(problem)
+        if margin == 0.0:
+            bound = run.bound * named.size
+        if not run.claims:
+            return _none(named, run.status)
+        u = _weights(named, problem)
+        if _kept(named, u):
+            break
+    else:
+        return Solved(None, "unproven", "what cvxpy returns breaks limits by more than rounding")
+    value = question.value(u)
+    gap = relative_gap(value, bound, named.size)
+    status = "optimal" if gap <= PROVEN else "feasible"
+    claim = f"the convex program in cvxpy, gap {gap:.1e} by our own dual bound"
+    return Solved(u, status, claim, value, bound, gap)
+
+
+def _kept(named: Named, u: ComplexArray) -> bool:
+    """Whether every limit holds but for rounding; one of zero where next to nothing of the greatest reading is left."""
+    question = replace(named.question, limits=np.maximum(named.question.limits, named.zero))
+    return not breaks(question, u, KEPT)
+
+
+def _weights(named: Named, problem: Any) -> ComplexArray:
+    """The values of a solved problem, (n_planes,)."""
+    u = np.zeros(named.question.n_planes, dtype=complex)
+    for k in named.free:
+        variable = problem.var_dict.get(named.planes[k])
+        u[k] = 0.0 if variable is None else complex(variable.value)
+    for first, second, ratio in named.question.pairs:
+        u[second] = ratio * u[first]
+    return u
+
+
+def _none(named: Named, status: str) -> Solved:
+    """No answer: infeasible where the least common factor on all limits is proven to be above one."""
+    q = named.question
+    rows = np.flatnonzero(np.isfinite(q.limits))
+    if status.startswith("infeasible") and len(rows):
+        heads = np.maximum(q.limits[rows], named.zero)
+        wider = replace(
+            q, y0=q.y0[rows] / heads, H=q.H[rows] / heads[:, None], importance=np.ones(len(rows)),
+            limits=np.full(len(rows), np.inf), goal="worst",
+        )  # fmt: skip
+        least = Named.plain(wider)
+        factor = conic.solved(convex(least)).bound * least.size
+        if factor > 1.0 + KEPT:
+            claim = f"no correction keeps the limits: all of them would have to be at least {factor:.4g} times as wide"
+            return Solved(None, "infeasible", claim, least_factor=factor)
+    claim = f"cvxpy finds no correction (Clarabel: {status}), which is not proven here"
+    return Solved(None, "unproven", claim)
+
+
+def _ipopt(named: Named) -> Solved:
+    program = smooth(named)
+    question, word = named.question, ""
+    for margin in MARGINS:
+        values, word = ran(program, margin)
+        u = np.array([values.get(path, 0.0) for path in named.planes], dtype=complex)
+        if _kept(named, u):
+            claim = f"a local optimum by IPOPT ({word}); that nothing better exists is not proven"
+            return Solved(u, "feasible", claim, question.value(u))
+    return Solved(None, "unproven", f"IPOPT ends without a correction that keeps the limits: {word}")
+
+
+def ran(program: NonlinearProgram, margin: float = 0.0) -> tuple[dict[str, Any], str]:
+    """What IPOPT ends at from the program's own start, and its word; bounds of rows are drawn in by `margin`."""
+    solver = program.nlpsol()
+    worked(_IPOPT)
+    inward = np.where(program.lbg == program.ubg, 0.0, margin)
+    found = solver(**{**program.bounds, "ubg": program.ubg - inward})
+    return program.values(found["x"]), str(solver.stats()["return_status"])
+
+
+def _engine_by_ipopt(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
+    """The choices of an engine by IPOPT, in the place of `vibopt.balancing.engine.program.least`."""
+    paths = engine.plain_names(box)
+    program = engine.smooth(goal, [(f"limit {k}", one) for k, one in enumerate(limits)], box, paths)
+    word = ""
+    for margin in MARGINS:
+        values, word = ran(program, margin)
+        found = [values[path] for path in paths]
+        flat = [part for z in found[len(box.shares) :] for part in (z.real, z.imag)]
+        x = into_box(np.array([*found[: len(box.shares)], *flat], dtype=float), box)
+        if all(one.value(x) <= one.limit * (1.0 + KEPT) for one in limits):
+            claim = f"a local optimum by IPOPT ({word}); that nothing better exists is not proven"
+            return Least(x, goal.value(x), -np.inf, "feasible", claim)
+    return Least(None, np.nan, -np.inf, "unproven", f"IPOPT ends without weights that keep the limits: {word}")

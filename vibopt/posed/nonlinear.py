@@ -1,0 +1,106 @@
+"""A smooth program in CasADi, with its variables and limits by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from vibopt.errors import InputError, way_out
+from vibopt.forms import FloatArray
+
+OPTIONS: dict[str, Any] = {
+    "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 300,
+    "ipopt.tol": 1e-10, "ipopt.constr_viol_tol": 1e-10, "ipopt.acceptable_tol": 1e-9,
+    "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
+}  # fmt: skip
+"""How IPOPT is asked; quiet, and to ten digits."""
+
+
+@dataclass(frozen=True)
+class NonlinearProgram:
+    """minimise f(x)  with  lbx <= x <= ubx,  lbg <= g(x) <= ubg.
+
+    x, f, g
+        CasADi expressions: the unknowns (n, 1), the goal (scaled), the limits (m, 1), each scaled to order one.
+    lbx, ubx, lbg, ubg, x0
+        Bounds and a place to start, shape (n,) and (m,).
+    names
+        Of each row of g: the path of its limit in the file, and the speed where there is one.
+    variables
+        What is chosen, by its path in the file, as an expression of x in SI units: write constraints with these.
+    again
+        For peaks over ranges of speed: finds the worst speeds anew for a program with more limits.
+    """
+
+    x: Any
+    f: Any
+    g: Any
+    lbx: FloatArray
+    ubx: FloatArray
+    lbg: FloatArray
+    ubg: FloatArray
+    x0: FloatArray
+    names: tuple[str, ...]
+    variables: Mapping[str, Any]
+    again: Callable[[tuple[tuple[str, Any, float, float], ...]], NonlinearProgram] | None = field(
+        default=None, repr=False, compare=False
+    )
+    own: tuple[tuple[str, Any, float, float], ...] = field(default=(), repr=False)
+
+    @property
+    def bounds(self) -> dict[str, FloatArray]:
+        """The start and all bounds, as the solver is called: `solver(**program.bounds)`."""
+        return {"x0": self.x0, "lbx": self.lbx, "ubx": self.ubx, "lbg": self.lbg, "ubg": self.ubg}
+
+    def nlpsol(self, solver: str = "ipopt", **options: Any) -> Any:
+        """`casadi.nlpsol` of the program: call it with `**program.bounds`, or with bounds of your own."""
+        import casadi
+
+        own = OPTIONS if solver == "ipopt" else {}
+        return casadi.nlpsol("posed", solver, {"x": self.x, "f": self.f, "g": self.g}, {**own, **options})
+
+    def values(self, x: Any) -> dict[str, Any]:
+        """What is chosen at x [SI]: a float, a complex number for a weight."""
+        import casadi
+
+        point = np.array(x, dtype=float).ravel()
+        found = {}
+        for path, one in self.variables.items():
+            numbers = np.array(casadi.Function("value", [self.x], [one])(point)).ravel()
+            found[path] = complex(*numbers) if len(numbers) == 2 else float(numbers[0])
+        return found
+
+    def subject_to(self, name: str, expression: Any, low: float = -np.inf, high: float = np.inf) -> NonlinearProgram:
+        """The program with one more limit: low <= expression <= high.
+
+        Parameters
+        ----------
+        name
+            By which it stands in `names`.
+        expression
+            Of `variables` (one row); written in numbers of order one it is solved most exactly.
+
+        Notes
+        -----
+        Where a limit looks at a range of speeds, the worst speeds are those of the design with this limit.
+        """
+        import casadi
+
+        if name in self.names:
+            raise InputError(f"there is a limit {name} already. Choose another name.")
+        more = (*self.own, (name, casadi.SX(expression), low, high))
+        if self.again is not None:
+            return self.again(more)
+        return replace(
+            self, g=casadi.vertcat(self.g, more[-1][1]), lbg=np.append(self.lbg, low), ubg=np.append(self.ubg, high),
+            names=(*self.names, name), own=more,
+        )  # fmt: skip
+
+    def variable(self, path: str) -> Any:
+        """The expression of one variable by its path; InputError with the nearest path where there is none."""
+        if path not in self.variables:
+            raise InputError(f"there is no variable {path}.{way_out(path, list(self.variables))}")
+        return self.variables[path]

@@ -1,0 +1,142 @@
+"""A scene as a program in the open: what keeps it from being one program is said in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vibopt.design.design import Design
+from vibopt.errors import InputError
+from vibopt.posed.convex import EXACT, Convex, not_convex
+from vibopt.posed.job import PROVEN, Posed, refused
+from vibopt.posed.smooth import Exchange, not_smooth
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.scene.document import changed
+from vibopt.scene.places import bound_parts
+from vibopt.scene.positions import open_positions
+from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Scene
+from vibopt.scene.settle import open_places
+from vibopt.scene.uncertain import uncertain
+from vibopt.solve.box import closed
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.solve import solve
+from vibopt.solve.standstill import endless_limit, without_goal
+from vibopt.units import si_unit
+
+
+def posed_scene(scene: Scene) -> Posed:
+    """The programs of a scene."""
+    why = _not_one_program(scene)
+    if why:
+        return refused(scene.name, why)
+    program = closed(pose(scene))
+    rough = not_one(program)
+    return Posed(
+        scene.name, rough or not_convex(program), rough or not_smooth(program), lambda: _at_its_answer(Convex(program)),
+        lambda: Exchange(program).posed(), lambda values: _measured(scene, values),
+    )  # fmt: skip
+
+
+def _measured(scene: Scene, values: Mapping[str, float]) -> Design:
+    """The machine with values [SI] for what was to be chosen, the goal among its measures no more."""
+    left = [one.path for one in scene.variables if one.path not in values]
+    if left or len(values) > len(scene.variables):
+        asked = ", ".join(one.path for one in scene.variables)
+        raise InputError(f"{scene.name}: a design has a value for each of {asked}, and nothing else.")
+    texts = {one.path: f"{float(values[one.path])!r} {si_unit(one.dimension)}".strip() for one in scene.variables}
+    document = changed(scene.document, texts)
+    return solve(from_dict({key: one for key, one in document.items() if key != "goal"}, name=scene.name))
+
+
+def _at_its_answer(stated: Convex) -> Any:
+    """The problem in SI units, with the speeds that are worst at its answer."""
+    stated.solve()
+    return Convex(stated.program, speeds=stated.speeds, si=True).problem
+
+
+def _not_one_program(scene: Scene) -> str:
+    if scene.find_all is not None:
+        return "a complete set of speeds is asked for, not a best design"
+    if not scene.variables:
+        return "nothing is to be chosen: it is an analysis"
+    for path in [*open_positions(scene), *open_places(scene)]:
+        return f"{path} leaves places open, and each has a program of its own. Name one place"
+    for part in bound_parts(scene):
+        return f"{part.path} chooses one of {len(part.names)} parts, which is a list and no range"
+    found = uncertain(scene)
+    if found:
+        return (
+            f"{found[0].path} has a tolerance, and the worst machines within it are found one after another. Write "
+            'tolerance = "0 %" for the machine as said'
+        )
+    return ""
+
+
+def not_one(program: Program) -> str:
+    """What keeps a program from being stated at all, in words."""
+    if program.ties:
+        return f"{program.ties[0].path} chooses one of {len(program.ties[0].names)} parts, which is a list and no range"
+    for axis in program.axes:
+        if axis.values is not None and len(axis.values) > 1:
+            return f"{axis.path} is chosen from {len(axis.values)} values, which is a list and no range"
+    limit = endless_limit(program)
+    if limit is not None:
+        return f"{limit.name} has no end at standstill, whatever the design"
+    return "the goal has no end at standstill, whatever the design" if without_goal(program) is not None else ""
+
+
+class Ipopt:
+    """The smooth program in CasADi by IPOPT from the best of a few starts, peaks by exchange."""
+
+    name = "ipopt"
+    summary = "the smooth program in CasADi by IPOPT, peaks by exchange over their worst speeds"
+
+    def refuses(self, program: Program) -> str | None:
+        """What is not smooth, or a choice from a list."""
+        return not_one(program) or not_smooth(program) or None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """A local optimum, which keeps every limit at its exact peaks."""
+        exchange = Exchange(program)
+        y, missed = exchange.run()
+        speeds = sum(len(one) for one in exchange.samples.speeds.values())
+        details = {"exchanges": exchange.rounds, "speeds": speeds}
+        if y is None:
+            claim = f"IPOPT ends where a limit is missed by {missed:.1e} of its bound ({exchange.words})"
+            return Found("unproven", None, claim, self.name, details=details)
+        claim = (
+            f"a local optimum by IPOPT ({exchange.words}), its peaks exact after {exchange.rounds} exchanges of speeds"
+        )
+        return Found("feasible", exchange.x(y), claim, self.name, details=details)
+
+
+class Cvxpy:
+    """The convex program in cvxpy by Clarabel, with our own bound; force limits over ranges by exchange."""
+
+    name = "cvxpy"
+    summary = "the convex program in cvxpy by Clarabel, with our own dual bound"
+
+    def refuses(self, program: Program) -> str | None:
+        """What is not convex, or a choice from a list."""
+        return not_one(program) or not_convex(program) or None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """The best design, as far as the gap by our own bound goes."""
+        stated = Convex(program)
+        run, missed = stated.solve()
+        details = {"exchanges": stated.rounds, "speeds": sum(len(one) for one in stated.speeds.values())}
+        if not run.claims or missed > EXACT:
+            word = f"missed by {missed:.1e} of a bound" if run.claims else run.status
+            claim = f"cvxpy finds no design (Clarabel: {word}), which is not proven here"
+            return Found("unproven", None, claim, self.name, details=details)
+        x = stated.design()
+        value = stated.value(x)
+        gap = max(value - run.bound, 0.0) / max(abs(value), 1e-3)
+        status = "optimal" if gap <= PROVEN else "feasible"
+        claim = f"the convex program in cvxpy, gap {gap:.1e} by our own dual bound"
+        return Found(status, x, claim, self.name, details=details)
+
+
+METHODS = {"cvxpy": Cvxpy, "ipopt": Ipopt}

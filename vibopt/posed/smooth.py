@@ -1,0 +1,279 @@
+"""A scene as a smooth program in CasADi: peaks over ranges by exchange over their worst speeds.
+
+The unknowns are the logs of the design variables.  A limit over a range of speeds stands for the speeds looked at, one
+row each; the worst speeds of the answer are added and the program is solved again, until the exact peaks of its answer
+are within 1e-9 of what its rows say.  Natural frequencies are stated with their mode shapes as unknowns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vibopt.forms import (
+    FloatArray,
+    Form,
+    ModeDamping,
+    ModeFrequency,
+    Modulus,
+    Monomials,
+    StaticLoad,
+    StaticRow,
+)
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
+from vibopt.mechanics.modes import free_matrices, mode_shapes
+from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.slopes import extremes_of
+from vibopt.program.worst import worst
+from vibopt.solve.branch import Judge
+from vibopt.solve.starts import log_box, starts
+from vibopt.work import late, worked
+
+EXACT = 1e-9
+_ROUNDS = 40
+"""Exchanges; where peaks are as many as variables the answer converges quadratically, in four or five of them."""
+_SPREAD = 50
+_POINTS, _STARTS = 32, 4
+_IPOPT = 50.0
+"""Nominal work of one run, in exact measurements."""
+_MARGINS = (0.0, 2e-9, 2e-8)
+"""Logs by which bounds are drawn in, one after the other, until the exact peaks keep the true ones."""
+_SLACK, _BETWEEN = 1e-6, 0.1
+"""Rows missed by more than this are no design; a peak may be so much higher than the samples beside it."""
+_FREE = 60.0
+"""Bounds of unknowns beside the design: logs of amplitudes."""
+
+
+def not_smooth(program: Program) -> str:
+    """Why the program has no smooth statement, in words; "" where it has one."""
+    for part in program.parts:
+        why = _rough(part)
+        if why:
+            return f"{part.name} {why}"
+    return next(
+        (
+            f"{limit.name} has a bound of zero"
+            for limit in program.limits
+            if limit.side == "at_most" and limit.bound <= 0
+        ),
+        "",
+    )
+
+
+def _rough(part: Limit | Aim) -> str:
+    """What is not smooth, or not stated here, in one limit or the goal."""
+    form = part.form
+    if isinstance(form, Modulus):
+        true_peak = form.combine == "peak" and any(len(drive.lines) > 1 for drive in form.drives)
+        return "is the true peak of several harmonics over time, which jumps from one instant to another" * true_peak
+    if isinstance(form, ModeFrequency) and form.mode == 0:
+        return "keeps every natural frequency out of a band: above it or below is a choice for each"
+    if isinstance(form, ModeDamping) and part.model.n_free > 1:
+        return "is the least of several damping ratios, which has a kink where two of them are equal"
+    if isinstance(form, Modulus | Monomials | StaticRow | StaticLoad | ModeFrequency | ModeDamping):
+        return ""
+    return _WORDS.get(type(form).__name__, "is no smooth function of the design")
+
+
+_WORDS = {
+    "DecayRate": "is the least decay rate of several modes, which has a kink where two of them are equal",
+    "ModeGap": "is the least gap between neighbouring natural frequencies, which has a kink where two gaps are equal",
+    "EnergyShare": "is the greatest share of several modes, which jumps where modes change places",
+    "RootMeanSquare": "is a mean square under white noise: not a row for each speed but a matrix equation",
+    "StaticForce": "is a static force with its sign, which is no power of the variables and may be zero",
+}
+
+
+@dataclass
+class Exchange:
+    """The program of a scene with the speeds looked at so far.
+
+    own
+        Limits that somebody added: name, expression, ends.
+    """
+
+    program: Program
+    own: tuple[tuple[str, Any, float, float], ...] = ()
+    y: Any = None
+    samples: Samples = field(init=False)
+    margin: float = 0.0
+    rounds: int = 0
+    words: str = ""
+
+    def __post_init__(self) -> None:
+        import casadi
+
+        self.low, self.high = log_box(self.program)
+        self.samples = Samples(self.program).spread(_SPREAD)
+        self.judge = Judge(self.program, EXACT)
+        self.y = casadi.SX.sym("logs", len(self.low)) if self.y is None else self.y
+        self.variables = {axis.path: casadi.exp(self.y[i]) for i, axis in enumerate(self.program.axes)}
+
+    def posed(self) -> NonlinearProgram:
+        """The program at the speeds that are worst at its answer; it starts there."""
+        y, _ = self.run()
+        return self.at(y if y is not None else self.begins()[0])
+
+    def run(self) -> tuple[FloatArray | None, float]:
+        """Where the exchange ends (y or None) and by what part a limit is then missed."""
+        begins = self.begins()
+        y = self._best(begins)
+        for self.rounds in range(1, _ROUNDS + 1):
+            promised, before = self._promised(y), self._missed(y)
+            if not self._learn(y) or (before <= EXACT and self._close(y, promised)) or late("the exchange of speeds"):
+                break
+            y = self._next(y, begins)
+        for self.margin in _MARGINS:
+            y = self._next(y, begins) if self.margin else y
+            missed = self._missed(y)
+            if missed <= EXACT:
+                return y, missed
+        return None, missed
+
+    def _best(self, begins: list[FloatArray]) -> FloatArray:
+        """Of where several starts lead the best that keeps the limits at the speeds looked at, nearly between them."""
+        found = []
+        for begin in begins:
+            y, self.words, slack = self._solved(begin)
+            found.append((slack > _SLACK, max(self._missed(y) - _BETWEEN, 0.0), self.judge.goal(self.x(y)).value, y))
+            if late("the local search"):
+                break
+        return min(found, key=lambda one: one[:3])[3]
+
+    def _next(self, y: FloatArray, begins: list[FloatArray]) -> FloatArray:
+        """From the design before; where that leads nowhere, from the starts."""
+        found, self.words, slack = self._solved(y)
+        return found if slack <= _SLACK else self._best([y, *begins])
+
+    def at(self, reference: FloatArray) -> NonlinearProgram:
+        """The program at the speeds looked at, scaled and started at a design (its logs)."""
+        import casadi
+
+        made = _Rows(self.samples, np.exp(reference), self.low, self.high, y=self.y)
+        rows = [*(row + self.margin for row in made.rows), *made.equal, *(one for _, one, _, _ in self.own)]
+        ends = [(-np.inf, 0.0)] * len(made.rows) + [(0.0, 0.0)] * len(made.equal)
+        ends += [(low, high) for *_, low, high in self.own]
+        below, above = np.array(ends).reshape(-1, 2).T
+        free = np.full(len(made.extra), _FREE)
+        names = (*made.names, *["shape"] * len(made.equal), *(name for name, *_ in self.own))
+        return NonlinearProgram(
+            casadi.vertcat(self.y, *made.extra), made.problem["f"], casadi.vertcat(*rows) if rows else casadi.SX(0, 1),
+            np.append(self.low, -free), np.append(self.high, free), below, above,
+            np.append(np.clip(reference, self.low, self.high), made.extra_starts), names, self.variables,
+            self._again, self.own,
+        )  # fmt: skip
+
+    def _again(self, own: tuple[tuple[str, Any, float, float], ...]) -> NonlinearProgram:
+        """The same with more limits, at the speeds that are worst with them."""
+        return Exchange(self.program, own, self.y).posed()
+
+    def begins(self) -> list[FloatArray]:
+        """The designs that miss the limits least, of a few spread over the box."""
+        points = [np.clip(y, self.low, self.high) for y in starts(self.program, _POINTS)]
+        return sorted(points, key=lambda y: (max(self._missed(y), 0.0), self.judge.goal(self.x(y)).value))[:_STARTS]
+
+    def x(self, y: FloatArray) -> FloatArray:
+        """The design at y, on the ends of its ranges where it is next to them."""
+        x = np.exp(y)
+        for i, axis in enumerate(self.program.axes):
+            near = [end for end in (axis.low, axis.high) if abs(x[i] - end) <= 1e-9 * abs(end)]
+            x[i] = near[0] if near else min(max(x[i], axis.low), axis.high)
+        return x
+
+    def _solved(self, y: FloatArray) -> tuple[FloatArray, str, float]:
+        """Where IPOPT ends from y, its word, and by how much its rows are missed there."""
+        program = self.at(y)
+        solver = program.nlpsol()
+        worked(_IPOPT * self.program.cost)
+        found = solver(**program.bounds)
+        x, g = np.array(found["x"]).ravel()[: len(y)], np.array(found["g"]).ravel()
+        slack = np.nan_to_num(np.maximum(g - program.ubg, program.lbg - g), nan=np.inf).max(initial=0.0)
+        return np.where(np.isfinite(x), x, y), str(solver.stats()["return_status"]), float(slack)
+
+    def _missed(self, y: FloatArray) -> float:
+        x = self.x(y)
+        return max((self.judge.limit(limit, x)[0] for limit in self.program.limits), default=0.0)
+
+    def _promised(self, y: FloatArray) -> float:
+        """Worst value of the goal at the speeds looked at."""
+        aim = self.program.aim
+        if aim is None or not isinstance(aim.form, Modulus):
+            return np.nan
+        from vibopt.program.worst import DriveResponse
+
+        x, worst_of = self.x(y), min if aim.sense < 0 else max
+        values = [
+            worst_of(DriveResponse(aim.model, aim.form, drive, x)(np.array(self.samples.speeds[-1, drive.name])))
+            for drive in aim.form.drives
+        ]
+        return float(np.hypot.reduce(values) if aim.form.combine == "rss" else sum(values))
+
+    def _close(self, y: FloatArray, promised: float) -> bool:
+        """Whether the exact peak is the one among the samples."""
+        aim = self.program.aim
+        if aim is None or np.isnan(promised):
+            return True
+        found = worst(aim.model, aim.form, self.x(y), least_wanted=aim.sense < 0).value
+        return bool(abs(found - promised) <= EXACT * abs(found))
+
+    def _learn(self, y: FloatArray) -> bool:
+        """Look at the speeds at which the design y is worst; whether any was new."""
+        x, fresh = self.x(y), False
+        for index, part in self.samples.parts():
+            form = part.form
+            if not isinstance(form, Modulus):
+                continue
+            least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+            for drive in form.drives:
+                found = extremes_of(part.model, form, drive, x, least_wanted=least_wanted, within=0.7)
+                fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:6]])
+        return fresh
+
+
+class _Rows(SampledProgram):
+    """Rows with names; mode shapes are unknowns, with equations."""
+
+    def __init__(self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, y: Any) -> None:
+        self.equal: list[Any] = []
+        self.names: list[str] = []
+        super().__init__(samples, reference, low, high, y=y)
+        self.names += ["goal"] * (len(self.rows) - len(self.names))
+
+    def _limit(self, index: int, limit: Limit, samples: Samples) -> None:
+        super()._limit(index, limit, samples)
+        self.names += [f"limits.{limit.name}"] * (len(self.rows) - len(self.names))
+
+    def _logs(self, model: Model, form: Form, index: int, samples: Samples, bound: float, sense: float) -> list[Any]:
+        if not isinstance(form, StaticLoad):
+            return super()._logs(model, form, index, samples, bound, sense)
+        along = super()._logs(model, StaticRow(form.row), index, samples, bound, sense)
+        return [one + other for one, other in zip(along, super()._logs(model, form.factor, index, samples, 1.0, sense),
+                                                  strict=True)]  # fmt: skip
+
+    def _frequency(self, model: Model, mode: int) -> Any:
+        """Log of a natural frequency w: (K - w^2 M) phi = 0 and phi . M0 phi = 1, begun at the reference."""
+        import casadi
+
+        n, p = model.n_free, model.values(self.reference)
+        if n == 1:
+            return super()._frequency(model, mode)
+        frequencies, shapes = mode_shapes(model, p)
+        size = np.abs(shapes).max(axis=1)
+        phi = [self._unknown("shape", float(one)) for one in shapes[:, mode] / size]
+        log = self._unknown("log of a natural frequency", float(np.log(frequencies[mode])))
+        motion = casadi.vertcat(*phi) * size
+        pull = casadi.SX.zeros(n)
+        for term, row, scale in zip(model.terms, model.exponents, model.scales, strict=True):
+            if term.kind in (STIFFNESS, INERTIA):
+                part = float(scale) * (self._power(row) if row.any() else 1.0) * casadi.dot(term.vector[:n], motion)
+                pull += casadi.DM(term.vector[:n]) * part * (1.0 if term.kind == STIFFNESS else -casadi.exp(2.0 * log))
+        mass, _, stiff, _ = free_matrices(model, p)
+        heads = (np.abs(stiff) + frequencies[mode] ** 2 * np.abs(mass)) @ size
+        self.equal += casadi.vertsplit(pull / np.where(heads > 0.0, heads, 1.0))
+        start = shapes[:, mode] / size
+        self.equal.append(casadi.dot(casadi.DM(start), casadi.vertcat(*phi)) / float(start @ start) - 1.0)
+        return log
