@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from vibopt.balancing.job import RotorJob
     from vibopt.balancing.known.job import KnownJob
     from vibopt.balancing.outcome import Outcome
+    from vibopt.balancing.parse_influence import Saved
     from vibopt.balancing.plan import Plan
     from vibopt.design.design import Design
     from vibopt.scene.scene import Scene
@@ -191,7 +192,24 @@ def _read(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
     from vibopt.balancing.rotor import read_rotor
 
     file = document.get("readings")
-    return read_rotor(document, mistakes, file.folder if isinstance(file, FileText) else None)
+    folder = file.folder if isinstance(file, FileText) else None
+    return read_rotor(document, mistakes, folder, _coefficients(document, mistakes))
+
+
+def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | None:
+    """The file of coefficients that a measured rotor names; None where it names none, or where it cannot be read."""
+    given = document.get("influence")
+    if not isinstance(given, str):
+        return None
+    from vibopt.balancing.parse_influence import Saved
+
+    file = (given.folder if isinstance(given, FileText) else FilePath()) / given
+    try:
+        text, name = text_of(file), shown_name(file.name)
+        return Saved(parsed(text, name), Mistakes(name, located(text)))
+    except InputError as error:
+        mistakes.add(("influence",), str(error))
+    return None
 
 
 def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:

@@ -1,6 +1,7 @@
 """From runs to what each weight does: y = y0 + H w, by least squares where there are more runs than unknowns.
 
-Per speed the readings of all runs are X theta with X = (1, weights of the run) and theta = (y0, H).  Whatever is
+Per speed the readings of all runs are X theta with X = (1, weights of the run) and theta = (y0, H).  Ready coefficients
+are refined by runs with weights in their planes: changed as little as reproduces the readings.  Whatever is
 predicted for a correction u is c(u) times the readings, c(u) = (1, u) X⁺: the initial run enters every coefficient, and
 with c(u) the errors of all of them are carried together, their correlation included.
 """
@@ -15,6 +16,10 @@ import numpy as np
 from vibopt.balancing.job import RotorJob, Run
 from vibopt.forms import ComplexArray, FloatArray
 
+EXACT = 1e-13
+"""Part of the greatest difference of runs below which one is rounding."""
+SAME = 0.05
+"""The same where runs refine ready coefficients: what they differ in by less tells more of errors than of the rotor."""
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
 
@@ -25,11 +30,11 @@ class Learnt:
     runs
         The runs used, initial ones included.
     planes
-        Planes learnt from runs, by index.
+        Planes learnt from runs, by index; where all that have weights are ready, those that the runs refine.
     pseudo
         X⁺, shape (1 + n_learnt, n_runs): theta = pseudo @ readings.
     known
-        Ready coefficients (n_sensors, n_planes), zero where learnt.
+        Ready coefficients (n_sensors, n_planes), zero where learnt; what is learnt comes on top.
     readings
         Runout subtracted, ready coefficients taken out (n_runs, n_sensors).
     misfit
@@ -114,11 +119,13 @@ def _learn(job: RotorJob, speed: int) -> Learnt:
             known[sensor, plane] = value
             ready.add(plane)
     W = np.array([run.weights for run in runs])
-    planes = tuple(index for index in range(n_planes) if index not in ready and W[:, index].any())
+    weighed = [index for index in range(n_planes) if W[:, index].any()]
+    planes = tuple(index for index in weighed if index not in ready) or tuple(weighed)
+    same = SAME if ready.intersection(planes) else EXACT
     readings = np.array([run.readings for run in runs]) - job.runout - W @ known.T
     X = np.concatenate([np.ones((len(runs), 1)), W[:, list(planes)]], axis=1)
     size = np.abs(X).max(axis=0)
-    pseudo = np.linalg.pinv(X / size, rcond=1e-13) / size[:, None]
+    pseudo = np.linalg.pinv(X / size, rcond=same) / size[:, None]
     return Learnt(runs, planes, pseudo, known, readings, readings - X @ (pseudo @ readings))
 
 
@@ -129,7 +136,7 @@ def _model(learnt: Learnt, job: RotorJob) -> tuple[ComplexArray, ComplexArray]:
 
 def _spread(learnt: Learnt, theta: ComplexArray, n_planes: int) -> ComplexArray:
     H = learnt.known.copy()
-    H[:, list(learnt.planes)] = theta[1:].T
+    H[:, list(learnt.planes)] += theta[1:].T
     return H
 
 

@@ -3,15 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from vibopt.balancing.job import Sensor
+from vibopt.balancing.parse_machine import read_conventions
 from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
 from vibopt.balancing.planes import Plane, read_weight
 from vibopt.balancing.tables import InfluenceTable, listed_tables, read_table, read_value
 from vibopt.balancing.words import Conventions, read_amplitude, split_angle
 from vibopt.errors import QuantityError, way_out
 from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.units import read_quantity
+
+Influence = dict[tuple[int, int, int], complex]
+FILE_KEYS = ("title", "statement", "source", "conventions", "influence")
+"""What a file of coefficients may have."""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A file of coefficients that a job names: its document, and where its mistakes go."""
+
+    document: Mapping[str, Any]
+    mistakes: Mistakes
 
 
 def read_influence(
@@ -20,8 +35,66 @@ def read_influence(
     planes: Sequence[Plane],
     measured: Measured,
     mistakes: Mistakes,
-) -> dict[tuple[int, int, int], complex]:
+    saved: Saved | None = None,
+) -> Influence:
     """Ready coefficients, internal [SI peak per kg m], by (speed, sensor, plane)."""
+    if not isinstance(document.get("influence"), str):
+        return _listed(document, conventions, planes, measured, mistakes)
+    if saved is None:
+        return {}
+    found = _of_file(saved, conventions, planes, measured)
+    mistakes.found.extend((10**9 + line, message) for line, message in saved.mistakes.found)
+    return found
+
+
+def _of_file(saved: Saved, conventions: Conventions, planes: Sequence[Plane], measured: Measured) -> Influence:
+    """Those of a file for the planes, sensors and speeds of this job, by the conventions of that file."""
+    document, mistakes = saved.document, saved.mistakes
+    for key in document:
+        if key not in FILE_KEYS:
+            mistakes.unknown_key((key,), list(FILE_KEYS))
+    own = read_conventions(document, True, mistakes)
+    if own is None:
+        return {}
+    if wrong := _other_zero(conventions.zero, own.zero):
+        mistakes.add(("conventions", "zero"), f"{mistakes.name} {wrong}")
+    listed = listed_tables(document, "influence", mistakes)
+    mine = {"plane": [one.name for one in planes], "sensor": [one.name for one in measured.sensors]}
+    kept = [one for one in listed if not isinstance(one, Mapping) or _is_mine(one, mine, measured)]
+    if not kept:
+        mistakes.add(
+            ("influence",), f"{mistakes.name} has no coefficient for the planes, sensors and speeds of this job."
+        )
+    return _listed({**document, "influence": kept}, own, planes, measured, mistakes)
+
+
+def _is_mine(given: Mapping[str, Any], mine: Mapping[str, Sequence[str]], measured: Measured) -> bool:
+    """Whether a coefficient is for something that this job has."""
+    try:
+        speed = read_quantity(given["speed"], "angular_rate").value if "speed" in given else None
+    except QuantityError:
+        return True  # said where it is read
+    at = speed is None or any(same_speed(speed, one) for one in measured.speeds)
+    return at and all(given.get(key) in known for key, known in mine.items() if isinstance(given.get(key), str))
+
+
+def _other_zero(mine: str, theirs: str) -> str:
+    """What is wrong where two files count angles from different marks; "" where they name the same."""
+    if " ".join(mine.split()).casefold() == " ".join(theirs.split()).casefold():
+        return ""
+    return (
+        f'counts angles from "{theirs}", this job from "{mine}": nothing says how the two lie to each other. Write the '
+        "same words where they are one mark; else measure the coefficients anew."
+    )
+
+
+def _listed(
+    document: Mapping[str, Any],
+    conventions: Conventions,
+    planes: Sequence[Plane],
+    measured: Measured,
+    mistakes: Mistakes,
+) -> Influence:
     found = {}
     for index, given in enumerate(listed_tables(document, "influence", mistakes)):
         path: Path = ("influence", index)

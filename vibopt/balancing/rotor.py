@@ -14,7 +14,7 @@ from vibopt.balancing.parse_asks import (
     read_limits,
     read_scatter,
 )
-from vibopt.balancing.parse_influence import read_influence
+from vibopt.balancing.parse_influence import Saved, read_influence
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
 from vibopt.balancing.parse_pairs import pair_notes, read_pairs
 from vibopt.balancing.parse_quality import read_quality
@@ -27,7 +27,9 @@ from vibopt.scene.mistakes import Mistakes
 __all__ = ["CorrectionLimit", "ResidualLimit", "RotorGoal", "RotorJob", "Run", "Scatter", "Sensor", "read_rotor"]
 
 
-def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None = None) -> RotorJob:
+def read_rotor(
+    document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None = None, saved: Saved | None = None
+) -> RotorJob:
     """A balancing job from a parsed problem file.
 
     Parameters
@@ -38,6 +40,8 @@ def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath
         Collects what is wrong, with lines; rows and columns of a CSV file come behind.
     folder
         Where the file lies, for the name of its CSV file.
+    saved
+        The file of coefficients that `influence` names.
 
     Raises
     ------
@@ -69,15 +73,15 @@ def read_rotor(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath
     if conventions is None or planes is None or measured is None or not raws or not whole:
         mistakes.raise_any()
         raise AssertionError("a job that cannot be read has a mistake")
-    return _job(document, conventions, planes, measured, with_angles, mistakes)
+    return _job(document, conventions, planes, measured, with_angles, mistakes, saved)
 
 
 def _job(
     document: Mapping[str, Any], conventions: Conventions, planes: tuple[Plane, ...], measured: Measured,
-    with_angles: bool, mistakes: Mistakes,
+    with_angles: bool, mistakes: Mistakes, saved: Saved | None,
 ) -> RotorJob:  # fmt: skip
     before = len(mistakes.found)
-    influence = read_influence(document, conventions, planes, measured, mistakes)
+    influence = read_influence(document, conventions, planes, measured, mistakes, saved)
     if len(mistakes.found) == before and not _only_found(document, measured):
         check_runs(measured, planes, influence, with_angles, mistakes)
     scatter = read_scatter(document, conventions, mistakes)

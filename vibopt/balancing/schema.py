@@ -8,6 +8,7 @@ from typing import Any
 Made = Callable[[Any], dict[str, Any]]
 Named = Callable[[dict[str, Any]], dict[str, Any]]
 _TEXT = {"type": "string"}
+_FILE = {"type": "string", "description": "a file beside this one that solve --save-coefficients wrote"}
 _WORDS = {"title": _TEXT, "statement": _TEXT, "source": _TEXT}
 
 
@@ -27,7 +28,7 @@ def _rotor(made: Made, named: Named) -> dict[str, Any]:
             "sensors": named(made(tables.SensorTable)),
             "runs": _list(made(tables.RunTable)),
             "readings": {"type": "string", "description": "a CSV file beside this one, instead of runs"},
-            "influence": _list(made(tables.InfluenceTable)),
+            "influence": {"anyOf": [_list(made(tables.InfluenceTable)), _FILE]},
             "speed": _TEXT,
             "scatter": made(tables.ScatterTable),
             "pairs": named(made(tables.PairTable)),

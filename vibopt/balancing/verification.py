@@ -25,6 +25,8 @@ from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import to_unit
 from vibopt.units.spelling import split_detector
 
+APART = 0.05
+"""Part of the greatest difference of runs below which they refine no ready coefficient."""
 SAMPLES = 12
 """Of one turn; a signal of one harmonic is known from three."""
 PlanText = tuple[tuple[int, str, bool], ...]
@@ -130,12 +132,14 @@ def _ready(job: RotorJob, speed: int) -> list[int]:
 
 def _mixture(job: RotorJob, speed: int, states: ComplexArray, target: ComplexArray) -> ComplexArray:
     """Smallest shares of the runs that together carry the plan (and one rotor as found)."""
-    learnt = [plane for plane in range(len(job.planes)) if plane not in _ready(job, speed)]
+    ready = _ready(job, speed)
+    weighed = [plane for plane in range(len(job.planes)) if states[:, plane].any()]
+    learnt = [plane for plane in weighed if plane not in ready] or weighed
     rows = np.concatenate([np.ones((1, len(states))), states[:, learnt].T])
     wanted = np.concatenate([[1.0], target[learnt]])
-    used = np.abs(rows).max(axis=1) > 0.0
-    size = np.abs(rows[used]).max(axis=1)
-    shares: ComplexArray = np.linalg.lstsq(rows[used] / size[:, None], wanted[used] / size, rcond=None)[0]
+    size = np.abs(rows).max(axis=1)
+    same = APART if set(ready) & set(learnt) else None
+    shares: ComplexArray = np.linalg.lstsq(rows / size[:, None], wanted / size, rcond=same)[0]
     return shares
 
 
