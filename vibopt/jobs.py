@@ -209,7 +209,8 @@ def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | No
         return Saved(parsed(text, name), Mistakes(name, located(text)))
     except InputError as error:
         mistakes.add(("influence",), str(error))
-    return None
+        mistakes.raise_any()  # without it runs would seem to be missing
+        raise
 
 
 def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:

@@ -26,7 +26,6 @@ UNJUDGED = (
     "Whether the grade is met is not known: that needs one plan, a place of every plane under [quality], a radius of "
     "each, and sensors that tell the planes apart."
 )
-OFF = "Take every trial weight off first: the plan is added to the rotor as found."
 
 GIVEN = "nothing is chosen: the weights are as they are given"
 _ROUNDING = 1e-12

@@ -32,6 +32,7 @@ def check_runs(
         return
     if _mismatched(measured, mistakes):
         return
+    _check_verification(measured, mistakes)
     if not _any_vibration(measured):
         mistakes.add(
             ("runs",),
@@ -63,6 +64,26 @@ def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
             f"repeat the run at {other}, or add a run as found at {own}.",
         )
     return bool(wrong)
+
+
+def _check_verification(measured: Measured, mistakes: Mistakes) -> None:
+    """A verification run has weights, and all of them have the same: there is one rotor to trim."""
+    marked = [(path, run) for path, run in zip(measured.paths, measured.runs, strict=True) if run.verification]
+    for path, run in marked:
+        if run.is_initial:
+            mistakes.add(
+                (*path, "verification"),
+                f'run "{run.name}" has verification = true, but no weights: the weights of the correction are on in a '
+                "verification run. Write them, or leave verification out.",
+            )
+    first = marked[0][1] if marked else None
+    for path, run in marked[1:]:
+        if first is not None and np.abs(run.weights - first.weights).max() > SINGULAR * np.abs(first.weights).max():
+            mistakes.add(
+                (*path, "verification"),
+                f'runs "{first.name}" and "{run.name}" have verification = true and different weights, but only one '
+                "set is on the rotor now. Mark the runs with that set.",
+            )
 
 
 def _any_vibration(measured: Measured) -> bool:

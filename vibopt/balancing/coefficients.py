@@ -1,4 +1,4 @@
-"""Influence coefficients as a file of their own: saved by one job, read as `influence` by the next of the same rotor."""
+"""Influence coefficients as a file of their own: saved by one job, read as `influence` by the next."""
 
 from __future__ import annotations
 
@@ -29,9 +29,13 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
     if not job.runs or job.is_advice:
         raise InputError(f"{job.name}: no run has weights, so no influence coefficient is known. Add a trial run.")
     of = heard(job)
+    speeds = [
+        f"{to_unit(one, unit, 'angular_rate'):.15g} {unit}"
+        for one, unit in zip(job.speeds, job.speed_units, strict=True)
+    ]
     rows = [
         {
-            "speed": f"{to_unit(job.speeds[speed], job.speed_units[speed], 'angular_rate'):.15g} {job.speed_units[speed]}",
+            "speed": speeds[speed],
             "sensor": job.sensors[sensor].name,
             "plane": plane.name,
             "value": _text(job, complex(of.identified.H[row, column]), sensor, column),

@@ -76,7 +76,7 @@ def _cells_at(places: Sequence[int]) -> Callable[[Row], tuple[str, ...]]:
 def _columns(
     parts: Sequence[Column], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
 ) -> list[Column | None]:
-    known, named = ["run", "speed [rpm]", "stayed", *planes, *sensors], {*planes, *sensors}
+    known, named = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors], {*planes, *sensors}
     columns = [_known_column(part, named) for part in parts]
     for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
         if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown

@@ -11,12 +11,16 @@ from vibopt.balancing.written import Written, WrittenByName, are_plain, numbers
 from vibopt.scene.mistakes import Mistakes, Path, toml_text
 from vibopt.values.sheet import Sheet
 
-OWN = ("run", "speed", "stayed")
+OWN = ("run", "speed", "stayed", "verification")
 """Columns of the run itself."""
 THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:\.\d{3})+(?![\d.,])")
 """A number whose point may part thousands."""
 _YES = ("yes", "y", "true", "1", "x", "ja", "j", "wahr", "oui", "vrai", "sí", "si", "sì", "vero", "verdadero")
 _NO = ("no", "n", "false", "0", "-", "nein", "falsch", "non", "faux", "falso")
+_WORDS = {
+    "stayed": "the weights of the run before stayed on",
+    "verification": "the weights are the correction, which stays on",
+}
 _AMOUNTS = {"mass", "weight", "unbalance", "amplitude"}
 
 
@@ -131,7 +135,7 @@ class Cells:
 
     def read(self, raw: str, column: Column, path: Path, mistakes: Mistakes) -> str:
         """A cell with decimal points; asks where a point may be something else."""
-        asked = self.thousands[column.name != "speed"] and column.name not in ("run", "stayed")
+        asked = self.thousands[column.name != "speed"] and column.name not in ("run", "stayed", "verification")
         found = THOUSANDS.search(raw) if asked else None
         if found:
             whole, part = found[0].replace(".", ""), found[0].partition(".")[2]
@@ -175,13 +179,11 @@ def run_of(index: int, row: int, cells: Sequence[str], said: Cells, mistakes: Cs
 
 def _own(column: Column, cell: str, path: Path, mistakes: Mistakes) -> dict[str, Any]:
     """The name, the speed or the word of a run itself."""
-    if column.name == "stayed":
+    if column.name in _WORDS:
         known = {**dict.fromkeys(_YES, True), **dict.fromkeys(_NO, False)}.get(cell.lower())
         if known is None:
-            mistakes.value(
-                path, cell, "is neither yes nor no. Write yes where the weights of the run before stayed on."
-            )
-        return {"stayed": bool(known)}
+            mistakes.value(path, cell, f"is neither yes nor no. Write yes where {_WORDS[column.name]}.")
+        return {column.name: bool(known)}
     if column.name == "speed":
         return {"speed": cell if re.search("[A-Za-z]", cell) else f"{cell} {column.unit}".strip()}
     return {"name": cell}

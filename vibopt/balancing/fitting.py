@@ -117,6 +117,13 @@ def split(plane: Plane, size: float, angle: float) -> tuple[Weight, ...]:
     )
 
 
+def sentence(job: RotorJob, index: int, u: complex) -> str:
+    """What to do for an unbalance u in a plane, for the shop floor."""
+    plane = job.planes[index]
+    action = "remove" if plane.remove else "add"
+    return _words(job, plane, action, _weights(job, plane, u, None))
+
+
 def _words(job: RotorJob, plane: Plane, action: str, weights: Sequence[Weight]) -> str:
     """The sentence for the shop floor."""
     if action == "keep":

@@ -65,6 +65,8 @@ class Run:
         Readings as they stand in the file; None where they have no angles.
     stayed
         Whether the weights of the run before are on as well.
+    verification
+        Whether its weights are the correction, which stays on the rotor.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Run:
     fitted: tuple[tuple[int, str], ...] = ()
     written: Written | None = None
     stayed: bool = False
+    verification: bool = False
 
     @property
     def is_initial(self) -> bool:

@@ -57,13 +57,13 @@ def _of_file(saved: Saved, conventions: Conventions, planes: Sequence[Plane], me
     if own is None:
         return {}
     if wrong := _other_zero(conventions.zero, own.zero):
-        mistakes.add(("conventions", "zero"), f"{mistakes.name} {wrong}")
+        mistakes.add(("conventions", "zero"), wrong)
     listed = listed_tables(document, "influence", mistakes)
     mine = {"plane": [one.name for one in planes], "sensor": [one.name for one in measured.sensors]}
     kept = [one for one in listed if not isinstance(one, Mapping) or _is_mine(one, mine, measured)]
     if not kept:
         mistakes.add(
-            ("influence",), f"{mistakes.name} has no coefficient for the planes, sensors and speeds of this job."
+            ("influence",), "no coefficient is for a plane, a sensor and a speed of this job. Name another file."
         )
     return _listed({**document, "influence": kept}, own, planes, measured, mistakes)
 

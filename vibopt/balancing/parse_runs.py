@@ -110,6 +110,7 @@ def read_runs(
             tuple(_fitted(raw, planes)),
             _written(raw, [sensor.name for sensor in sensors]),
             raw.table.stayed,
+            raw.table.verification,
         )
         for raw, (speed, _), total, y in zip(raws, speeds, weights, readings, strict=True)
     )

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from vibopt.balancing.answers import Fitting
-from vibopt.balancing.begin import OFF, answered, begun, goal_of, kept_or_broken, nothing
+from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, nothing
 from vibopt.balancing.cautions import cancelling, ways_out
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.job import RotorJob
@@ -20,6 +20,7 @@ from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import quality_values
+from vibopt.balancing.trim import OFF, todo, trims
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
 from vibopt.balancing.words import show_angle
@@ -63,13 +64,13 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
     status, claim = _several(fittings) if several else _one(job, answers, fittings[0], solved[0])
     if status == "met":
         status, claim = kept_or_broken(priced.limits)[0], claim
-    words = _words_of(fittings)
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),
-        limits={} if several else priced.with_words(), prices={} if several else priced.caps(), words=(OFF, *words),
+        limits={} if several else priced.with_words(), prices={} if several else priced.caps(),
+        words=(OFF, *_words_of(fittings)) if several else todo(job, fittings[0]),
         gap=solved[0].gap,
         notes=(*alike, *_miss_notes(job, answers), *(_ask(job, answers) if several else priced.notes)),
-        method=METHOD, values={} if several else quality_values(job, kept[0], u),
+        method=METHOD, values={} if several else {**quality_values(job, kept[0], u), **trims(job, fittings[0])},
         remedies=ways, condition=found.number, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
 
@@ -125,8 +126,6 @@ def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) ->
 
 
 def _words_of(fittings: list[Fitting]) -> tuple[str, ...]:
-    if len(fittings) == 1:
-        return tuple(one.words for one in fittings[0].planes)
     return tuple(
         f"Answer {number}: {one.words}" for number, fitting in enumerate(fittings, start=1) for one in fitting.planes
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.answer.entry import Checked
 from vibopt.balancing.answers import Fitting, RowAnswer
-from vibopt.balancing.begin import OFF, answered, begun, goal_of, kept_or_broken, method_of, nothing
+from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.deferred import DeferredMapping, DeferredRows
@@ -26,6 +26,7 @@ from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
 from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
 from vibopt.balancing.solve_phaseless import solve_without_phase
+from vibopt.balancing.trim import todo, trims
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.balancing.verification import simulated
 from vibopt.balancing.words import show_angle
@@ -98,9 +99,10 @@ def _plan(
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=(_priced(job, fitting, shown),),
         limits=shown,
-        words=(OFF, *(one.words for one in fitting.planes)), gap=solved.gap, condition=found.number,
+        words=todo(job, fitting), gap=solved.gap, condition=found.number,
         remedies=ways,
-        values=quality_values(job, identified, u), later=lambda: coefficients(job, identified),
+        values={**quality_values(job, identified, u), **trims(job, fitting)},
+        later=lambda: coefficients(job, identified),
         notes=(
             *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
             *_noise_notes(job, noise), *priced.notes,

@@ -58,6 +58,7 @@ class RunTable(Table):
     speed: Fact | None = number("angular_rate", choice=False)
     weights: Any = None
     stayed: bool = False
+    verification: bool = False
     readings: Any = None
 
 

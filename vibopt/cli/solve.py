@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -29,6 +29,11 @@ PROBLEMS = (".toml",)
 @rounding
 @click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")
 @force
+@click.option(
+    "--save-coefficients",
+    metavar="FILE",
+    help="Write what each weight of a measured rotor does (.toml); the next job reads it as influence = FILE.",
+)
 @click.option("--no-prices", is_flag=True, help="Do not find out what loosening each active limit buys.")
 @click.option("--require-proof", is_flag=True, help="Exit code 5 unless the answer is proven.")
 @as_json
@@ -38,6 +43,7 @@ def solve(
     changes: tuple[str, ...],
     rounding: tuple[str, ...],
     save: str | None,
+    save_coefficients: str | None,
     force: bool,
     no_prices: bool,
     require_proof: bool,
@@ -54,6 +60,7 @@ def solve(
 
     job = read_job(file, changes)
     target = checked_target(save, PROBLEMS, force=force) if save is not None else None
+    learnt = _coefficients(job, save_coefficients, force=force)
     _only_scenes(job, {"--round": bool(rounding), "--save": target is not None})
     found: Answer = answer(job, method)
     drawn = _rounded(found, rounding) if rounding else None
@@ -62,7 +69,10 @@ def solve(
     elif not no_prices:
         found = with_prices(found)
     refused = "" if target is None else _save(found, drawn, target, changes)
-    _say(found, job, drawn, None if refused else target, refused, as_json=as_json)
+    for place, text in learnt.items():
+        write_file(place, text.encode())
+    written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
+    _say(found, job, drawn, written, refused, as_json=as_json)
     if require_proof and not found.proven and found.exit_code == 0:
         if not as_json:
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
@@ -107,20 +117,39 @@ def _save(found: Answer, drawn: Rounded | None, target: Path, changes: tuple[str
     return ""
 
 
-def _say(found: Answer, job: Job, drawn: Rounded | None, written: Path | None, refused: str, *, as_json: bool) -> None:
+def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]:
+    """The file of coefficients that is asked for, and its text."""
+    if save is None:
+        return {}
+    from vibopt.jobs import is_rotor, noun_of
+
+    if not is_rotor(job):
+        raise InputError(
+            f"{job.name}: {noun_of(job)} has no influence coefficients: they are learnt from the runs of a measured "
+            "rotor. Leave --save-coefficients out."
+        )
+    from vibopt.balancing.coefficients import coefficients_document
+    from vibopt.files.marks import with_check
+    from vibopt.scene.write import document_toml
+
+    text = f"# Influence coefficients of {job.name}, saved by vibopt: read them as influence in the next job.\n\n"
+    return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(coefficients_document(job)))}
+
+
+def _say(found: Answer, job: Job, drawn: Rounded | None, written: list[str], refused: str, *, as_json: bool) -> None:
     if as_json:
         from vibopt.jobs import plain_answer
 
-        more = {"written": [str(written)]} if written is not None else {"written": [], "messages": [refused]}
-        say_json({**plain_answer(found), **(more if written is not None or refused else {})})
+        more: dict[str, Any] = {"written": written} if written or refused else {}
+        say_json({**plain_answer(found), **more, **({"messages": [refused]} if refused else {})})
         return
     say(text_of(found, job))
     if drawn is not None:
         from vibopt.design.table import rendered
 
         say(rendered(lambda console: _rounding(drawn, console), width=width(), colour=colour()))
-    if written is not None:
-        say(f"Written: {written}")
+    for one in written:
+        say(f"Written: {one}")
     if refused:
         complain(refused)
 
