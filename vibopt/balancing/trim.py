@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from vibopt.answer.entry import Entry
 from vibopt.balancing.answers import Fitting, PlaneAnswer
 from vibopt.balancing.fitting import NOTHING, sentence
 from vibopt.balancing.job import RotorJob, Run
-from vibopt.balancing.outcome import Entry
 
 OFF = "Take every trial weight off first: the plan is added to the rotor as found."
 ANEW = "Or take every weight off and fit the whole anew, on the rotor as found:"
