@@ -70,6 +70,8 @@ def solve(
         found = with_prices(found)
     refused = "" if target is None else _save(found, drawn, target, changes)
     for place, text in learnt.items():
+        from vibopt.files.writing import write_file
+
         write_file(place, text.encode())
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
     _say(found, job, drawn, written, refused, as_json=as_json)
@@ -130,6 +132,7 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
         )
     from vibopt.balancing.coefficients import coefficients_document
     from vibopt.files.marks import with_check
+    from vibopt.files.writing import checked_target
     from vibopt.scene.write import document_toml
 
     text = f"# Influence coefficients of {job.name}, saved by vibopt: read them as influence in the next job.\n\n"
