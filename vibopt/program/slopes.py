@@ -33,6 +33,7 @@ from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.mechanics.peaks import Extreme, least, peaks
 from vibopt.mechanics.statics import sag
+from vibopt.program.bends import Curved, added, curved
 from vibopt.program.few import few_peaks
 from vibopt.program.highest import highest
 from vibopt.program.noise import root_mean_square_slope
@@ -40,6 +41,7 @@ from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
 
 _STEP = 1e-6
+_BEND_STEP = 1e-5
 _NEAR = 1e-6
 _MOST = 24
 _ENOUGH = 200
@@ -90,8 +92,7 @@ def local_extremes(model: Model, form: Form, x: FloatArray, *, least_wanted: boo
         return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:_MOST]
     if least_wanted and isinstance(form, DecayRate | ModeDamping):
         return _of_poles(model, form, x)
-    bend = np.zeros((len(x), len(x))) if isinstance(form, Monomials) and len(form.scale) == 1 else None
-    return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x), bend=bend)]
+    return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x), bend=_plain_bend(model, form, x))]
 
 
 def _of_few(model: Model, form: Modulus, x: FloatArray, within: float) -> list[Local] | None:
@@ -120,6 +121,21 @@ def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
     if pieces and pieces[0][0] > 0.0:
         return pieces[0][1] / pieces[0][0]
     return _by_differences(lambda at: plain_value(model, form, at), x)
+
+
+def _plain_bend(model: Model, form: Form, x: FloatArray) -> FloatArray | None:
+    """Second derivative of the log of a form that knows no speeds, where it is had for little."""
+    if isinstance(form, Monomials):
+        parts = form.scale * np.where(form.exponents == 0.0, 1.0, x**form.exponents).prod(axis=1)
+        slope = parts @ form.exponents / parts.sum()
+        bend: FloatArray = (form.exponents.T * parts) @ form.exponents / parts.sum() - np.outer(slope, slope)
+        return bend
+    if not isinstance(form, ModeFrequency | StaticRow):
+        return None
+    turns = np.exp(_BEND_STEP * np.eye(len(x)))
+    up, down = (np.array([plain_slope(model, form, one) for one in every]) for every in (x * turns, x / turns))
+    rows = (up - down) / (2.0 * _BEND_STEP)
+    return np.asarray(0.5 * (rows + rows.T))
 
 
 def _of_poles(model: Model, form: DecayRate | ModeDamping, x: FloatArray) -> list[Local]:
@@ -167,14 +183,27 @@ def _static_slope(model: Model, form: StaticRow, x: FloatArray) -> FloatArray:
 
 def _of_drive(
     model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool, within: float
-) -> list[tuple[Extreme, FloatArray]]:
-    """Local extremes of the response to one excitation, each with the slope of its log."""
+) -> list[Local]:
+    """Local extremes of the response to one excitation."""
     found = extremes_of(model, form, drive, x, least_wanted=least_wanted, within=within)
     distinct: list[Extreme] = []
     for one in found:
         if all(abs(one.speed - other.speed) > 1e-7 * abs(one.speed) for other in distinct):
             distinct.append(one)
-    return [(one, slope_at(model, form, drive, x, one)) for one in distinct[:_MOST]]
+    return [_local(model, form, drive, x, one, least_wanted) for one in distinct[:_MOST]]
+
+
+def _local(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extreme, least_wanted: bool) -> Local:
+    """One extreme with its slope, and its bend where it has one in closed form."""
+    log = _log(at.value)
+    if 0.0 < at.value < np.inf and not form.rigid_link:
+        made = curved(model, form.output, drive, x, at.speed, form.combine)
+        if made is not None:
+            slope, bend = made.at_extreme(-1.0 if least_wanted else 1.0)
+            if form.output.shared_by:
+                slope = slope - model.counts[form.output.shared_by].row(model.n_vars)
+            return Local(log, slope, (at.speed,), bend)
+    return Local(log, slope_at(model, form, drive, x, at), (at.speed,))
 
 
 def extremes_of(
@@ -313,18 +342,21 @@ def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: flo
     return slope
 
 
-def _together(form: Modulus, combo: tuple[tuple[Extreme, FloatArray], ...]) -> Local:
+def _together(form: Modulus, combo: tuple[Local, ...]) -> Local:
     """Several excitations: sum or root of sum of squares of their extremes."""
-    values = np.array([one.value for one, _ in combo])
-    slopes = np.array([slope for _, slope in combo])
-    speeds = tuple(one.speed for one, _ in combo)
-    if not np.isfinite(values).all():
-        return Local(np.inf, slopes[~np.isfinite(values)][0], speeds)
-    weight = values**2 if form.combine == "rss" else values
-    total = float(np.sqrt(weight.sum())) if form.combine == "rss" else float(weight.sum())
-    if total == 0.0:
-        return Local(-_WITHOUT_END, np.zeros(slopes.shape[1]), speeds)
-    return Local(_log(total), weight @ slopes / weight.sum(), speeds)
+    if len(combo) == 1:
+        return combo[0]
+    speeds = tuple(one.speeds[0] for one in combo)
+    endless = [one for one in combo if one.value == np.inf]
+    if endless:
+        return Local(np.inf, endless[0].slope, speeds)
+    real = [one for one in combo if one.value > -_WITHOUT_END]
+    if not real:
+        return Local(-_WITHOUT_END, np.zeros(len(combo[0].slope)), speeds)
+    none = np.full((len(combo[0].slope),) * 2, np.nan)
+    parts = [Curved(one.value, one.slope, none if one.bend is None else one.bend) for one in real]
+    made = added(parts, 2.0 if form.combine == "rss" else 1.0)
+    return Local(made.log, made.slope, speeds, made.bend if np.isfinite(made.bend).all() else None)
 
 
 def _by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> FloatArray:

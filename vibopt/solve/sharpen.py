@@ -26,9 +26,14 @@ _INSIDE = 2e-10
 _FEW = 4
 _WITHIN = 1e-6
 _SETTLED = 1e-14
+_SQUARED = 1e-9
+"""A Newton step this short leaves nothing: the next is as short as its square."""
 _NEAR = 0.1
 _DASHES = 8
 _SOFT = 1e-9
+_FLAT = 1e-12
+_STIFFER = (1.0, 10.0, 100.0, 1000.0)
+"""By how much a bend may be stiffened across the active pieces, in parts of its size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +185,7 @@ class Sharpener:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
             if moved:
-                bend = _convex(self._bend(here, multipliers))
+                bend = _convex_along(self._bend(here, multipliers), here, multipliers, self.exact)
                 step, promised, _ = _quadratic(here, bend, radius, weight, self.exact)
             size = float(np.abs(step).max(initial=0.0))
             if size < 1e-10 or promised <= 1e-13:
@@ -216,7 +221,7 @@ class Sharpener:
             at, last = there, size
             if _merit(at, weight) < _merit(best, weight):
                 best = at
-            if size < _SETTLED:
+            if size < _SQUARED:
                 break
         return best
 
@@ -224,8 +229,7 @@ class Sharpener:
         """Second try after a step that curved limits spoilt: the step again, with the pieces found where it led."""
         moved = there.y - here.y
         limits, goals = (
-            tuple(replace(piece, value=piece.value - float(piece.slope @ moved)) for piece in pieces)
-            for pieces in (there.limits, there.goals)
+            tuple(_seen_from(here, piece, moved) for piece in pieces) for pieces in (there.limits, there.goals)
         )
         step, _, _ = _quadratic(Point(here.y, limits, goals), bend, radius, weight, self.exact)
         other = self.exact.at(np.clip(here.y + step, self.exact.low, self.exact.high))
@@ -265,7 +269,7 @@ class Sharpener:
             if there is None or not _better(there, here):
                 settled = target
                 continue
-            if np.abs(there.y - here.y).max() <= _SETTLED:
+            if np.abs(there.y - here.y).max() <= _SQUARED:
                 settled = target
             here = there
         return here
@@ -409,6 +413,13 @@ def _better(there: Point, here: Point) -> bool:
     return there.goal <= here.goal + 1e-12 + 1e3 * max(here.missed, 0.0) or here.missed > 1e-10
 
 
+def _seen_from(here: Point, piece: Piece, moved: FloatArray) -> Piece:
+    """A piece found where a step led, along the slope it has where the step began: the bend is not counted twice."""
+    known = _same(piece, here)
+    slope = piece.slope if known is None else known.slope
+    return replace(piece, slope=slope, value=piece.value - float(slope @ moved))
+
+
 def _same(piece: Piece, there: Point) -> Piece | None:
     """The piece of another, near design that continues this one."""
     pool = there.goals if piece.part < 0 else there.limits
@@ -416,6 +427,31 @@ def _same(piece: Piece, there: Point) -> Piece | None:
     if not near:
         return None
     return min(near, key=lambda one: max((abs(a - b) for a, b in zip(one.mark, piece.mark, strict=True)), default=0.0))
+
+
+def _convex_along(bend: FloatArray, here: Point, multipliers: FloatArray, exact: Exact) -> FloatArray:
+    """A convex matrix that bends as `bend` along what the active pieces hold, so that steps stay those of Newton.
+
+    Across them, where their own rows hold the step, it is stiffened; where that is not enough it is the nearest one.
+    """
+    size = float(np.abs(bend).max(initial=0.0))
+    values = np.linalg.eigvalsh(bend)
+    if not size or values[0] >= -_FLAT * size:
+        return bend if values[0] >= 0.0 else _convex(bend)
+    count, on = len(here.goals), multipliers > 1e-9
+    goals, limits = (
+        np.array([piece.slope for piece, active in zip(pieces, chosen, strict=True) if active]).reshape(-1, len(bend))
+        for pieces, chosen in ((here.goals, on[:count]), (here.limits, on[count:]))
+    )
+    ends = np.eye(len(bend))[(here.y <= exact.low) | (here.y >= exact.high)]
+    rows = np.concatenate([goals[1:] - goals[:1], limits, ends])
+    turned, lengths, _ = np.linalg.svd(rows.T, full_matrices=True)
+    held = turned[:, : int((lengths > _FLAT * lengths.max(initial=0.0)).sum())]
+    for stiffness in _STIFFER:
+        stiff = bend + stiffness * size * held @ held.T
+        if np.linalg.eigvalsh(stiff)[0] >= 0.0:
+            return np.asarray(stiff)
+    return _convex(bend)
 
 
 def _convex(bend: FloatArray) -> FloatArray:
