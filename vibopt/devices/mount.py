@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import ValidationError, field_validator, model_validator
 
 from vibopt.devices.axes import DampingAxes, Rated, StiffnessAxes, ThreeSchema, three
 from vibopt.devices.device import Device, Ends
@@ -20,7 +20,7 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.vectors import cross
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
-from vibopt.values.fields import Choice, Rule, complaint
+from vibopt.values.fields import Choice, Rule, complaint, ruled
 from vibopt.values.vectors import AXES, Span
 
 _SCATTERED = ("stiffness", "damping", "loss_factor")
@@ -33,11 +33,9 @@ class MountTable(Device):
     between: TwoEnds
     at: At
     shift: Shift = None
-    stiffness: Value | StiffnessAxes = Field(json_schema_extra=ThreeSchema(Rule("stiffness")))
+    stiffness: Value | StiffnessAxes = ruled(ThreeSchema(Rule("stiffness")), required=True)
     shear_ratio: Value | None = number("ratio")
-    damping: Value | DampingAxes | None = Field(
-        default=None, json_schema_extra=ThreeSchema(Rule("damping", sign="not negative"))
-    )
+    damping: Value | DampingAxes | None = ruled(ThreeSchema(Rule("damping", sign="not negative")))
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
     direction: Directions = ((0.0, 0.0, 1.0),)
     across: Directions | None = None

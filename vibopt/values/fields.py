@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from types import NoneType
+from typing import Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibopt.errors import QuantityError
 from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
@@ -59,12 +60,6 @@ class Table(BaseModel):
     """Base of every table of a problem file: unknown keys are mistakes."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _numbers(cls, given: Any, info: ValidationInfo) -> Any:
-        rule = rule_of(cls, str(info.field_name))
-        return given if rule is None or given is None else _read(rule, given)
 
 
 def rule_of(kind: type[BaseModel], key: str) -> Rule | None:
@@ -143,15 +138,33 @@ def number(
         Whether a tolerance may be given although the number may not be chosen.
     """
     rule = Rule(dimension, amplitude, choice, sign, most, tolerance)
-    default: Any = ... if required else None
-    return Field(default=default, json_schema_extra=RuleSchema(rule))
+    return ruled(RuleSchema(rule), required=required)
+
+
+def ruled(schema: RuleSchema, *, required: bool = False) -> Any:
+    """Field that is read, and described in the JSON schema, by a rule."""
+    made: Any = Field(default=... if required else None, json_schema_extra=schema)
+    made.metadata.append(schema)
+    return made
 
 
 @dataclass(frozen=True, slots=True)
 class RuleSchema:
-    """Carries the rule of a field and writes its JSON schema."""
+    """Carries the rule of a field, reads its value and writes its JSON schema."""
 
     rule: Rule
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """What may be nothing but a number is read here, without a schema of its own, which takes long to make."""
+        if ({*get_args(source)} or {source}) <= {Fact, Choice, NoneType}:
+            return core_schema.no_info_plain_validator_function(self._read)
+        return core_schema.no_info_before_validator_function(self._read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {}
+
+    def _read(self, given: Any) -> Any:
+        return None if given is None else _read(self.rule, given)
 
     def __call__(self, schema: dict[str, Any]) -> None:
         schema.clear()
