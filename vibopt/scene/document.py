@@ -6,12 +6,13 @@ import copy
 import re
 import tomllib
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path as FilePath
 from typing import Any
 
 from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
-from vibopt.scene.locate import located
+from vibopt.scene.locate import DEEPEST, located
 
 PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
 FILES = ("mass", "stiffness", "damping", "file")
@@ -124,15 +125,18 @@ def toml_of(text: str) -> dict[str, Any]:
     ValueError
         It is no TOML, or a number in it has more digits than a float can have.
     """
-    if located(text).too_deep:
+    if located(text).may_be_too_deep and located(text).too_deep:
         raise RecursionError
     document = tomllib.loads(text)
-    todo: list[Any] = [document]
-    while todo:
-        one = todo.pop()
-        todo += one.values() if isinstance(one, dict) else one if isinstance(one, list) else ()
-        if isinstance(one, int) and one.bit_length() > _MOST_BITS:
+    level: list[Any] = [document]
+    depth = 0
+    while level:
+        if any(type(one) is int and one.bit_length() > _MOST_BITS for one in level):
             raise ValueError
+        inner = [one.values() if type(one) is dict else one for one in level if type(one) in (dict, list)]
+        level, depth = list(chain.from_iterable(inner)), depth + 1
+    if depth > DEEPEST and located(text).too_deep:
+        raise RecursionError
     return document
 
 

@@ -5,7 +5,7 @@ import tomllib
 from bisect import bisect_right
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 Path = tuple[str | int, ...]
 
@@ -18,6 +18,10 @@ _STRING = re.compile(
     r""""{3}(?:\\.|[^\\])*?"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*\'""",
     re.DOTALL,
 )
+_MANY_POINTS = re.compile(
+    rf"""(?:\.[ \t]*[\w"'-][^\n.=@]*){{{DEEPEST}}}|"[^"\n=@]*[=@][^"\n]*"[ \t]*\.|'[^'\n=@]*[=@][^'\n]*'[ \t]*\."""
+)
+"""So many points in a line, without a sign of equality between, as no other key has; or a quoted part that has one."""
 _BARE = re.compile(r"[^,\]}\n#]*")
 
 
@@ -41,13 +45,26 @@ class Locator:
     ----------
     text
         The whole file. Text that is no TOML does not raise: what cannot be followed is left out, and nothing is
-        followed beyond a place that lies deeper than `DEEPEST`.
+        followed beyond a place that lies deeper than `DEEPEST`.  It is looked through when the first place is asked
+        for.
     """
 
     def __init__(self, text: str) -> None:
-        scan = _Scan(text)
-        self._top = scan.top
-        self.too_deep = scan.too_deep
+        self._text = text
+
+    @cached_property
+    def _scan(self) -> "_Scan":
+        return _Scan(self._text)
+
+    @property
+    def too_deep(self) -> bool:
+        """Whether keys or brackets go deeper than `DEEPEST`."""
+        return self._scan.too_deep
+
+    @property
+    def may_be_too_deep(self) -> bool:
+        """Whether a key may have more than `DEEPEST` parts; told by its points, without looking the text through."""
+        return _MANY_POINTS.search(self._text) is not None
 
     def line_of(self, path: Path) -> int | None:
         """Line (from 1) of `path`, else of its nearest parent in the file, else None.
@@ -57,7 +74,7 @@ class Locator:
         path
             Keys and indices from the top, as ("links", "mount", "stiffness") or ("expected", 0, "value").
         """
-        here, line = self._top, None
+        here, line = self._scan.top, None
         for step in path:
             found = here.inner.get(step)
             if found is None:
