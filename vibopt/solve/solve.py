@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -52,6 +53,7 @@ def solve(
     explain: bool = True,
     near: Sequence[float] | None = None,
     thorough: bool = False,
+    brief: bool = False,
 ) -> Design:
     """Answer a scene.
 
@@ -69,6 +71,8 @@ def solve(
         A design of a scene much like this one [SI]: where several starts are all there is, the first and few others.
     thorough
         Look for loosenings whatever the work.
+    brief
+        Do not look for the words that say why there is no design.
 
     Returns
     -------
@@ -82,7 +86,7 @@ def solve(
     """
     with answering() as limit, metered() as meter:
         worked(_ROAD)
-        wish = _Wish(method, progress, explain, near, np.inf if thorough else _PATIENCE)
+        wish = _Wish(method, progress, explain, near, np.inf if thorough else _PATIENCE, brief)
         design = _solved(scene, wish)
     ended = "" if limit is None or design.proven else limit.words  # a complete proof needs no more search
     return replace(design, work=meter.done, claim=design.claim + ended)
@@ -97,6 +101,7 @@ class _Wish:
     explain: bool
     near: Sequence[float] | None
     patience: float
+    brief: bool
 
 
 def _solved(scene: Scene, wish: _Wish) -> Design:
@@ -109,7 +114,8 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _find_all(scene, program, clock)
     if scene.is_analysis:
         return _analysis(scene, program, clock)
-    found, reason_text = answer(program, scene, wish.method, wish.progress, wish.near)
+    found, why = answer(program, scene, wish.method, wish.progress, wish.near)
+    reason_text = "" if wish.brief else why()
     found = at_own_bound(scene, program, in_order(scene, program, found))
     clock.stage("solve")
     if program.ties and wish.explain and found.x is not None:
@@ -153,11 +159,11 @@ def answer(
     method: str | Method | None,
     progress: Progress | None,
     near: Sequence[float] | None = None,
-) -> tuple[Found, str]:
-    """What a method says, with the physical reason where there is one."""
+) -> tuple[Found, Callable[[], str]]:
+    """What a method says, and what finds the physical reason where there is one."""
     limit = endless_limit(program)
     if limit is not None:
-        return no_design(limit), endless_words(scene, limit)
+        return no_design(limit), partial(endless_words, scene, limit)
     plain = without_goal(program)
     if plain is not None and program.aim is not None:
         found, why = answer(plain, scene, method, progress, near)
@@ -168,12 +174,12 @@ def answer(
         from vibopt.solve.impasse import physical_words
 
         claim = "proven by the balance of forces on the machine, for any isolator"
-        return Found("infeasible", None, claim, "physical bound"), physical_words(scene, clash)
+        return Found("infeasible", None, claim, "physical bound"), partial(physical_words, scene, clash)
     if program.ties:
         from vibopt.solve.shelf.words import reason_of
 
         found = choose(finite, method).solve(finite, progress)
-        return found, reason_of(program, found) if found.status == "infeasible" else ""
+        return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     chosen = choose(finite, method, near)
     found = chosen.solve(finite, progress)
     exact = chosen.name.startswith("closed_form")
@@ -192,8 +198,8 @@ def answer(
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
-        return found, hopeless_words(scene, program)
-    return found, ""
+        return found, partial(hopeless_words, scene, program)
+    return found, str
 
 
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:

@@ -159,7 +159,8 @@ def _answered(
 
 
 def _one(scene: Scene, fact: FactAt, value: float) -> Point:
-    return point_of(fact, float(value), solve(with_changes(scene, fact.changes(float(value))), explain=False))
+    design = solve(with_changes(scene, fact.changes(float(value))), explain=False, brief=True)
+    return point_of(fact, float(value), design)
 
 
 def _agree(scene: Scene, together: Columns, index: int, point: Point) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -34,7 +34,7 @@ def columns(
     if scene.find_all is not None or not is_plain(scene) or not values[0] < values[-1]:
         return None
 
-    @lru_cache(maxsize=16)
+    @cache
     def at(value: float) -> Scene:
         return with_changes(scene, {fact.path: fact.text(value)})
 
@@ -42,10 +42,10 @@ def columns(
         shaken = follow(values, lambda value: shaking(at(value)))
         if scene.is_analysis:
             return _measured(scene, shaken, {fact.path: values}, len(values))
-        asked = _asked(at(float(values[0])))
-        numbers = follow(values, lambda value: _numbers(at(value), asked))
-        found = answer(asked, numbers, len(values), progress)
-        return _designs(scene, asked, found, shaken, {fact.path: values})
+        first = _asked(at(float(values[0])))
+        numbers = follow(values, lambda value: first.numbers if value == values[0] else _numbers(at(value), first))
+        found = answer(first, numbers, len(values), progress)
+        return _designs(scene, first, found, shaken, {fact.path: values})
     except (RefusedError, InputError):
         return None
 

@@ -18,6 +18,8 @@ OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
 _DONE = 1e-11
 _ROUNDS = 40
 _COARSE = (33, 513)
+_FEWER = 4
+"""Times as many questions as a coarse round has, for it to be worth its time."""
 _CHUNK = 1024
 _WORSE = 1e-3
 
@@ -37,7 +39,7 @@ def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[fl
     """Answer all questions; first a few, whose worst speeds tell where the others begin to look."""
     first: Speeds = []
     near = np.full(count, np.nan)
-    for size in (n for n in _COARSE if n < count):
+    for size in (n for n in _COARSE if _FEWER * n <= count):
         few = np.unique(np.round(np.linspace(0, count - 1, size)).astype(int))
         found = _answer(asked, take(numbers, few), _at(first, few), near[few])
         first, near = _speeds(asked, numbers, few, found, count), _expected(asked, few, found, count)
