@@ -33,6 +33,7 @@ FLOORS = (
     ("posed",),
     ("jobs",),
     ("study",),
+    ("charts",),
     ("cli",),
 )
 """From the ground up: an area imports itself and what lies on lower floors."""
@@ -57,7 +58,7 @@ UNDER_BALANCING = (
 UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
 """What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
 BALANCING_SHEETS = ("asked", "blocks", "said", "table", "sheet", "figures")
-OVER_BALANCING = ("vibopt.balancing", "vibopt.posed", "vibopt.jobs", "vibopt.cli", "vibopt.study.chart.balancing")
+OVER_BALANCING = ("vibopt.balancing", "vibopt.posed", "vibopt.jobs", "vibopt.cli", "vibopt.charts")
 """Who asks balancing: programs in the open, jobs, commands, and its rows in the charts beside its rivals."""
 
 CLOCKS = (
@@ -69,7 +70,7 @@ CLOCKS = (
     "thread_time",
     "max_wall_time",
 )
-AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.study.chart")
+AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.charts")
 """Who may read a clock: the user's time limit, the timings that are shown, and charts, which are there to measure."""
 
 HOMES = {

@@ -13,7 +13,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from vibopt.study.chart.speed_accuracy import speed_accuracy
+from vibopt.charts.runner import speed_accuracy
 
 
 def main(quick: bool) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vibopt.charts.isolation_cases import many, undamped_passage
+from vibopt.charts.machines import block, chain, fan, press
 from vibopt.forms import Modulus
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.pose import pose
@@ -16,8 +18,6 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.nlp import Nlp
 from vibopt.solve.rivals.sampled import SampledRows
 from vibopt.solve.starts import halton, log_box, starts
-from vibopt.study.chart.cases import block, chain, fan, press
-from vibopt.study.chart.hard import many, undamped_passage
 
 FREE = 'stiffness = { from = "10 kN/m", to = "100 MN/m" }\ndamping = { from = "10 N s/m", to = "100 kN s/m" }'
 STIFFNESS = 'stiffness = { from = "10 kN/m", to = "100 MN/m" }\ndamping = "300 N s/m"'

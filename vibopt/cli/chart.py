@@ -19,12 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
 
+    from vibopt.charts.fidelity import Fidelity
+    from vibopt.charts.runner import Chart
+    from vibopt.charts.trial import Case, Trial
     from vibopt.scene.scene import Scene
-    from vibopt.study.chart.cases import Case
-    from vibopt.study.chart.fidelity import Fidelity
-    from vibopt.study.chart.speed_accuracy import SpeedAccuracy
-    from vibopt.study.chart.stability import Stability
-    from vibopt.study.chart.trial import Trial
 
 _SHORT = {
     "branch_and_bound": "b&b",
@@ -76,9 +74,9 @@ def speed_accuracy(
     parts; where parts are bought, that is excess price or violation.  Exit code 6 if vibopt itself claims
     anything wrong, 5 if less was asked than the chart promises.
     """
+    from vibopt.charts.runner import speed_accuracy as run
+    from vibopt.charts.trial import DEFAULT
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.kinds import speed_accuracy as run
-    from vibopt.study.chart.trial import DEFAULT
 
     scenes = _scenes(files, family)
     target = checked_target(figure, FORMATS, force=force) if figure is not None else None
@@ -106,9 +104,9 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
 
     Exit code 6 if vibopt itself is ever silently wrong, 5 if less was asked than the chart promises.
     """
+    from vibopt.charts.runner import stability as run
+    from vibopt.charts.trial import DEFAULT, SILENT
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.kinds import stability as run
-    from vibopt.study.chart.trial import DEFAULT, SILENT
 
     target = checked_target(figure, FORMATS, force=force) if figure is not None else None
     with Bar() as bar:
@@ -138,8 +136,8 @@ def fidelity(
 
     Exit code 5 if less was asked than the chart promises.
     """
+    from vibopt.charts.runner import fidelity as run
     from vibopt.cli.progress import Bar
-    from vibopt.study.chart.kinds import fidelity as run
 
     scenes = _scenes(files, family)
     target = checked_target(figure, FORMATS, force=force) if figure is not None else None
@@ -182,8 +180,8 @@ def _say(write: Callable[[Console], None], target: Path | None) -> None:
         say(f"Written: {target}")
 
 
-def _accuracy_json(result: SpeedAccuracy) -> dict[str, Any]:
-    from vibopt.study.chart.trial import DEFAULT
+def _accuracy_json(result: Chart) -> dict[str, Any]:
+    from vibopt.charts.trial import DEFAULT
 
     trials = [{**_row(one), "ratio": result.ratio(one)} for one in result.trials]
     return {
@@ -202,12 +200,10 @@ def _about(case: Case) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _stability_json(result: Stability) -> dict[str, Any]:
-    from vibopt.study.chart.kinds import asked
-
+def _stability_json(result: Chart) -> dict[str, Any]:
     cases = [_about(case) for case in result.cases]
     counts = {
-        family: {method: dict(result.count(family, method)) for method in asked(result, family)}
+        family: {method: dict(result.count(family, method)) for method in result.asked(family)}
         for family in result.families
     }
     trials = [_row(one) for one in result.trials]
@@ -216,16 +212,16 @@ def _stability_json(result: Stability) -> dict[str, Any]:
 
 def _row(one: Trial) -> dict[str, Any]:
     """A trial as plain data; numbers that do not exist are None."""
-    from vibopt.study.chart.trial import as_row
+    from vibopt.charts.trial import as_row
 
     return {
         key: None if isinstance(value, float) and math.isnan(value) else value for key, value in as_row(one).items()
     }
 
 
-def _accuracy_table(result: SpeedAccuracy, console: Console) -> None:
+def _accuracy_table(result: Chart, console: Console) -> None:
+    from vibopt.charts.trial import DEFAULT
     from vibopt.design.table import grid, section
-    from vibopt.study.chart.trial import DEFAULT
 
     console.print("Speed against accuracy", style="bold")
     console.print(
@@ -252,23 +248,22 @@ def _accuracy_table(result: SpeedAccuracy, console: Console) -> None:
 
 def _note(one: Trial) -> str:
     """What is wrong with a claim, why there is none, or how to get a rival that is not there."""
-    from vibopt.study.chart.trial import MISSING
+    from vibopt.charts.trial import MISSING
 
     words = one.cut or (one.claim if one.status in ("error", MISSING) else one.fault)
     return words if len(words) <= _LONG else f"{words[: _LONG - 3]}..."
 
 
-def _stability_table(result: Stability, console: Console) -> None:
+def _stability_table(result: Chart, console: Console) -> None:
+    from vibopt.charts.runner import CLASSES
+    from vibopt.charts.trial import MISSING, REFUSES
     from vibopt.design.table import grid, section
-    from vibopt.study.chart.kinds import asked
-    from vibopt.study.chart.stability import CLASSES
-    from vibopt.study.chart.trial import MISSING, REFUSES
 
     short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
     console.print("Stability on hard ground", style="bold")
-    for methods in dict.fromkeys(asked(result, family) for family in result.families):
+    for methods in dict.fromkeys(result.asked(family) for family in result.families):
         rows = []
-        for family in (one for one in result.families if asked(result, one) == methods):
+        for family in (one for one in result.families if result.asked(one) == methods):
             cells = []
             for method in methods:
                 count = result.count(family, method)
@@ -289,7 +284,7 @@ def _stability_table(result: Stability, console: Console) -> None:
     _say_cut(result, console)
 
 
-def _say_cut(result: SpeedAccuracy | Stability, console: Console) -> None:
+def _say_cut(result: Chart, console: Console) -> None:
     """What was asked less than the chart promises."""
     if result.cut:
         listed = "".join(f"\n  {one.method} on {one.case}: {one.cut}." for one in result.cut)
@@ -298,9 +293,9 @@ def _say_cut(result: SpeedAccuracy | Stability, console: Console) -> None:
         )
 
 
-def _worst_faults(result: Stability) -> list[tuple[str, str, str, str]]:
+def _worst_faults(result: Chart) -> list[tuple[str, str, str, str]]:
     """Per method and family how many scenes are silently wrong, and the worst of them."""
-    from vibopt.study.chart.trial import SILENT
+    from vibopt.charts.trial import SILENT
 
     found = []
     for method in result.methods:
@@ -333,10 +328,10 @@ def _fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
             console.print(f"Less was asked than this chart promises: {row.case}, {row.cut}")
 
 
-def _accuracy_figure(result: SpeedAccuracy) -> Figure:
+def _accuracy_figure(result: Chart) -> Figure:
+    from vibopt.charts.mount_cases import MOUNTS
+    from vibopt.charts.trial import DEFAULT
     from vibopt.design.chart_figures import Dot, Scatter, accuracy_figure
-    from vibopt.study.chart.mounts.asked import MOUNTS
-    from vibopt.study.chart.trial import DEFAULT
 
     cases = []
     for case in result.cases:
@@ -355,24 +350,23 @@ def _accuracy_figure(result: SpeedAccuracy) -> Figure:
 
 def _kernel(one: Trial) -> float:
     """Part of vibopt's time that is the optimiser alone; of the others the whole is nearly that."""
-    from vibopt.study.chart.trial import DEFAULT
+    from vibopt.charts.trial import DEFAULT
 
     return one.kernel / one.seconds if one.method == DEFAULT else math.nan
 
 
 def _name(one: Trial) -> str:
-    from vibopt.study.chart.trial import MISSING
+    from vibopt.charts.trial import MISSING
 
     name = _SHORT.get(one.method, one.method)
     return f"{name} ({MISSING})" if one.status == MISSING else name
 
 
-def _stability_figure(result: Stability) -> Figure:
+def _stability_figure(result: Chart) -> Figure:
+    from vibopt.charts.runner import CLASSES
     from vibopt.design.chart_figures import stability_figure
-    from vibopt.study.chart.kinds import asked
-    from vibopt.study.chart.stability import CLASSES
 
-    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in asked(result, f)}
+    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.asked(f)}
     return stability_figure(result.families, result.methods, counts, CLASSES)
 
 

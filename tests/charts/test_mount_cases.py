@@ -13,6 +13,15 @@ from click.testing import CliRunner, Result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.charts import runner
+from vibopt.charts.mount_cases import UNANSWERABLE, Asked, asked, families, machine_on
+from vibopt.charts.mount_fidelity import AUTOMATIC, fidelity
+from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, alike, drawn
+from vibopt.charts.mount_rivals import HARD_METHODS, METHODS, judged_parts, shares
+from vibopt.charts.mount_truth import broken, least_price, loads, natural, peaks
+from vibopt.charts.runner import fidelity as charted_fidelity
+from vibopt.charts.runner import speed_accuracy
+from vibopt.charts.trial import DEFAULT, FEASIBLE, INFEASIBLE, RIGHT, SAYS_SO, SILENT, Trial, timed
 from vibopt.cli.chart import chart
 from vibopt.design.chart_figures import Bars, Scatter, accuracy_figure, fidelity_figure
 from vibopt.errors import InputError
@@ -21,20 +30,6 @@ from vibopt.scene.read import read
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.branch import Judge
-from vibopt.study.chart import kinds
-from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE
-from vibopt.study.chart.kinds import fidelity as charted_fidelity
-from vibopt.study.chart.kinds import speed_accuracy
-from vibopt.study.chart.mounts.asked import UNANSWERABLE, Asked, asked, machine_on
-from vibopt.study.chart.mounts.fidelity import AUTOMATIC, fidelity
-from vibopt.study.chart.mounts.hard import METHODS as HARD_METHODS
-from vibopt.study.chart.mounts.hard import families
-from vibopt.study.chart.mounts.machine import GRAVITY, LINE, SPACE, Machine
-from vibopt.study.chart.mounts.methods import METHODS, shares, tried
-from vibopt.study.chart.mounts.own import on_file
-from vibopt.study.chart.mounts.shelf import alike, drawn
-from vibopt.study.chart.mounts.truth import broken, least_price, loads, natural, peaks
-from vibopt.study.chart.trial import DEFAULT, RIGHT, SAYS_SO, SILENT, Trial
 
 CASES = {"line": (LINE, 12, 2, 1, False), "steel": (LINE, 12, 2, 6, True), "space": (SPACE, 12, 2, 3, False)}
 SMALL = {name: asked(*machine_on(*size)) for name, size in CASES.items()}
@@ -54,7 +49,8 @@ def hard(name: str) -> Asked:
 
 
 def by(one: Asked, method: str, folder: Path) -> Trial:
-    return tried(one, HARD_METHODS[method] if method in HARD_METHODS else METHODS[method], method, 1, folder)
+    by = HARD_METHODS[method] if method in HARD_METHODS else METHODS[method]
+    return judged_parts(one.case, one, method, timed(lambda: by(one), 1))
 
 
 def run(*words: str) -> Result:
@@ -199,7 +195,7 @@ def test_no_choice_has_an_infinite_price() -> None:
 
 
 def test_vibopt_chooses_the_coordinates_that_the_limits_need() -> None:
-    rows = {row.case: row for row in fidelity(quick=True)}
+    rows = {row.case: row for _, make in fidelity(quick=True) for row in make()}
     own = {case: row for case, row in rows.items() if case.endswith(AUTOMATIC)}
     assert [row.used for row in own.values()] == [1, 3, 6]
     assert max(row.value_error for row in own.values()) < 1e-12
@@ -243,8 +239,8 @@ def test_users_file_is_measured_choice_by_choice(tmp_path: Path) -> None:
 def test_users_file_with_too_many_choices_says_what_the_truth_rests_on(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("vibopt.study.chart.mounts.own.QUICK_MOST", 5)
-    result = on_file([bought(tmp_path)], quick=True)
+    monkeypatch.setattr("vibopt.charts.own_scenes.QUICK_MOST", 5)
+    result = speed_accuracy([bought(tmp_path)], quick=True)
     assert result.cases[0].known_by == "vibopt itself: proven: none of 6 combinations of parts is better"
     assert [one.status for one in result.trials] == ["optimal", "unproven", "feasible"]
     words = "6 choices are more than the 5 that are measured one by one"
@@ -253,7 +249,7 @@ def test_users_file_with_too_many_choices_says_what_the_truth_rests_on(
 
 def test_users_file_that_no_part_can_answer_is_infeasible_by_every_road(tmp_path: Path) -> None:
     tight = '[limits.sag]\nresponse = "static_deflection"\nof = "press"\nat_most = "1 mm"\n'
-    result = on_file([bought(tmp_path, more=tight)], quick=True)
+    result = speed_accuracy([bought(tmp_path, more=tight)], quick=True)
     assert result.cases[0].truth == INFEASIBLE
     assert [one.status for one in result.trials] == ["infeasible", "infeasible", "unproven"]
 
@@ -265,7 +261,7 @@ def test_tolerances_of_bought_parts_are_left_out_and_that_is_said(tmp_path: Path
     table.write_text("\n".join([f"{heads};tolerance [%]", *(f"{row};15" for row in rows)]))
     scene = read(tmp_path / "press.toml")
     assert uncertain(scene)
-    assert on_file([scene], quick=True).cases[0].known_by == "every choice measured, without tolerances"
+    assert speed_accuracy([scene], quick=True).cases[0].known_by == "every choice measured, without tolerances"
 
 
 def test_open_places_and_tolerances_are_refused_in_a_sentence(tmp_path: Path) -> None:
@@ -300,8 +296,8 @@ def test_open_places_and_tolerances_are_refused_in_a_sentence(tmp_path: Path) ->
 
 
 def test_chart_of_stability_is_told_as_table_data_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    result = kinds.stability(family="mounts", quick=True)
-    monkeypatch.setattr(kinds, "stability", lambda **_: result)
+    result = runner.stability(family="mounts", quick=True)
+    monkeypatch.setattr(runner, "stability", lambda **_: result)
     picture = tmp_path / "stability.svg"
     told = run("stability", "--family", "mounts", "--quick", "--figure", str(picture))
     assert told.return_value == 0

@@ -1,12 +1,14 @@
-"""Fidelity: degrees of freedom declared and needed, and what the smaller model costs and saves."""
+"""Fidelity: what is declared and what is needed, and what the smaller model costs and saves."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from statistics import median
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,11 +21,10 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
-from vibopt.study.chart.asking import Progress
-from vibopt.study.chart.cases import chain
 from vibopt.work import answering
 
 RUNS, QUICK_RUNS = 3, 1
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,119 +60,28 @@ class Fidelity:
     cut: str = ""
 
 
-def fidelity(
-    scenes: Sequence[Scene] = (), *, quick: bool = False, progress: Progress | None = None
-) -> tuple[Fidelity, ...]:
-    """Every scene posed twice, with and without reduction."""
-    from vibopt.scene.read import from_text
-
-    stock = scenes or [from_text(text, name=name) for name, text in texts(quick=quick)]
-    rows = []
-    for number, scene in enumerate(stock):
-        if progress:
-            progress(scene.name, number / len(stock))
-        rows.append(_compared(scene, QUICK_RUNS if quick else RUNS))
-    return tuple(rows)
+def on_both_models(scenes: Sequence[Scene], *, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
+    """Every scene posed twice, with and without reduction: its name, and what makes its row."""
+    runs = QUICK_RUNS if quick else RUNS
+    return [(scene.name, partial(_compared, scene, runs)) for scene in scenes]
 
 
-def texts(*, quick: bool) -> list[tuple[str, str]]:
-    """Symmetric machines, chains and halls of unrelated machines, as (name, problem file)."""
-    made = [(f"symmetric machine, {n + 1} bodies", star(n)) for n in (2, 4, 8, 16)]
-    made += [(f"chain of {n} bodies", chain(n, floor="300 N", start_up="4 mm")) for n in (2, 5, 10)]
-    made += [(f"hall of {n} unrelated machines", hall(n)) for n in (2, 5, 10, 20)]
-    return made[::2] if quick else made
+def seconds(call: Callable[[], T], runs: int) -> tuple[float, T]:
+    """Median time, and what the first call gave, which is not timed: it loads what is needed."""
+    times, first = [], call()
+    for _ in range(runs):
+        begin = time.perf_counter()
+        call()
+        times.append(time.perf_counter() - begin)
+    return median(times), first
 
 
-def star(count: int) -> str:
-    """A machine on its mount with `count` alike motors hung on it: they move as one."""
-    motors = "\n".join(
-        f'[bodies.motor{i}]\nmass = "20 kg"\n\n[links.arm{i}]\nbetween = ["motor{i}", "machine"]\n'
-        f'stiffness = "8 MN/m"\ndamping = "500 N s/m"\n'
-        for i in range(1, count + 1)
-    )
-    return f"""title = "Machine with {count} alike motors"
-
-[bodies.machine]
-mass = "300 kg"
-
-{motors}
-[links.mount]
-between = ["machine", "ground"]
-stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
-damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
-
-[excitations.shaft]
-kind = "force"
-on = "machine"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "12 kN"
-
-[limits.start_up]
-response = "displacement"
-of = "machine"
-over = "0..3000 rpm"
-at_most = "20 mm"
-
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
-
-
-def hall(count: int) -> str:
-    """Machines that stand beside each other; one is to be mounted anew."""
-    others = "\n".join(
-        f'[bodies.other{i}]\nmass = "{100 + 10 * i} kg"\n\n[links.feet{i}]\nbetween = ["other{i}", "ground"]\n'
-        f'stiffness = "{1 + i} MN/m"\ndamping = "1 kN s/m"\n'
-        for i in range(1, count)
-    )
-    return f"""title = "Hall of {count} machines"
-
-[bodies.press]
-mass = "300 kg"
-
-{others}
-[links.mount]
-between = ["press", "ground"]
-stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
-damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
-
-[excitations.shaft]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "10 kN"
-
-[limits.start_up]
-response = "displacement"
-of = "press"
-over = "0..3000 rpm"
-at_most = "20 mm"
-
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
-
-
-def _compared(scene: Scene, runs: int) -> Fidelity:
+def _compared(scene: Scene, runs: int) -> list[Fidelity]:
     small = closed(pose(scene))
     full = closed(pose(scene, reduce=False))
     own, whole = _solved(small, runs), _solved(full, runs)
     points = _designs(small, own.x)
-    return Fidelity(
+    return [Fidelity(
         case=scene.name.removesuffix(".toml"),
         declared=small.model.n_free,
         used=small.used_dof,
@@ -183,7 +93,7 @@ def _compared(scene: Scene, runs: int) -> Fidelity:
         value_error=max(_value_error(small, full, point) for point in points),
         goal_error=abs(own.goal - whole.goal) / max(abs(whole.goal), 1e-300),
         cut="; ".join(f"{name}: {one.cut}" for name, one in (("smaller model", own), ("full model", whole)) if one.cut),
-    )
+    )]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,13 +133,7 @@ def _designs(program: Program, best: FloatArray | None) -> list[FloatArray]:
 
 def _measuring(program: Program, x: FloatArray) -> float:
     judge = Judge(program)
-    times = []
-    for _ in range(5):
-        begin = time.perf_counter()
-        for limit in program.limits:
-            judge.limit(limit, x)
-        times.append(time.perf_counter() - begin)
-    return median(times)
+    return seconds(lambda: [judge.limit(limit, x) for limit in program.limits], 5)[0]
 
 
 def _value_error(small: Program, full: Program, x: FloatArray) -> float:

@@ -1,17 +1,22 @@
-"""Fidelity on mounts: the same question with one, three and six coordinates, and with those that vibopt chooses."""
+"""Machines on mounts of a catalogue in the charts; the same question with one, three and six coordinates."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from statistics import median
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from vibopt.charts.fidelity import Fidelity, seconds
+from vibopt.charts.mount_cases import Asked, asked, families, machine_on, stock
+from vibopt.charts.mount_machine import LINE, PLANE, SPACE, Machine, Shelf, drawn
+from vibopt.charts.mount_rivals import HARD_METHODS, METHODS, Method, judged_parts
+from vibopt.charts.mount_truth import every_choice, floor_force, loads, peaks
+from vibopt.charts.trial import Table
 from vibopt.forms import FloatArray, IntArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -19,11 +24,6 @@ from vibopt.program.reduce import reason
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.shelf.method import Catalogue
-from vibopt.study.chart.asking import Progress
-from vibopt.study.chart.fidelity import Fidelity
-from vibopt.study.chart.mounts.machine import LINE, PLANE, SPACE, Machine
-from vibopt.study.chart.mounts.shelf import Shelf, drawn
-from vibopt.study.chart.mounts.truth import every_choice, floor_force, loads, peaks
 
 AUTOMATIC = "as vibopt chooses"
 _WORDS = {LINE: "one coordinate", PLANE: "three coordinates"}
@@ -31,16 +31,25 @@ _PARTS, _CHOICES = 20, 12
 _CORNERS = tuple(tuple((x, y, 0.0) for y in (0.5, -0.5)) for x in (0.8, -0.8))
 
 
-def fidelity(*, quick: bool = False, progress: Progress | None = None) -> tuple[Fidelity, ...]:
+def speed(*, quick: bool) -> Table:
+    """Time against excess price over the proven best, on random shelves."""
+    return _table(stock(quick=quick), METHODS, 2)
+
+
+def hard(*, quick: bool) -> Table:
+    """Like modes, mounts in a line, no inertia, uplift, free motions, no damping, wide ratios, no part that will do."""
+    return _table(families(quick=quick), HARD_METHODS, 1)
+
+
+def _table(cases: Sequence[Asked], methods: dict[str, Method], runs: int) -> Table:
+    warm = asked(*machine_on("space", 6, 2, 3, False))
+    return Table([(one.case, one) for one in cases], methods, judged_parts, runs, [(warm.case, warm)])
+
+
+def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
     """Three machines by three models each; every value is compared with six coordinates in plain numpy."""
     runs = 1 if quick else 5
-    found = []
-    with TemporaryDirectory() as name:
-        for number, (machine, shelf) in enumerate(machines()):
-            if progress:
-                progress(machine.title, number / 3)
-            found += _rows(machine, shelf, Path(name), runs)
-    return tuple(found)
+    return [(machine.title, partial(_rows, machine, shelf, runs)) for machine, shelf in machines()]
 
 
 def machines() -> list[tuple[Machine, Shelf]]:
@@ -69,7 +78,13 @@ def _limited(machine: Machine, shelf: Shelf) -> Machine:
     return replace(machine, floor=float(floor), sway=float(sway))
 
 
-def _rows(machine: Machine, shelf: Shelf, folder: Path, runs: int) -> list[Fidelity]:
+def _rows(machine: Machine, shelf: Shelf, runs: int) -> list[Fidelity]:
+    """With the coordinates that vibopt chooses, with one, and with three."""
+    with TemporaryDirectory() as folder:
+        return _rows_in(machine, shelf, Path(folder), runs)
+
+
+def _rows_in(machine: Machine, shelf: Shelf, folder: Path, runs: int) -> list[Fidelity]:
     scene = machine.scene(folder, shelf)
     small, full = closed(pose(scene)), closed(pose(scene, reduce=False))
     whole = _Side(full, runs)
@@ -99,9 +114,9 @@ class _Side:
         self.program, self.judge = program, Judge(program)
         self.limits = [next(one for one in program.limits if one.name == name) for name in ("floor", "sway")]
         x = self.design(np.zeros(len(program.ties), dtype=int))
-        self.measuring = _seconds(lambda: [self.judge.limit(one, x) for one in self.limits], 4 * runs)
-        self.solving = _seconds(lambda: Catalogue().solve(program), runs)
-        best = Catalogue().solve(program).x
+        self.measuring = seconds(lambda: [self.judge.limit(one, x) for one in self.limits], 4 * runs)[0]
+        self.solving, first = seconds(lambda: Catalogue().solve(program), runs)
+        best = first.x
         self.goal = math.nan if best is None else self.judge.goal(best).value
 
     def design(self, parts: IntArray) -> FloatArray:
@@ -130,14 +145,3 @@ def _row(case: str, used: int, why: str, side: _Side, whole: _Side, chosen: IntA
         value_error=float(np.abs(side.values(chosen) / true - 1.0).max()),
         goal_error=abs(side.goal - whole.goal) / whole.goal,
     )
-
-
-def _seconds(call: Callable[[], object], runs: int) -> float:
-    """Median, after one run that loads what is needed."""
-    call()
-    times = []
-    for _ in range(runs):
-        began = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - began)
-    return median(times)

@@ -1,46 +1,56 @@
-"""Fidelity in balancing: planes, sensors and speeds that are declared and that the answer did not need."""
+"""Balancing in the charts; planes, sensors and speeds that are declared and that the answer did not need."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from statistics import median
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question, Solved
+from vibopt.charts.balancing_questions import Asked, asked, families, normal, plain, stock, worst
+from vibopt.charts.balancing_rivals import GIVEN_CLARABEL, METHODS, judged_question
+from vibopt.charts.cutting_planes import least_worst
+from vibopt.charts.fidelity import Fidelity, seconds
+from vibopt.charts.trial import Table
 from vibopt.forms import ComplexArray
-from vibopt.study.chart.asking import Progress
-from vibopt.study.chart.balancing.built import normal, plain, worst
-from vibopt.study.chart.balancing.cutting import least_worst
-from vibopt.study.chart.fidelity import Fidelity
+from vibopt.solve.rivals.hsbalance import installed
 
 ALIKE, BINDS = 1e-10, 1e-5
 """Share of a plane's effect that the others must leave for it to count, and of the goal within which a row binds."""
 _SENSORS = 4
-T = TypeVar("T")
 Rows = NDArray[np.intp]
 
 
-def fidelity(*, quick: bool = False, progress: Progress | None = None) -> tuple[Fidelity, ...]:
+def speed(*, quick: bool) -> Table:
+    """Least squares, smallest worst residual and discrete weights, timed in one run."""
+    return _table(stock(quick=quick), 2 if quick else 5)
+
+
+def hard(*, quick: bool) -> Table:
+    """Planes alike, dead and spoilt sensors, units and scatter."""
+    return replace(_table(families(quick=quick), 1), drops=True)
+
+
+def _table(cases: Sequence[Asked], runs: int) -> Table:
+    """A rival that is not installed is named once."""
+    methods = {name: method for name, method in METHODS.items() if name != GIVEN_CLARABEL or installed()}
+    warm = asked("", worst(8, 2), 1.0, "")
+    return Table([(one.case, one) for one in cases], methods, judged_question, runs, [(warm.case, warm)])
+
+
+def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
     """Rotors with planes that act alike, and with sensors and speeds that do not bind."""
     runs = 3 if quick else 15
     solve_continuous(worst(8, 2))
-    rows: list[Callable[[], Fidelity]] = []
+    rows: list[Callable[[], Sequence[Fidelity]]] = []
     rows += [partial(_planes, *counts, runs) for counts in (((4, 2),) if quick else ((4, 2), (8, 3)))]
     rows += [partial(_sensors, n, runs) for n in ((24,) if quick else (8, 24))]
     rows += [partial(_speeds, n, runs) for n in ((12,) if quick else (3, 12, 96))]
-    found = []
-    for number, row in enumerate(rows):
-        if progress:
-            progress("balancing", number / len(rows))
-        found.append(row())
-    return tuple(found)
+    return [("balancing", row) for row in rows]
 
 
 def independent(H: ComplexArray) -> Rows:
@@ -66,7 +76,7 @@ def binding(question: Question, solved: Solved) -> Rows:
     return np.flatnonzero(size >= solved.value * (1.0 - BINDS))
 
 
-def _planes(declared: int, rank: int, runs: int) -> Fidelity:
+def _planes(declared: int, rank: int, runs: int) -> list[Fidelity]:
     base = worst(16, rank, capped=False)
     mix = np.random.default_rng(7).normal(size=(rank, declared)) + 0j
     question = plain(base.y0, base.H @ mix, "worst")
@@ -76,14 +86,14 @@ def _planes(declared: int, rank: int, runs: int) -> Fidelity:
     return _compared(f"rotor, {declared} planes", (declared, len(kept)), why, question, small, 1.0, runs)
 
 
-def _sensors(count: int, runs: int) -> Fidelity:
+def _sensors(count: int, runs: int) -> list[Fidelity]:
     question = worst(count, 2, capped=False)
     kept = binding(question, solve_continuous(question))
     case, why = f"rotor, {count} sensors", "only these come up to the worst residual"
     return _compared(case, (count, len(kept)), why, question, _only(question, kept), 1.0, runs)
 
 
-def _speeds(count: int, runs: int) -> Fidelity:
+def _speeds(count: int, runs: int) -> list[Fidelity]:
     """Two bending modes passed at `count` speeds, four sensors, three planes."""
     speeds = np.linspace(0.3, 2.2, count)
     shapes = (np.random.default_rng(8).normal(size=(2, _SENSORS)), np.random.default_rng(9).normal(size=(2, 3)))
@@ -107,37 +117,27 @@ def _only(question: Question, rows: Rows) -> Question:
 
 def _compared(
     case: str, counts: tuple[int, int], why: str, full: Question, small: Question, best: float, runs: int
-) -> Fidelity:
+) -> list[Fidelity]:
     """Both solved and timed.
 
     The answer of the small one is measured at every reading of the full one; `best` is the goal that can be had
     there, known by another road.
     """
-    solving_full, there = _timed(lambda: solve_continuous(full), runs)
-    solving, here = _timed(lambda: solve_continuous(small), runs)
+    solving_full, there = seconds(lambda: solve_continuous(full), runs)
+    solving, here = seconds(lambda: solve_continuous(small), runs)
     if here.u is None or there.u is None:
         raise RuntimeError(f"{case}: {here.claim}; {there.claim}")
     u, v = here.u, there.u
     judge = full if small.n_planes == full.n_planes else small
-    return Fidelity(
+    return [Fidelity(
         case=case,
         declared=counts[0],
         used=counts[1],
         why=why,
-        measuring=_timed(lambda: small.value(u), 20 * runs)[0],
-        measuring_full=_timed(lambda: full.value(v), 20 * runs)[0],
+        measuring=seconds(lambda: small.value(u), 20 * runs)[0],
+        measuring_full=seconds(lambda: full.value(v), 20 * runs)[0],
         solving=solving,
         solving_full=solving_full,
         value_error=abs(judge.value(u) - here.value) / best,
         goal_error=abs(judge.value(u) - best) / best,
-    )
-
-
-def _timed(call: Callable[[], T], runs: int) -> tuple[float, T]:
-    """Median seconds, and what the first call gave."""
-    times, first = [], call()
-    for _ in range(runs):
-        begin = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - begin)
-    return median(times), first
+    )]  # fmt: skip

@@ -1,48 +1,9 @@
-"""Scenes whose answer is known from elsewhere: closed forms and equations solved in forty digits.
-
-No reference comes from a method that is charted; `tests/study/test_chart.py` works them out again with mpmath.
-"""
+"""Problem files of the charts: one mass, chains, halls, symmetric machines, absorbers on chains of masses."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from vibopt.scene.scene import Scene
-
-FEASIBLE, INFEASIBLE = "feasible", "infeasible"
-
-
-@dataclass(frozen=True)
-class Case:
-    """One scene with its true answer.
-
-    family
-        What makes it hard, for the chart of stability; "" in the chart of speed.
-    text
-        The problem file.
-    truth
-        "feasible" or "infeasible".
-    goal
-        Best value of the goal [SI]; nan where there is none.
-    known_by
-        How the answer is known, in words.
-    """
-
-    name: str
-    text: str
-    truth: str
-    goal: float
-    known_by: str
-    family: str = ""
-
-    def scene(self) -> Scene:
-        """The scene as read from its text."""
-        from vibopt.scene.read import from_text
-
-        return from_text(self.text, name=self.name)
 
 
 def one_mass(
@@ -202,20 +163,133 @@ of = "machine"
 """
 
 
-_CLOSED = "closed form"
-_DIGITS = "equations of the optimum in 40 digits"
+def star(count: int) -> str:
+    """A machine on its mount with `count` alike motors hung on it: they move as one."""
+    motors = "\n".join(
+        f'[bodies.motor{i}]\nmass = "20 kg"\n\n[links.arm{i}]\nbetween = ["motor{i}", "machine"]\n'
+        f'stiffness = "8 MN/m"\ndamping = "500 N s/m"\n'
+        for i in range(1, count + 1)
+    )
+    return f"""title = "Machine with {count} alike motors"
 
-STOCK = (
-    Case("fan, k", fan(), FEASIBLE, 370110.16504085094821, _CLOSED),
-    Case("press, k and c", press(), FEASIBLE, 6956917.160715138961, _DIGITS),
-    Case("press with unbalance, k and c", press("speed^2"), FEASIBLE, 7376914.526398903795, _CLOSED),
-    Case("2 bodies, k and c", chain(2, floor="400 N", start_up="10 mm"), FEASIBLE, 1102942.8400772246188, _DIGITS),
-    Case("5 bodies, k and c", chain(5, floor="300 N", start_up="4 mm"), FEASIBLE, 1727991.4374941021286, _DIGITS),
-    Case("20 bodies, k and c", chain(20, floor="300 N", start_up="2 mm"), FEASIBLE, 4883895.2956251579043, _DIGITS),
-    Case("2 bodies, 3 unknowns", block(), FEASIBLE, 7.1713367824444330534e-4, _DIGITS),
-)
+[bodies.machine]
+mass = "300 kg"
 
-QUICK = STOCK[:5]
+{motors}
+[links.mount]
+between = ["machine", "ground"]
+stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
+damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
 
-WARM = STOCK[:2]
-"""Run once, untimed, so that every method is loaded."""
+[excitations.shaft]
+kind = "force"
+on = "machine"
+amplitude = "30 kN"
+speed = "3000 rpm"
+varies = "constant"
+
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "12 kN"
+
+[limits.start_up]
+response = "displacement"
+of = "machine"
+over = "0..3000 rpm"
+at_most = "20 mm"
+
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+
+
+def hall(count: int) -> str:
+    """Machines that stand beside each other; one is to be mounted anew."""
+    others = "\n".join(
+        f'[bodies.other{i}]\nmass = "{100 + 10 * i} kg"\n\n[links.feet{i}]\nbetween = ["other{i}", "ground"]\n'
+        f'stiffness = "{1 + i} MN/m"\ndamping = "1 kN s/m"\n'
+        for i in range(1, count)
+    )
+    return f"""title = "Hall of {count} machines"
+
+[bodies.press]
+mass = "300 kg"
+
+{others}
+[links.mount]
+between = ["press", "ground"]
+stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
+damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
+
+[excitations.shaft]
+kind = "force"
+on = "press"
+amplitude = "30 kN"
+speed = "3000 rpm"
+varies = "constant"
+
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "10 kN"
+
+[limits.start_up]
+response = "displacement"
+of = "press"
+over = "0..3000 rpm"
+at_most = "20 mm"
+
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+
+
+def absorbed(
+    hosts: Sequence[int],
+    ratios: Sequence[float],
+    *,
+    count: int = 1,
+    spring: float = 1e5,
+    damping: float = 0.0,
+    speeds: tuple[float, float] = (5.0, 100.0),
+    tuning: tuple[float, float] = (0.3, 3.0),
+    least_damping: float = 0.001,
+    extra: str = "",
+    goal: str = "",
+) -> str:
+    """Problem file: `count` masses of 100 kg on equal springs [N/m], a force of 1 N on the highest, which is read.
+
+    hosts, ratios
+        Mass number (from the ground, 0) and mass ratio of each absorber.
+    damping
+        Damping ratio of every spring against the mass above it.
+    speeds
+        Range of the force [rad/s].
+    extra
+        Further tables.
+    """
+    lines = [f'title = "{len(hosts)} absorbers on {count} masses"']
+    for i in range(count):
+        lines.append(f'[bodies.m{i}]\nmass = "100 kg"')
+        lines.append(
+            f'[links.s{i}]\nbetween = ["{f"m{i - 1}" if i else "ground"}", "m{i}"]\nstiffness = "{spring!r} N/m"'
+        )
+        if damping:
+            lines.append(f'damping_ratio = {damping!r}\nrelative_to = "m{i}"')
+    for i, (host, ratio) in enumerate(zip(hosts, ratios, strict=True)):
+        lines.append(
+            f'[absorbers.a{i}]\non = "m{host}"\nmass_ratio = {ratio!r}\n'
+            f"tuning = {{ from = {tuning[0]!r}, to = {tuning[1]!r} }}\n"
+            f"damping_ratio = {{ from = {least_damping!r}, to = 1.0 }}"
+        )
+    top = f"m{count - 1}"
+    lines.append(
+        f'[excitations.force]\nkind = "force"\non = "{top}"\namplitude = "1 N"\n'
+        f'speed = "{speeds[0]!r}..{speeds[1]!r} rad/s"\nvaries = "constant"'
+    )
+    lines.append(extra)
+    lines.append(goal or f'[goal]\nminimise = "displacement"\nof = "{top}"')
+    return "\n".join(lines) + "\n"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,15 +11,14 @@ from click.testing import CliRunner, Result
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vibopt.charts import absorber_cases, isolation_cases, runner
+from vibopt.charts.balancing_cases import hard as balancing_hard
+from vibopt.charts.balancing_cases import speed as balancing_speed
+from vibopt.charts.fidelity import Fidelity
+from vibopt.charts.isolation_cases import STOCK, WARM
+from vibopt.charts.runner import FAMILIES, Chart, charted
+from vibopt.charts.trial import DEFAULT, FEASIBLE, REFUSES, RIGHT, Case, Said, Table, Trial, judged, timed, trial
 from vibopt.cli.chart import chart
-from vibopt.study.chart import kinds, speed_accuracy, stability
-from vibopt.study.chart.absorbers import charts as absorbers
-from vibopt.study.chart.asking import trials_of
-from vibopt.study.chart.balancing import charts as balancing
-from vibopt.study.chart.cases import FEASIBLE, STOCK, WARM, Case
-from vibopt.study.chart.fidelity import Fidelity
-from vibopt.study.chart.mounts import charts as mounts
-from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, Said, Trial, judged, timed, trial
 
 FAN = STOCK[0]
 
@@ -40,73 +38,58 @@ def run(*words: str) -> Result:
 def test_every_case_has_a_row_of_every_method_and_vibopt_is_asked_first(names: list[str], methods: list[str]) -> None:
     asked: list[tuple[str, str]] = []
 
-    def ask(name: str, method: str) -> Trial:
-        asked.append((name, method))
-        return answered(replace(FAN, name=name), method)
+    def by(method: str) -> Any:
+        def said(name: str) -> Said:
+            asked.append((name, method))
+            return Said("optimal", "", seconds=1.0)
 
-    rows = trials_of([(name, name) for name in names], methods, ask)
+        return said
+
+    def judge(case: Case, given: str, method: str, said: Said) -> Trial:
+        return judged(case, method, said, 0.0, 0.0)
+
+    cases = [(replace(FAN, name=name), name) for name in names]
+    rows = charted(Table(cases, {method: by(method) for method in methods}, judge)).trials
     assert [(one.case, one.method) for one in rows] == [(name, method) for name in names for method in methods]
     own = len(names) if DEFAULT in methods else 0
     assert all(method == DEFAULT for _, method in asked[:own])
     assert all(method != DEFAULT for _, method in asked[own:])
 
 
-def scripted(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, str]]:
-    """Every road of the charts answered at once, and what was asked, in order."""
-    asked: list[tuple[str, str]] = []
-
-    def of_scene(case: Case, _: Any, method: str, runs: int) -> Trial:
-        asked.append((case.name, method))
-        return answered(case, method)
-
-    def of_question(one: Any, method: str, runs: int) -> Trial:
-        asked.append((one.case.name, method))
-        return answered(one.case, method)
-
-    def of_parts(one: Any, _: Any, method: str, runs: int, folder: Path) -> Trial:
-        asked.append((one.case.name, method))
-        return answered(one.case, method)
-
-    for room in (speed_accuracy, stability):
-        monkeypatch.setattr(room, "trial", of_scene)
-        monkeypatch.setattr(room, "warm_up", lambda _: None)
-    monkeypatch.setattr(balancing, "tried", of_question)
-    monkeypatch.setattr(mounts, "tried", of_parts)
-    return asked
-
-
-@pytest.mark.parametrize("family", kinds.KINDS)
-@pytest.mark.parametrize("chart_of", [kinds.speed_accuracy, kinds.stability])
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("chart_of", [runner.speed_accuracy, runner.stability])
 def test_quick_charts_have_a_row_of_vibopt_for_every_case(
     monkeypatch: pytest.MonkeyPatch, family: str, chart_of: Any
 ) -> None:
     """The same list each time, and every rival on every case: which runs are done hangs on nothing but the list."""
-    asked = scripted(monkeypatch)
+    asked: list[tuple[str, str]] = []
+
+    def tried(table: Table, case: Case, given: Any, method: str, runs: int | None = None) -> Trial:
+        asked.append((case.name, method))
+        return answered(case, method)
+
+    monkeypatch.setattr(Table, "tried", tried)
     result = chart_of(family=family, quick=True)
     cases = [case.name for case in result.cases]
     assert [one.case for one in result.trials if one.method == DEFAULT] == cases
     assert len(result.trials) == len(cases) * len(result.methods)
-    own = [pair for pair in asked if pair[0] in cases]
-    assert [name for name, method in own[-len(result.trials) :][: len(cases)]] == cases
-    assert {method for _, method in own[-len(result.trials) :][: len(cases)]} == {DEFAULT}
+    assert asked[-len(result.trials) :][: len(cases)] == [(name, DEFAULT) for name in cases]
     assert result.cut == ()
 
 
 def test_rivals_of_every_family_are_the_strongest_by_hand() -> None:
-    from vibopt.study.chart.balancing.methods import METHODS as BALANCING
-    from vibopt.study.chart.mounts.methods import METHODS as MOUNTS
-
     for quick in (True, False):
-        isolation = speed_accuracy.QUICK_METHODS if quick else speed_accuracy.METHODS
-        assert "slsqp_exchange" in isolation
-        assert {"slsqp_exchange", "equal_peaks"} <= set(absorbers._taking(isolation))
-    assert "pruned" in BALANCING
-    assert "cheapest first" in MOUNTS
+        methods = isolation_cases.QUICK_METHODS if quick else isolation_cases.METHODS
+        assert "slsqp_exchange" in methods
+        assert {"slsqp_exchange", "equal_peaks"} <= set(absorber_cases.taking(methods))
+        for table in (balancing_speed, balancing_hard):
+            assert "pruned" in table(quick=quick).methods
+        assert "cheapest first" in FAMILIES["mounts"].speed(quick=True).methods
 
 
 def test_a_run_that_the_time_limit_ends_is_shown_and_ends_the_chart_with_5(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(speed_accuracy, "QUICK", (FAN,))
-    monkeypatch.setattr(speed_accuracy, "QUICK_METHODS", (DEFAULT, "grid"))
+    monkeypatch.setattr(isolation_cases, "QUICK", (FAN,))
+    monkeypatch.setattr(isolation_cases, "QUICK_METHODS", (DEFAULT, "grid"))
     told = run("speed-accuracy", "--family", "isolation", "--quick", "--time-limit", "1e-9")
     assert told.return_value == 5
     words = "Less was asked than this chart promises, in 1 of 2 runs:\n  grid on fan, k: the time limit of 1e-09 s"
@@ -124,8 +107,8 @@ def test_a_run_that_the_time_limit_ends_is_shown_and_ends_the_chart_with_5(monke
 def test_stability_that_was_asked_less_ends_with_5(monkeypatch: pytest.MonkeyPatch) -> None:
     cut = "the time limit of 1 s ended it after 7 boxes"
     case = replace(FAN, family="thin set")
-    made = stability.Stability((case,), (DEFAULT, "nlp"), (answered(case, DEFAULT), answered(case, "nlp", cut)))
-    monkeypatch.setattr(kinds, "stability", lambda **_: made)
+    made = Chart((case,), (DEFAULT, "nlp"), (answered(case, DEFAULT), answered(case, "nlp", cut)))
+    monkeypatch.setattr(runner, "stability", lambda **_: made)
     told = run("stability")
     assert told.return_value == 5
     assert f"Less was asked than this chart promises, in 1 of 2 runs:\n  nlp on fan, k: {cut}.\n" in told.output
@@ -133,14 +116,14 @@ def test_stability_that_was_asked_less_ends_with_5(monkeypatch: pytest.MonkeyPat
 
 def test_a_false_claim_of_vibopt_weighs_more_than_a_run_cut_short(monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = judged(FAN, DEFAULT, Said("optimal", "", cut="short"), 1.0, 0.0)
-    made = stability.Stability((FAN,), (DEFAULT,), (wrong,))
-    monkeypatch.setattr(kinds, "stability", lambda **_: made)
+    made = Chart((FAN,), (DEFAULT,), (wrong,))
+    monkeypatch.setattr(runner, "stability", lambda **_: made)
     assert run("stability").return_value == 6
 
 
 def test_fidelity_that_was_asked_less_ends_with_5(monkeypatch: pytest.MonkeyPatch) -> None:
     row = Fidelity("hall", 5, 1, "", 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, "full model: the time limit of 1 s ended it")
-    monkeypatch.setattr(kinds, "fidelity", lambda *_, **__: (row,))
+    monkeypatch.setattr(runner, "fidelity", lambda *_, **__: (row,))
     told = run("fidelity")
     assert told.return_value == 5
     assert "Less was asked than this chart promises: hall, full model: the time limit of 1 s ended it" in told.output
@@ -161,7 +144,7 @@ def test_a_method_that_breaks_down_ends_its_own_trial_only() -> None:
 
 
 def test_newton_on_equal_peaks_is_exact_and_refuses_what_it_does_not_know() -> None:
-    from vibopt.study.chart.absorbers.cases import STOCK as ABSORBERS
+    from vibopt.charts.absorber_cases import STOCK as ABSORBERS
 
     for case in ABSORBERS[:2]:
         one = trial(case, case.scene(), "equal_peaks", 1)
@@ -175,7 +158,7 @@ def test_newton_on_equal_peaks_is_exact_and_refuses_what_it_does_not_know() -> N
 
 
 def test_exchange_is_as_exact_as_its_peaks_where_it_finds_the_best() -> None:
-    from vibopt.study.chart.absorbers.cases import STOCK as ABSORBERS
+    from vibopt.charts.absorber_cases import STOCK as ABSORBERS
 
     for case in (*STOCK[:4], *ABSORBERS[:2]):
         one = trial(case, case.scene(), "slsqp_exchange", 1)
@@ -184,8 +167,9 @@ def test_exchange_is_as_exact_as_its_peaks_where_it_finds_the_best() -> None:
 
 
 def test_pruned_enumeration_of_weights_finds_the_best_of_all() -> None:
-    from vibopt.study.chart.balancing.cases import shelf
-    from vibopt.study.chart.balancing.methods import tried
+    from vibopt.charts.balancing_questions import shelf
 
+    table = balancing_speed(quick=True)
     for one in shelf():
-        assert (tried(one, "pruned", 1).status, tried(one, "pruned", 1).error) == ("optimal", 0.0)
+        trial_of = table.tried(one.case, one, "pruned", 1)
+        assert (trial_of.status, trial_of.error) == ("optimal", 0.0)

@@ -1,11 +1,67 @@
-"""Scenes on hard ground, family by family; every answer is a closed form."""
+"""Isolators in the charts: scenes whose answer is a closed form or equations solved in forty digits.
+
+No reference comes from a method that is charted; `tests/charts/test_isolation_cases.py` works them out with mpmath.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case, chain, one_mass, press
+from vibopt.charts.fidelity import Fidelity, on_both_models
+from vibopt.charts.machines import block, chain, fan, hall, one_mass, press, star
+from vibopt.charts.trial import DEFAULT, FEASIBLE, INFEASIBLE, Case, Table, scene_table
+from vibopt.scene.read import from_text
+
+_CLOSED = "closed form"
+_DIGITS = "equations of the optimum in 40 digits"
+
+STOCK = (
+    Case("fan, k", fan(), FEASIBLE, 370110.16504085094821, _CLOSED),
+    Case("press, k and c", press(), FEASIBLE, 6956917.160715138961, _DIGITS),
+    Case("press with unbalance, k and c", press("speed^2"), FEASIBLE, 7376914.526398903795, _CLOSED),
+    Case("2 bodies, k and c", chain(2, floor="400 N", start_up="10 mm"), FEASIBLE, 1102942.8400772246188, _DIGITS),
+    Case("5 bodies, k and c", chain(5, floor="300 N", start_up="4 mm"), FEASIBLE, 1727991.4374941021286, _DIGITS),
+    Case("20 bodies, k and c", chain(20, floor="300 N", start_up="2 mm"), FEASIBLE, 4883895.2956251579043, _DIGITS),
+    Case("2 bodies, 3 unknowns", block(), FEASIBLE, 7.1713367824444330534e-4, _DIGITS),
+)
+
+QUICK = STOCK[:5]
+WARM = STOCK[:2]
+
+METHODS = (
+    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "slsqp_exchange", "trust_constr_50",
+    "trust_constr", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy", "cvxpy_dpp",
+)  # fmt: skip
+QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
+HARD_METHODS = (
+    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "slsqp_exchange", "trust_constr", "ipopt_sampled", "cvxpy",
+)  # fmt: skip
+QUICK_HARD_METHODS = tuple(name for name in HARD_METHODS if name != "trust_constr")
+RUNS, QUICK_RUNS = 3, 2
+
+
+def speed(*, quick: bool) -> Table:
+    """Mounts under one mass and under chains, timed in one run."""
+    cases = [(case, case.scene()) for case in (QUICK if quick else STOCK)]
+    return scene_table(cases, QUICK_METHODS if quick else METHODS, QUICK_RUNS if quick else RUNS, WARM)
+
+
+def hard(*, quick: bool) -> Table:
+    """Every family of hard ground; with `quick` two cases of each."""
+    cases = ends_of(families()) if quick else families()
+    methods = QUICK_HARD_METHODS if quick else HARD_METHODS
+    return scene_table([(case, case.scene()) for case in cases], methods, 1, WARM)
+
+
+def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
+    """Symmetric machines, chains and halls of unrelated machines, posed with and without reduction."""
+    made = [(f"symmetric machine, {n + 1} bodies", star(n)) for n in (2, 4, 8, 16)]
+    made += [(f"chain of {n} bodies", chain(n, floor="300 N", start_up="4 mm")) for n in (2, 5, 10)]
+    made += [(f"hall of {n} unrelated machines", hall(n)) for n in (2, 5, 10, 20)]
+    scenes = [from_text(text, name=name) for name, text in (made[::2] if quick else made)]
+    return on_both_models(scenes, quick=quick)
+
 
 _PRESS, _TWO, _FIVE = 6956917.160715138961, 1102942.8400772246188, 1727991.4374941021286
 _FORCE, _MASS, _FLOOR = 30e3, 300.0, 10e3
@@ -15,16 +71,11 @@ _WIDE = '{ from = "1 kN/m", to = "1 GN/m" }'
 
 
 def families() -> list[Case]:
-    """All cases, those of a family next to each other."""
+    """Hard ground: all cases, those of a family next to each other."""
     return [
         *light_damping(), *hidden_peak(), *undamped_passage(), *thin(), *disjoint(), *on_the_edge(),
         *slivers(), *decades(), *sizes(), *two_clocks(), *many(),
     ]  # fmt: skip
-
-
-def quick_families() -> list[Case]:
-    """Two cases of every family."""
-    return ends_of(families())
 
 
 def ends_of(cases: Sequence[Case]) -> list[Case]:

@@ -1,4 +1,4 @@
-"""The user's own scenes with parts of catalogues: vibopt, every choice measured, and choices at random."""
+"""The user's own scenes: their best goal proven first, or every choice of parts measured."""
 
 from __future__ import annotations
 
@@ -9,22 +9,36 @@ from itertools import product
 
 import numpy as np
 
+from vibopt.charts.isolation_cases import METHODS as SCENE_METHODS
+from vibopt.charts.isolation_cases import QUICK_METHODS, QUICK_RUNS, RUNS, WARM
+from vibopt.charts.mount_cases import MOUNTS
+from vibopt.charts.trial import (
+    DEFAULT,
+    FEASIBLE,
+    INFEASIBLE,
+    NOWHERE,
+    Case,
+    Said,
+    Table,
+    Trial,
+    judged,
+    measured,
+    scene_table,
+    timed,
+)
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.scene import Scene
+from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
+from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.shelf.method import Catalogue
 from vibopt.solve.shelf.tree import Shelf, factors_of
 from vibopt.solve.solve import solve
-from vibopt.study.chart.asking import Progress
-from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case
-from vibopt.study.chart.mounts.asked import MOUNTS
-from vibopt.study.chart.speed_accuracy import SpeedAccuracy
-from vibopt.study.chart.trial import DEFAULT, Said, Trial, judged, measured, timed
 from vibopt.work import late
 
 EVERY, RANDOM = "every choice", "at random"
@@ -32,6 +46,7 @@ METHODS = (DEFAULT, EVERY, RANDOM)
 DRAWS = 300
 QUICK_MOST, MOST = 2_000, 20_000
 """Choices of a file that are measured one by one."""
+_PROOF_BOXES = 600_000
 
 
 def has_parts(scene: Scene) -> bool:
@@ -39,26 +54,61 @@ def has_parts(scene: Scene) -> bool:
     return any(".part." in one.path for one in scene.variables)
 
 
-def on_file(scenes: Sequence[Scene], *, quick: bool = False, progress: Progress | None = None) -> SpeedAccuracy:
-    """Every scene by three methods, as if no number had a tolerance.
+def speed(scenes: Sequence[Scene], *, quick: bool) -> Table:
+    """Every method on the user's scenes; their best goals are proven first, with a gap of 1e-8."""
+    cases = [(referenced(scene), scene) for scene in scenes]
+    return scene_table(cases, QUICK_METHODS if quick else SCENE_METHODS, QUICK_RUNS if quick else RUNS, WARM)
+
+
+def refuse_more(scene: Scene) -> None:
+    """Places and tolerances, which vibopt would answer and the others not: their numbers could not be compared."""
+    refuse_places(scene)
+    found = uncertain(scene)
+    if found and not has_parts(scene):
+        raise InputError(
+            f"{scene.name}: {found[0].path} has a tolerance, and the other methods of the chart know none. Remove it."
+        )
+
+
+def refuse_places(scene: Scene) -> None:
+    """Several places left open."""
+    for path in open_places(scene):
+        raise InputError(
+            f"{scene.name}: {path} leaves several places open, and the chart compares one machine at a time. Name one "
+            "place."
+        )
+
+
+def referenced(scene: Scene) -> Case:
+    """The user's scene with its best goal, proven by branch and bound before anything is charted."""
+    program = closed(pose(scene))
+    search = BranchAndBound(gap=1e-8, most=_PROOF_BOXES)
+    name = scene.name.removesuffix(".toml")
+    if program.aim is None or not program.axes or search.refuses(program) is not None:
+        return Case(name, "", FEASIBLE, math.nan, "not known: no proof was possible")
+    found = search.solve(program)
+    if found.status == "infeasible":
+        return Case(name, "", INFEASIBLE, math.nan, "branch and bound: no design exists")
+    if found.x is None:
+        return Case(name, "", FEASIBLE, math.nan, "not known: branch and bound found nothing")
+    goal = Judge(program).goal(found.x).value
+    left = abs(goal - found.bound) / max(abs(goal), 1e-300)
+    words = (
+        f"branch and bound, proven to {left:.0e}"
+        if found.status == "optimal"
+        else f"best known, proven to {left:.0e} only"
+    )
+    return Case(name, "", FEASIBLE, goal * program.aim.sense, words)
+
+
+def with_parts(scene: Scene, most: int) -> tuple[Case, list[Trial]]:
+    """The case with its truth, and the trials of three methods, as if no number had a tolerance.
 
     Raises
     ------
     InputError
         vibopt's method refuses the scene.
     """
-    cases, trials = [], []
-    for number, scene in enumerate(scenes):
-        if progress:
-            progress(scene.name, number / len(scenes))
-        case, found = _charted(scene, QUICK_MOST if quick else MOST)
-        cases.append(case)
-        trials += found
-    return SpeedAccuracy(tuple(cases), METHODS, tuple(trials))
-
-
-def _charted(scene: Scene, most: int) -> tuple[Case, list[Trial]]:
-    """The case with its truth, and the trials."""
     program = closed(pose(scene))
     refusal = Catalogue().refuses(program)
     if refusal is not None:
@@ -88,7 +138,7 @@ def _known(scene: Scene, program: Program, every: Said, own: Said) -> Case:
 
 def _judged(case: Case, program: Program, method: str, said: Said) -> Trial:
     """A choice that is not claimed to be the best is not wrong for being dearer."""
-    missed, off = (math.nan, math.nan) if said.answer is None else measured(case, program, said.answer)
+    missed, off = NOWHERE if said.answer is None else measured(case, program, said.answer)
     found = judged(case, method, said, missed, off)
     return replace(found, fault="") if said.status == "feasible" and found.fault.startswith("goal off") else found
 

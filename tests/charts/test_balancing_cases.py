@@ -11,22 +11,33 @@ from click.testing import CliRunner
 
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question
+from vibopt.charts import runner
+from vibopt.charts.balancing_cases import fidelity, hard
+from vibopt.charts.balancing_questions import (
+    QUICK_SIZES,
+    Asked,
+    critical,
+    families,
+    least_squares,
+    shelf,
+    spoilt,
+    stock,
+    worst,
+)  # fmt: skip
+from vibopt.charts.balancing_rivals import METHODS, broken, judged_question
+from vibopt.charts.cutting_planes import least_worst
+from vibopt.charts.runner import CLASSES, Chart, charted
+from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, SAYS_SO, SILENT, Trial, timed
 from vibopt.cli.chart import chart
 from vibopt.design.chart_figures import stability_figure
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.solve.rivals import hsbalance
-from vibopt.study.chart import kinds
-from vibopt.study.chart.balancing.built import Asked, critical, least_squares, spoilt, worst
-from vibopt.study.chart.balancing.cases import QUICK_SIZES, shelf, stock
-from vibopt.study.chart.balancing.charts import stability
-from vibopt.study.chart.balancing.cutting import least_worst
-from vibopt.study.chart.balancing.fidelity import fidelity
-from vibopt.study.chart.balancing.hard import families
-from vibopt.study.chart.balancing.methods import broken, tried
-from vibopt.study.chart.stability import CLASSES
-from vibopt.study.chart.trial import DEFAULT, MISSING, RIGHT, SAYS_SO, SILENT
 
 STOCK, HARD = stock(quick=True), families(quick=True)
+
+
+def tried(one: Asked, method: str, runs: int) -> Trial:
+    return judged_question(one.case, one, method, timed(lambda: METHODS[method](one), runs))
 
 
 def named(one: Asked) -> str:
@@ -101,7 +112,7 @@ def test_convex_rival_is_right_where_its_solver_is_not_asked_for_decades() -> No
 
 
 def test_smaller_models_have_the_goal_of_the_full_ones() -> None:
-    rows = {row.case: row for row in fidelity(quick=True)}
+    rows = {row.case: row for _, make in fidelity(quick=True) for row in make()}
     assert {case: (row.declared, row.used) for case, row in rows.items()} == {
         "rotor, 4 planes": (4, 2),
         "rotor, 24 sensors": (24, 5),
@@ -111,12 +122,12 @@ def test_smaller_models_have_the_goal_of_the_full_ones() -> None:
 
 
 def test_rival_that_is_not_installed_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibopt.study.chart.balancing.methods.hsbalance.installed", lambda: False)
-    monkeypatch.setattr("vibopt.study.chart.balancing.charts.installed", lambda: False)
+    monkeypatch.setattr("vibopt.charts.balancing_rivals.hsbalance.installed", lambda: False)
+    monkeypatch.setattr("vibopt.charts.balancing_cases.installed", lambda: False)
     trial = tried(STOCK[0], "hsbalance", 3)
     assert (trial.status, trial.claim, trial.verdict) == (MISSING, "pip install hsbalance==0.5.5", MISSING)
-    result = stability(quick=True)
-    monkeypatch.setattr(kinds, "stability", lambda **_: result)
+    result = charted(hard(quick=True))
+    monkeypatch.setattr(runner, "stability", lambda **_: result)
     run = CliRunner().invoke(chart, ["stability", "--family", "balancing", "--quick"], standalone_mode=False)
     assert run.return_value == 0
     assert "hsbalance is not installed: pip install hsbalance==0.5.5" in run.output
@@ -156,10 +167,11 @@ def test_families_given_to_other_methods_have_a_panel_of_their_own() -> None:
     assert texts == [["2", "2"], ["1", "not installed"]]
 
 
-def test_stock_is_of_the_sizes_it_names_and_hard_ground_has_all_families(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibopt.study.chart.balancing.charts._all", lambda *_: ())
+def test_stock_is_of_the_sizes_it_names_and_hard_ground_has_all_families() -> None:
     sizes = [one.question.H.shape for one in STOCK[: 2 * len(QUICK_SIZES) : 2]]
     assert sizes == list(QUICK_SIZES)
     assert len({one.case.name for one in HARD}) == len(HARD)
-    result = stability(quick=True)
-    assert result.families == list(dict.fromkeys(one.case.family for one in HARD))
+    table = hard(quick=True)
+    assert Chart(tuple(case for case, _ in table.cases), (), ()).families == list(
+        dict.fromkeys(one.case.family for one in HARD)
+    )

@@ -1,10 +1,10 @@
-"""One method on one scene: what it claims, how long it takes, and what is true of its answer."""
+"""One method on one case: what it claims, how long it takes, and what is true of its answer."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
@@ -18,8 +18,40 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.registry import METHODS
-from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, Case
 from vibopt.work import answering
+
+FEASIBLE, INFEASIBLE = "feasible", "infeasible"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene with its true answer.
+
+    family
+        What makes it hard, for the chart of stability; "" in the chart of speed.
+    text
+        The problem file.
+    truth
+        "feasible" or "infeasible".
+    goal
+        Best value of the goal [SI]; nan where there is none.
+    known_by
+        How the answer is known, in words.
+    """
+
+    name: str
+    text: str
+    truth: str
+    goal: float
+    known_by: str
+    family: str = ""
+
+    def scene(self) -> Scene:
+        """The scene as read from its text."""
+        from vibopt.scene.read import from_text
+
+        return from_text(self.text, name=self.name)
+
 
 DEFAULT = "vibopt"
 """What `vibopt solve` does by itself, from the job as read to the answer that was checked."""
@@ -34,6 +66,8 @@ RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES = (
     "silently wrong",
     "refuses",
 )
+NOWHERE = (math.nan, math.nan)
+"""Violation and distance where there is no design."""
 MISSING = "not installed"
 """Status and verdict of a rival that is not there; its claim says how to get it."""
 
@@ -98,11 +132,56 @@ class Trial:
     cut: str = ""
 
 
+@dataclass(frozen=True)
+class Table:
+    """What one chart asks in one family.
+
+    cases
+        Each case with what a method is given: a scene, a question, a machine with its shelf.
+    methods
+        What each method says of that, by name.
+    judge
+        The trial of what was said: (case, given, method, said).
+    runs
+        Runs of each method on each case.
+    warm
+        Given to every method once, untimed, so that no import is timed.
+    drops
+        Whether a method that refuses every case is left out.
+    """
+
+    cases: Sequence[tuple[Case, Any]]
+    methods: Mapping[str, Callable[[Any], Said]]
+    judge: Callable[[Case, Any, str, Said], Trial]
+    runs: int = 1
+    warm: Sequence[tuple[Case, Any]] = ()
+    drops: bool = False
+
+    def tried(self, case: Case, given: Any, method: str, runs: int | None = None) -> Trial:
+        """A method on a case: the medians of its runs, its last answer judged."""
+        said = timed(lambda: self.methods[method](given), self.runs if runs is None else runs)
+        return self.judge(case, given, method, said)
+
+
+def scene_table(
+    cases: Sequence[tuple[Case, Scene]], methods: Sequence[str], runs: int, warm: Sequence[Case] = ()
+) -> Table:
+    """Registered methods on scenes."""
+
+    def by(method: str) -> Callable[[Scene], Said]:
+        return lambda scene: said_of(scene, method)
+
+    return Table(cases, {name: by(name) for name in methods}, judged_scene, runs, [(one, one.scene()) for one in warm])
+
+
 def trial(case: Case, scene: Scene, method: str, runs: int) -> Trial:
-    """Run a method `runs` times on a scene, and judge its last answer."""
-    said = timed(lambda: _said(scene, method), runs)
-    missed, off = (math.nan, math.nan) if said.answer is None else measured(case, pose(scene), said.answer)
-    return judged(case, method, said, missed, off)
+    """Run a registered method `runs` times on a scene, and judge its last answer."""
+    return scene_table([], [method], runs).tried(case, scene, method)
+
+
+def judged_scene(case: Case, scene: Scene, method: str, said: Said) -> Trial:
+    """A design judged at its exact peaks."""
+    return judged(case, method, said, *(NOWHERE if said.answer is None else measured(case, pose(scene), said.answer)))
 
 
 def timed(method: Callable[[], Said], runs: int) -> Said:
@@ -131,7 +210,7 @@ def timed(method: Callable[[], Said], runs: int) -> Said:
     return replace(said, seconds=whole, kernel=kernel)
 
 
-def _said(scene: Scene, method: str) -> Said:
+def said_of(scene: Scene, method: str) -> Said:
     """What a method says of a scene; the status is REFUSES where it does not take it."""
     if method == DEFAULT:
         from vibopt.solve.solve import solve
@@ -192,35 +271,6 @@ def _verdict(case: Case, status: str, missed: float, off: float, fault: str) -> 
     return UNPROVEN if fault else RIGHT
 
 
-def warm_up(methods: list[str]) -> None:
-    """Load what the methods need, so that no import is timed."""
-    from vibopt.study.chart.cases import WARM
-
-    for case in WARM:
-        scene = case.scene()
-        for method in methods:
-            trial(case, scene, method, 1)
-
-
 def as_row(one: Trial) -> dict[str, Any]:
     """Plain data of a trial."""
     return {key: getattr(one, key) for key in Trial.__slots__}
-
-
-__all__ = [
-    "DEFAULT",
-    "INFEASIBLE",
-    "MISSING",
-    "REFUSES",
-    "RIGHT",
-    "SAYS_SO",
-    "SILENT",
-    "UNPROVEN",
-    "Said",
-    "Trial",
-    "as_row",
-    "judged",
-    "timed",
-    "trial",
-    "warm_up",
-]

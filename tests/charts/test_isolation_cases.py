@@ -10,17 +10,29 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from vibopt.charts.fidelity import on_both_models
+from vibopt.charts.isolation_cases import METHODS as CHARTED
+from vibopt.charts.isolation_cases import STOCK, ends_of, families, hidden_peak, on_the_edge, slivers
+from vibopt.charts.machines import fan, hall, press, star
+from vibopt.charts.own_scenes import referenced
+from vibopt.charts.runner import CLASSES
+from vibopt.charts.trial import (
+    DEFAULT,
+    FEASIBLE,
+    INFEASIBLE,
+    REFUSES,
+    RIGHT,
+    SAYS_SO,
+    SILENT,
+    UNPROVEN,
+    Case,
+    Said,
+    trial,
+)  # fmt: skip
 from vibopt.design.chart_figures import Bars, Dot, Scatter, accuracy_figure, fidelity_figure, stability_figure
 from vibopt.design.figures import saved
 from vibopt.program.pose import pose
 from vibopt.solve.registry import METHODS, OWN
-from vibopt.study.chart.cases import FEASIBLE, INFEASIBLE, STOCK, Case, fan, press
-from vibopt.study.chart.fidelity import fidelity, hall, star
-from vibopt.study.chart.hard import families, hidden_peak, on_the_edge, quick_families, slivers
-from vibopt.study.chart.speed_accuracy import METHODS as CHARTED
-from vibopt.study.chart.speed_accuracy import referenced
-from vibopt.study.chart.stability import CLASSES
-from vibopt.study.chart.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Said, trial
 
 DIGITS = 40
 
@@ -131,7 +143,7 @@ def test_default_has_the_reference_of_every_stock_scene(case: Case) -> None:
     assert one.error < 1e-8
 
 
-@pytest.mark.parametrize("case", quick_families(), ids=lambda case: case.name)
+@pytest.mark.parametrize("case", ends_of(families()), ids=lambda case: case.name)
 def test_default_is_never_silently_wrong_on_hard_ground(case: Case) -> None:
     one = trial(case, case.scene(), DEFAULT, 1)
     assert one.verdict in (RIGHT, SAYS_SO)
@@ -151,8 +163,8 @@ HEAVY = pytest.mark.slow
 
 @pytest.mark.parametrize(
     "case",
-    [pytest.param(case, marks=HEAVY if "10 unknowns" in case.name else ()) for case in quick_families()],
-    ids=[case.name for case in quick_families()],
+    [pytest.param(case, marks=HEAVY if "10 unknowns" in case.name else ()) for case in ends_of(families())],
+    ids=[case.name for case in ends_of(families())],
 )
 def test_general_method_is_never_silently_wrong_on_hard_ground(case: Case) -> None:
     assert trial(case, case.scene(), "nlp", 1).verdict in (RIGHT, SAYS_SO)
@@ -178,7 +190,7 @@ def test_verdict_is_by_what_is_claimed_and_what_is_true(
     """The fan's stiffness as a part of the best: less is a worse goal, more breaks the limit."""
     best = reference("fan, k")
     x = None if goal is None else np.array([best * goal])
-    monkeypatch.setattr("vibopt.study.chart.trial._said", lambda *_: Said(status, "", x))
+    monkeypatch.setattr("vibopt.charts.trial.said_of", lambda *_: Said(status, "", x))
     case = Case("fan", fan(), truth, best, "closed form")
     assert trial(case, case.scene(), "grid", 1).verdict == verdict
 
@@ -235,7 +247,8 @@ def test_users_scene_gets_a_proven_reference() -> None:
 def test_smaller_models_are_exact() -> None:
     from vibopt.scene.read import from_text
 
-    rows = fidelity([from_text(star(4), name="star"), from_text(hall(5), name="hall")], quick=True)
+    scenes = [from_text(star(4), name="star"), from_text(hall(5), name="hall")]
+    rows = [row for _, make in on_both_models(scenes, quick=True) for row in make()]
     assert [(row.declared, row.used) for row in rows] == [(5, 2), (5, 1)]
     assert max(row.value_error for row in rows) < 1e-10
     assert max(row.goal_error for row in rows) < 1e-6

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibopt.charts.mount_machine import GRAVITY, Machine, Shelf
 from vibopt.forms import ComplexArray, FloatArray, IntArray
-from vibopt.study.chart.mounts.machine import GRAVITY, Machine
-from vibopt.study.chart.mounts.shelf import Shelf
 
 _GRID, _PEAKS, _STEPS = 40, 3, 60
 _ROUNDING = 1e-9

@@ -1,0 +1,146 @@
+"""The three charts over all families of cases, or over one of them; one runner for all."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+from vibopt.charts import absorber_cases, balancing_cases, isolation_cases, mount_fidelity
+from vibopt.charts import own_scenes as own
+from vibopt.charts.fidelity import Fidelity, on_both_models
+from vibopt.charts.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Case, Table, Trial
+from vibopt.scene.scene import Scene
+
+Progress = Callable[[str, float], None]
+CLASSES = (RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES)
+FAMILIES: Mapping[str, ModuleType] = {
+    "isolation": isolation_cases, "absorbers": absorber_cases, "balancing": balancing_cases, "mounts": mount_fidelity,
+}  # fmt: skip
+"""Each has its cases and methods as tables, `speed` and `hard`, and the rows of `fidelity`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """All trials, one for each method on each case that it is given to."""
+
+    cases: tuple[Case, ...]
+    methods: tuple[str, ...]
+    trials: tuple[Trial, ...]
+
+    @classmethod
+    def joined(cls, parts: Sequence[Chart]) -> Chart:
+        """Several charts as one."""
+        methods = dict.fromkeys(method for one in parts for method in one.methods)
+        cases = tuple(case for one in parts for case in one.cases)
+        return cls(cases, tuple(methods), tuple(trial for one in parts for trial in one.trials))
+
+    @property
+    def families(self) -> list[str]:
+        return list(dict.fromkeys(case.family for case in self.cases))
+
+    @property
+    def cut(self) -> tuple[Trial, ...]:
+        """Trials that were asked less than the chart promises."""
+        return tuple(one for one in self.trials if one.cut)
+
+    def of(self, case: str) -> list[Trial]:
+        """Trials of one case that gave any answer to its question, in the order of the methods."""
+        return [one for one in self.trials if one.case == case and one.status != REFUSES]
+
+    def ratio(self, one: Trial) -> float:
+        """Time over that of the default on the same case."""
+        base = next((t.seconds for t in self.trials if t.case == one.case and t.method == DEFAULT), math.nan)
+        return one.seconds / base
+
+    def asked(self, family: str) -> tuple[str, ...]:
+        """Methods that a family of cases was given to."""
+        names = {case.name for case in self.cases if case.family == family}
+        given = {one.method for one in self.trials if one.case in names}
+        return tuple(method for method in self.methods if method in given)
+
+    def count(self, family: str, method: str) -> Counter[str]:
+        """How often each class occurs."""
+        names = {case.name for case in self.cases if case.family == family}
+        return Counter(one.verdict for one in self.trials if one.case in names and one.method == method)
+
+
+def charted(table: Table, progress: Progress | None = None) -> Chart:
+    """Every method on every case: vibopt on all of them first, then everybody else case by case.
+
+    Returns
+    -------
+    Chart
+        Trials case by case, each in the order of the methods.
+    """
+    for case, given in table.warm:
+        for method in table.methods:
+            table.tried(case, given, method, 1)
+    own_pairs = [(i, DEFAULT) for i in range(len(table.cases))] if DEFAULT in table.methods else []
+    pairs = own_pairs + [(i, method) for i in range(len(table.cases)) for method in table.methods if method != DEFAULT]
+    found: dict[tuple[int, str], Trial] = {}
+    for number, (index, method) in enumerate(pairs):
+        case, given = table.cases[index]
+        if progress:
+            progress(f"{case.name}: {method}", number / len(pairs))
+        found[index, method] = table.tried(case, given, method)
+    trials = [found[index, method] for index in range(len(table.cases)) for method in table.methods]
+    answering = {one.method for one in trials if one.status != REFUSES}
+    methods = tuple(name for name in table.methods if name in answering or not table.drops)
+    return Chart(tuple(case for case, _ in table.cases), methods, tuple(one for one in trials if one.method in methods))
+
+
+def speed_accuracy(
+    scenes: Sequence[Scene] = (), *, family: str | None = None, quick: bool = False, progress: Progress | None = None
+) -> Chart:
+    """The user's scenes alone where there are any, else the stock cases of a family (None: of all).
+
+    Raises
+    ------
+    InputError
+        A scene asks what the other methods of the chart cannot.
+    """
+    if not scenes:
+        return Chart.joined([charted(one.speed(quick=quick), progress) for one in _chosen(family)])
+    for scene in scenes:
+        own.refuse_more(scene)
+    most = own.QUICK_MOST if quick else own.MOST
+    bought = [own.with_parts(scene, most) for scene in scenes if own.has_parts(scene)]
+    parts = [Chart((case,), own.METHODS, tuple(trials)) for case, trials in bought]
+    others = [scene for scene in scenes if not own.has_parts(scene)]
+    if others:
+        parts.append(charted(own.speed(others, quick=quick), progress))
+    return Chart.joined(parts)
+
+
+def stability(*, family: str | None = None, quick: bool = False, progress: Progress | None = None) -> Chart:
+    """Hard ground of a family (None: of all), each answer classed from right to silently wrong."""
+    return Chart.joined([charted(one.hard(quick=quick), progress) for one in _chosen(family)])
+
+
+def fidelity(
+    scenes: Sequence[Scene] = (), *, family: str | None = None, quick: bool = False, progress: Progress | None = None
+) -> tuple[Fidelity, ...]:
+    """The user's scenes alone where there are any, else the stock cases of a family (None: of all).
+
+    Raises
+    ------
+    InputError
+        A scene leaves places open.
+    """
+    for scene in scenes:
+        own.refuse_places(scene)
+    made = on_both_models(scenes, quick=quick)
+    makers = made if scenes else [row for one in _chosen(family) for row in one.fidelity(quick=quick)]
+    found: list[Fidelity] = []
+    for number, (name, make) in enumerate(makers):
+        if progress:
+            progress(name, number / len(makers))
+        found += make()
+    return tuple(found)
+
+
+def _chosen(family: str | None) -> list[ModuleType]:
+    return [FAMILIES[family]] if family is not None else list(FAMILIES.values())

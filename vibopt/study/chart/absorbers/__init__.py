@@ -1,1 +1,0 @@
-"""Absorbers in the charts."""
