@@ -1,27 +1,34 @@
-"""Whole cold `vibopt solve` against the bare imports that any such tool pays for, in one run.
+"""Whole cold `vibopt solve` against the bare imports that any such tool pays for, in one run, in CPU time.
 
     python tests/bench/startup.py
 
-Byte code is kept for all of them, as it is for installed packages.
+Byte code is kept for both, as it is for installed packages.  A first model of pydantic belongs to its import: only
+then does it look for plugins.
 """
 
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "problems" / "isolation" / "rao_9_34.toml"
 REPEATS = 15
 LIMIT = 1.3
+IMPORTS = """
+import click, numpy, rich.console, rich.table, tomllib
+from pydantic import BaseModel
+class Table(BaseModel):
+    value: float
+Table(value=1.0)
+"""
 COMMANDS = {
     "vibopt solve rao_9_34.toml": ["-m", "vibopt", "solve", str(FILE)],
-    "import casadi": ["-c", "import casadi"],
-    "import pint, pydantic, click, rich": ["-c", "import pint, pydantic, click, rich"],
+    "numpy, pydantic, click, rich": ["-c", IMPORTS],
 }
 
 
@@ -30,9 +37,10 @@ def timed(environment: dict[str, str]) -> dict[str, float]:
     best = dict.fromkeys(COMMANDS, float("inf"))
     for _ in range(REPEATS):
         for name, words in COMMANDS.items():
-            begin = time.perf_counter()
+            begin = resource.getrusage(resource.RUSAGE_CHILDREN)
             subprocess.run([sys.executable, *words], check=True, capture_output=True, cwd=ROOT, env=environment)
-            best[name] = min(best[name], time.perf_counter() - begin)
+            end = resource.getrusage(resource.RUSAGE_CHILDREN)
+            best[name] = min(best[name], end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime)
     return best
 
 
@@ -42,8 +50,8 @@ def main() -> None:
         best = timed({**kept, "PYTHONPYCACHEPREFIX": folder})
     for name, seconds in best.items():
         print(f"{name:36}{1e3 * seconds:7.0f} ms")
-    whole, *parts = best.values()
-    print(f"ratio {whole / sum(parts):.2f} (at most {LIMIT})")
+    whole, imports = best.values()
+    print(f"ratio {whole / imports:.2f} (at most {LIMIT})")
 
 
 if __name__ == "__main__":
