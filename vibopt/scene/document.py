@@ -5,14 +5,15 @@ from __future__ import annotations
 import copy
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path as FilePath
 from typing import Any
 
 from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
-from vibopt.scene.locate import DEEPEST, located
+from vibopt.scene.locate import DEEPEST, located, may_be_too_deep
 
 PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
 FILES = ("mass", "stiffness", "damping", "file")
@@ -28,6 +29,14 @@ _TABLE = re.compile(
     re.MULTILINE,
 )
 """A heading that tells a problem file from any other text."""
+_MARK = "\ue000"
+"""Stands for a table that was read in one piece; a letter that no file has."""
+_PLAIN_PAIR = r'[ \t]*[A-Za-z0-9_-]+[ \t]*=[ \t]*"[^"\\\x00-\x1f\x7f]*"[ \t]*'
+_TEXTS = re.compile(
+    rf"^([A-Za-z0-9_-]+[ \t]*=[ \t]*)\{{(?=[^\n]{{200}})((?:{_PLAIN_PAIR},)*{_PLAIN_PAIR})\}}(?=[ \t]*\r?$)",
+    re.MULTILINE,
+)
+_PAIR = re.compile(r'([A-Za-z0-9_-]+)[ \t]*=[ \t]*"([^"]*)"')
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
 _HINTS = {
     "Expected newline or end of document after a statement": ' A text stands in quotation marks: mass = "300 kg".',
@@ -125,19 +134,60 @@ def toml_of(text: str) -> dict[str, Any]:
     ValueError
         It is no TOML, or a number in it has more digits than a float can have.
     """
-    if located(text).may_be_too_deep and located(text).too_deep:
+    tables: list[dict[str, str]] = []
+    short = _shortened(text, tables)
+    if may_be_too_deep(short) and located(text).too_deep:
         raise RecursionError
-    document = tomllib.loads(text)
+    document = _loaded(text, short, tables)
     level: list[Any] = [document]
     depth = 0
     while level:
-        if any(type(one) is int and one.bit_length() > _MOST_BITS for one in level):
+        kinds = set(map(type, level))
+        if int in kinds and any(type(one) is int and one.bit_length() > _MOST_BITS for one in level):
             raise ValueError
-        inner = [one.values() if type(one) is dict else one for one in level if type(one) in (dict, list)]
-        level, depth = list(chain.from_iterable(inner)), depth + 1
+        holding = [one for one in level if type(one) in (dict, list)] if kinds & {dict, list} else ()
+        level = list(chain.from_iterable(one.values() if type(one) is dict else one for one in holding))
+        depth += 1
     if depth > DEEPEST and located(text).too_deep:
         raise RecursionError
     return document
+
+
+def _shortened(text: str, tables: list[dict[str, str]]) -> str:
+    """The text with a mark for each long table of plain texts on one line; `tables` gets these, read in one piece."""
+
+    def shortened_to(found: re.Match[str]) -> str:
+        pairs = _PAIR.findall(found[2])
+        tables.append(dict(pairs))
+        return f'{found[1]}"{_MARK}{len(tables) - 1}"' if len(tables[-1]) == len(pairs) else found[0]
+
+    return _TEXTS.sub(shortened_to, text) if _MARK not in text else text
+
+
+def _loaded(text: str, short: str, tables: Sequence[dict[str, str]]) -> dict[str, Any]:
+    """What `tomllib` makes of a text, by way of the shortened one where that stands for it."""
+    if not tables:
+        return tomllib.loads(text)
+    with suppress(tomllib.TOMLDecodeError, RecursionError, ValueError):
+        document = tomllib.loads(short)
+        if _put_in(document, tables) == len(tables):
+            return document
+    return tomllib.loads(text)
+
+
+def _put_in(document: dict[str, Any], tables: Sequence[dict[str, str]]) -> int:
+    """Put the tables that were read in one piece where their marks stand; how many marks there were."""
+    todo: list[Any] = [document]
+    count = 0
+    while todo:
+        one = todo.pop()
+        for key, value in one.items() if type(one) is dict else enumerate(one):
+            if type(value) in (dict, list):
+                todo.append(value)
+            elif type(value) is str and value.startswith(_MARK):
+                one[key] = tables[int(value[1:])]
+                count += 1
+    return count
 
 
 def _broken(text: str, name: str, complaint: str) -> str:

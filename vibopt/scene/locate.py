@@ -61,11 +61,6 @@ class Locator:
         """Whether keys or brackets go deeper than `DEEPEST`."""
         return self._scan.too_deep
 
-    @property
-    def may_be_too_deep(self) -> bool:
-        """Whether a key may have more than `DEEPEST` parts; told by its points, without looking the text through."""
-        return _MANY_POINTS.search(self._text) is not None
-
     def line_of(self, path: Path) -> int | None:
         """Line (from 1) of `path`, else of its nearest parent in the file, else None.
 
@@ -81,6 +76,11 @@ class Locator:
                 break
             here, line = found, found.line
         return line
+
+
+def may_be_too_deep(text: str) -> bool:
+    """Whether a key may have more than `DEEPEST` parts; told by its points, without following the text."""
+    return _MANY_POINTS.search(text) is not None
 
 
 @lru_cache(maxsize=4)

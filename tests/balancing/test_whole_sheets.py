@@ -1,0 +1,129 @@
+"""Sheets that are read in one piece say what they say cell by cell, and a plan is held against the sheet itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rotor_jobs import messages, read_text
+from vibopt.balancing import parse_runs
+from vibopt.balancing.csvrows import Cells
+from vibopt.balancing.job import RotorJob
+from vibopt.balancing.solve_rotor import solve_job
+
+HEAD = """title = "sheet"
+readings = "job.csv"
+[conventions]
+phase = "{phase}"
+readings = "phase"
+angles = "{angles}"
+detector = "{detector}"
+zero = "mark"
+[planes.p]
+radius = "100 mm"
+[planes.q]
+radius = "0.3 ft"
+[sensors.a]
+importance = 1
+{runout}
+[sensors.b]
+unit = "mm/s"
+importance = 1e-4
+[sensors.c]
+importance = 1
+"""
+CELLS = st.sampled_from(
+    ["8.6", "0", "1e-1", "07.50", "123.456", "5.", ".5", "-3", "nan", "1_0", "", "-", "x", "2,5", "9 µm"]
+)
+PLAIN = st.sampled_from(["8.6", "1e1", "7.50", "123.456", "3", "0.2"])
+
+
+def sheet(cells: list[list[str]], sign: str, comma: bool) -> str:
+    names = (
+        "a amplitude [mil pp]",
+        "a angle [deg]",
+        "b amplitude",
+        "b angle [deg]",
+        "c angle [°]",
+        "c amplitude [µm rms]",
+    )
+    rows = [["run", "speed [rpm]", "p mass [g]", "p angle [deg]", "q", *names]]
+    weights = (("", "", ""), ("10", "90", ""), ("", "", "12 oz @ 200 deg"))
+    for own, (mass, angle, text) in zip(cells, weights, strict=True):
+        rows.append([f"run {mass}{text}", "1500", mass, angle, text, *own])
+    if comma:
+        rows[1:] = [[cell.replace(".", ",") for cell in row] for row in rows[1:]]
+    return "\n".join(sign.join(row) for row in rows) + "\n"
+
+
+def head(lag: bool = True, against: bool = True, detector: str = "pp", runout: str = "") -> str:
+    return HEAD.format(
+        phase="lag" if lag else "lead", angles=f"{'against' if against else 'with'} rotation", detector=detector,
+        runout=runout,
+    )  # fmt: skip
+
+
+def cell_by_cell(text: str, folder: Path) -> tuple[list[str], RotorJob | None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Cells, "readings", lambda *given: None)
+        patch.setattr(parse_runs, "_in_arrays", lambda *given: None)
+        said = messages(text, folder)
+        return said, None if said else read_text(text, folder)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    cells=st.one_of(st.lists(st.lists(one, min_size=6, max_size=6), min_size=3, max_size=3) for one in (PLAIN, CELLS)),
+    comma=st.booleans(), lag=st.booleans(), against=st.booleans(), detector=st.sampled_from(["pk", "pp", "rms"]),
+)  # fmt: skip
+def test_a_sheet_in_one_piece_is_what_its_cells_are(
+    cells: list[list[str]], comma: bool, lag: bool, against: bool, detector: str
+) -> None:
+    text = head(lag, against, detector)
+    with TemporaryDirectory() as made:
+        folder = Path(made)
+        (folder / "job.csv").write_text(sheet(cells, ";" if comma else ",", comma))
+        said, job = cell_by_cell(text, folder)
+        assert messages(text, folder) == said
+        if job is None:
+            return
+        whole = read_text(text, folder)
+    assert (whole.sensors, whole.notes, whole.planes) == (job.sensors, job.notes, job.planes)
+    for one, other in zip(whole.runs, job.runs, strict=True):
+        assert (one.name, one.given_speed, one.fitted, one.written) == (
+            other.name, other.given_speed, other.fitted, other.written,
+        )  # fmt: skip
+        np.testing.assert_allclose(one.readings, other.readings, rtol=1e-14)
+        np.testing.assert_array_equal(one.weights, other.weights)
+
+
+SOUND = [
+    ["8.6", "63", "6.5", "3.1", "20", "40"],
+    ["5.9", "123", "4.5", "1.2", "100", "30"],
+    ["6.2", "36", "3.4", "5.1", "250", "44"],
+]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda run: replace(run, readings=run.readings * np.array([1.0, 1.0, 1.01])),
+        lambda run: replace(run, readings=np.conj(run.readings)),
+        lambda run: replace(run, weights=run.weights * 1.01),
+        lambda run: replace(run, weights=np.conj(run.weights)),
+    ],
+    ids=["a wrong unit", "lag for lead", "a wrong radius", "the sense of rotation"],
+)
+def test_a_job_that_was_read_wrongly_is_refused(wrong: object, tmp_path: Path) -> None:
+    (tmp_path / "job.csv").write_text(sheet(SOUND, ",", False))
+    job = read_text(head(runout='runout = "0.4 mil pp @ 20 deg"'), tmp_path)
+    assert solve_job(job).status == "optimal"
+    assert callable(wrong)
+    odd = replace(job, runs=(job.runs[0], *(wrong(run) for run in job.runs[1:])))
+    assert solve_job(odd).status == "check_failed"
