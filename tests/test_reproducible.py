@@ -97,8 +97,8 @@ def test_what_was_solved_before_changes_no_answer(fresh: dict[str, str | Lost]) 
 
 
 TOWER = """
-from vibopt.jobs import answer, plain_answer
-from vibopt.design.jsonable import json_text
+from vibopt.jobs import answer
+from vibopt.answer.jsonable import json_text
 from vibopt.scene.read import from_dict
 
 names = ["pump", "deck", "frame", "raft", "anvil", "skid"]
@@ -115,7 +115,7 @@ document = {
         "top": {"response": "velocity", "of": "pump", "over": "start-up"},
     },
 }
-found = {key: one for key, one in plain_answer(answer(from_dict(document))).items() if key != "timings"}
+found = {key: one for key, one in answer(from_dict(document)).to_json().items() if key != "timings"}
 print(json_text(found))
 """
 

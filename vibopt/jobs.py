@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
+from vibopt.answer.answer import EMPTY, Answer
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
 from vibopt.scene.document import FileText, changed, inside, parsed, placed, text_of
@@ -25,22 +26,15 @@ if TYPE_CHECKING:
     from vibopt.balancing.engine.job import EngineJob
     from vibopt.balancing.job import RotorJob
     from vibopt.balancing.known.job import KnownJob
-    from vibopt.balancing.outcome import Outcome
     from vibopt.balancing.parse_influence import Saved
-    from vibopt.balancing.plan import Plan
-    from vibopt.design.design import Design
     from vibopt.scene.scene import Scene
     from vibopt.values.fact_at import FactAt
 
     BalancingJob: TypeAlias = RotorJob | KnownJob | EngineJob
     Job: TypeAlias = Scene | BalancingJob
-    Solution: TypeAlias = Plan | Outcome
-    Answer: TypeAlias = Design | Solution
 
 J = TypeVar("J", bound="Job")
 B = TypeVar("B", bound="BalancingJob")
-EMPTY = ("infeasible", "unbounded", "unproven", "check_failed")
-"""Answers without a design to keep, to round or to save."""
 Progress = Callable[[str, float], None]
 POSED = ("cvxpy", "ipopt")
 """Methods that solve the program in the open (`vibopt.posed`)."""
@@ -146,7 +140,7 @@ def is_open(job: Job) -> bool:
     return bool(job.choices)
 
 
-def kept(job: B, found: Answer) -> B:
+def kept(job: B, found: Answer[Any]) -> B:
     """The same job with what its answer chose as facts: solved again it is an analysis that measures that answer.
 
     Raises
@@ -160,18 +154,18 @@ def kept(job: B, found: Answer) -> B:
         return job
     from vibopt.balancing import kept as plans
 
-    if is_rotor(job) and is_plan(found):
+    if is_rotor(job):
         document = plans.of_rotor(job, found)
     elif is_known(job):
         document = plans.of_known(job)
     else:
-        document = plans.of_engine(cast("EngineJob", job), cast("Outcome", found))
+        document = plans.of_engine(cast("EngineJob", job), found)
     return cast(B, _read(document, Mistakes(job.name, None)))
 
 
 def noun_of(job: Job) -> str:
     """What a job is about: "a measured rotor"."""
-    return NOUNS[next(kind for kind, told in _TOLD.items() if told(job))]
+    return NOUNS[job.kind]
 
 
 def _read(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
@@ -222,50 +216,14 @@ def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
         mistakes.raise_any()
 
 
-@overload
 def answer(
-    job: Scene,
+    job: J,
     *,
     method: str | None = None,
     progress: Progress | None = None,
     time_limit: float | None = None,
     explain: bool = True,
-) -> Design: ...
-@overload
-def answer(
-    job: RotorJob,
-    *,
-    method: str | None = None,
-    progress: Progress | None = None,
-    time_limit: float | None = None,
-    explain: bool = True,
-) -> Plan: ...
-@overload
-def answer(
-    job: KnownJob | EngineJob,
-    *,
-    method: str | None = None,
-    progress: Progress | None = None,
-    time_limit: float | None = None,
-    explain: bool = True,
-) -> Outcome: ...
-@overload
-def answer(
-    job: Job,
-    *,
-    method: str | None = None,
-    progress: Progress | None = None,
-    time_limit: float | None = None,
-    explain: bool = True,
-) -> Answer: ...
-def answer(
-    job: Job,
-    *,
-    method: str | None = None,
-    progress: Progress | None = None,
-    time_limit: float | None = None,
-    explain: bool = True,
-) -> Answer:
+) -> Answer[J]:
     """The answer to any job, with its evidence.
 
     Parameters
@@ -291,13 +249,14 @@ def answer(
         if is_scene(job):
             from vibopt.solve import solve
 
-            return solve(job, method=_open_method(method) or method, progress=progress, explain=explain)
+            by = _open_method(method) or method
+            return cast("Answer[J]", solve(job, method=by, progress=progress, explain=explain))
         if method not in (None, *POSED):
             raise InputError(
                 f"{job.name}: --method {method}: goal and limits decide the method of a balancing job. Leave it out, "
                 f"or write {' or '.join(POSED)}."
             )
-        return balanced(job, explain=explain, method=method)
+        return cast("Answer[J]", balanced(job, explain=explain, method=method))
 
 
 def _open_method(method: str | None) -> Any:
@@ -309,7 +268,9 @@ def _open_method(method: str | None) -> Any:
     return METHODS[method]()
 
 
-def balanced(job: BalancingJob, *, thorough: bool = False, explain: bool = True, method: str | None = None) -> Solution:
+def balanced(
+    job: BalancingJob, *, thorough: bool = False, explain: bool = True, method: str | None = None
+) -> Answer[Any]:
     """The answer to a balancing job; `thorough` computes every price, whatever the work, without `explain` none."""
     from vibopt.balancing.prices import without_prices
 
@@ -319,16 +280,7 @@ def balanced(job: BalancingJob, *, thorough: bool = False, explain: bool = True,
     return replace(found, claim=found.claim + ended) if ended else found
 
 
-def plain_answer(found: Answer) -> dict[str, Any]:
-    """The answer as plain data, as `solve --json` prints it."""
-    if is_design(found):
-        from vibopt.design.jsonable import as_json
-
-        return as_json(found)
-    return found.to_json()
-
-
-def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Solution:
+def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Answer[Any]:
     if is_known(job):
         from vibopt.balancing.known import solve_known
 
@@ -354,32 +306,23 @@ def _by(job: BalancingJob, method: str | None) -> dict[str, Any]:
 
 
 def is_scene(job: object) -> TypeIs[Scene]:
-    """Told by the name of the class, so that nothing is loaded for it; the same below."""
-    return type(job).__name__ == "Scene"
+    """Whether it is a machine put together of bodies, links and absorbers."""
+    return getattr(job, "kind", "") == SCENE
 
 
 def is_rotor(job: object) -> TypeIs[RotorJob]:
-    return type(job).__name__ == "RotorJob"
+    return getattr(job, "kind", "") == ROTOR
 
 
 def is_known(job: object) -> TypeIs[KnownJob]:
-    return type(job).__name__ == "KnownJob"
+    return getattr(job, "kind", "") == KNOWN
 
 
 def is_engine(job: object) -> TypeIs[EngineJob]:
-    return type(job).__name__ == "EngineJob"
+    return getattr(job, "kind", "") == ENGINE
 
 
-_TOLD: Mapping[str, Callable[[object], bool]] = {SCENE: is_scene, ROTOR: is_rotor, KNOWN: is_known, ENGINE: is_engine}
 NOUNS = {SCENE: "a machine", ROTOR: "a measured rotor", KNOWN: "a shaft with known masses", ENGINE: "an engine"}
-
-
-def is_design(answer: object) -> TypeIs[Design]:
-    return type(answer).__name__ == "Design"
-
-
-def is_plan(answer: object) -> TypeIs[Plan]:
-    return type(answer).__name__ == "Plan"
 
 
 def scene_only(job: Job, verb: str, instead: str = "") -> Scene:

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vibopt.answer.answer import EXIT_CODES, OPEN, Answer
 from vibopt.answer.entry import TOLERANCE, Entry, at_most, direction
-from vibopt.answer.status import EXIT_CODES, OPEN, Judged
 from vibopt.errors import NotProven
 
 POSITIVE = st.floats(1e-9, 1e9)
@@ -55,13 +55,15 @@ def test_a_measure_is_neither_active_nor_broken() -> None:
     assert "limit" not in row.to_json()
 
 
+class Job:
+    name, title, kind, views = "fan", "a fan", "rotor", "vibopt.balancing.views"
+
+
 @pytest.mark.parametrize("status", EXIT_CODES)
 def test_only_what_is_proven_passes(status: str) -> None:
-    class Said(Judged):
-        name, claim = "fan", "as it is"
-
-    said = Said()
-    said.status = status
+    said: Answer[Job] = Answer(Job(), status, "as it is")
+    assert said.exit_code == EXIT_CODES[status]
+    assert said.proven is (status not in OPEN)
     if status in OPEN:
         with pytest.raises(NotProven, match=f"^fan: {status}: as it is$"):
             said.require_proof()

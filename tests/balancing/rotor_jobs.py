@@ -7,8 +7,8 @@ import tomllib
 from math import degrees
 from pathlib import Path
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.plan import Plan
 from vibopt.balancing.rotor import read_rotor
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.errors import InputError
@@ -48,7 +48,7 @@ def read_text(text: str, folder: Path | None = None) -> RotorJob:
     return read_rotor(tomllib.loads(text), Mistakes("fan.toml", Locator(text)), folder)
 
 
-def solve_text(text: str, folder: Path | None = None) -> Plan:
+def solve_text(text: str, folder: Path | None = None) -> Answer[RotorJob]:
     return solve_job(read_text(text, folder))
 
 
@@ -65,7 +65,7 @@ def polar(z: complex, unit: str, factor: float = 1.0) -> str:
     return f"{abs(z) * factor!r} {unit} @ {degrees(cmath.phase(z)) % 360.0!r} deg"
 
 
-def correction(plan: Plan, name: str) -> complex:
+def correction(plan: Answer[RotorJob], name: str) -> complex:
     """Mass [kg] and written angle of a plane as one number."""
-    plane = next(one for one in plan.planes if one.name == name)
+    plane = next(one for one in plan.plan.planes if one.name == name)
     return cmath.rect(float(plane.mass.value), float(plane.angle.value))

@@ -210,9 +210,9 @@ def test_with_one_spare_run_and_no_scatter_a_falsified_trial_never_passes_a_limi
     for _ in range(60):
         one = one_spare(planes, sensors, dice, part, dice.uniform(0.2, 2.0))
         plan = solve_job(one.job)
-        if not plan.fittings or one.bad in heard(one.job).found[0].unchecked:
+        if not plan.plan.fittings or one.bad in heard(one.job).found[0].unchecked:
             continue
-        breaks = bool((np.abs(one.y0 + one.H @ np.array([plane.u for plane in plan.planes])) > part * 1e-4).any())
+        breaks = bool((np.abs(one.y0 + one.H @ np.array([plane.u for plane in plan.plan.planes])) > part * 1e-4).any())
         broken += breaks
         assert not (breaks and plan.status == "optimal")
     assert broken >= 10
@@ -267,14 +267,14 @@ def test_the_odd_run_is_left_out_and_said_with_the_other_plan_beside() -> None:
     assert note.startswith(
         'Run "both" at 1200 rpm does not agree with the others and is left out: they predict a reading'
     )
-    assert [one.name for one in plan.beside] == ["this plan", 'with run "both", which contradicts the others']
+    assert [one.name for one in plan.plan.beside] == ["this plan", 'with run "both", which contradicts the others']
     assert plan.status == "optimal"
     assert "; put back into a simulated rotor, which shows the same up to rounding" in plan.claim
     clean = solve_text(FAN + SCATTER)
-    for one, other in zip(plan.planes, clean.planes, strict=True):
+    for one, other in zip(plan.plan.planes, clean.plan.planes, strict=True):
         assert abs(one.u - other.u) < 1e-6 * abs(other.u)
     assert plan.to_json()["beside"][1]["remedy"] == 'with run "both", which contradicts the others'
-    assert [bool(one.band) for one in plan.beside] == [True, False]
+    assert [bool(one.band) for one in plan.plan.beside] == [True, False]
 
 
 def test_one_spare_run_far_off_is_unproven_without_a_scatter_too() -> None:
@@ -289,7 +289,7 @@ def test_a_limit_that_one_spare_run_leaves_open_is_unproven_and_the_claim_says_h
     assert (plan.status, plan.exit_code) == ("unproven", 5)
     assert plan.claim.startswith("whether the limit of 0.5 mil pp on ")
     assert "is met is not known: with one run to spare and no scatter given up to " in plan.claim
-    assert plan.words[0].startswith("Repeat one of these runs before anything is fitted, ")
+    assert plan.plan.words[0].startswith("Repeat one of these runs before anything is fitted, ")
 
 
 def test_where_it_cannot_be_told_the_status_says_so() -> None:
@@ -300,16 +300,16 @@ def test_where_it_cannot_be_told_the_status_says_so() -> None:
         'left" or run "left again"'
     )
     assert "; the bands hold what is left whichever it is" in plan.claim
-    assert plan.words[0].startswith("Repeat one of these runs before anything is fitted, ")
-    assert plan.beside[0].name == "all runs, as here"
+    assert plan.plan.words[0].startswith("Repeat one of these runs before anything is fitted, ")
+    assert plan.plan.beside[0].name == "all runs, as here"
     assert any(one.startswith('No other run checks run "trial right" at 1200 rpm') for one in plan.notes)
 
 
 def test_as_found_shows_what_was_read_and_the_fit_beside_it() -> None:
     plan = solve_text(fan_again(2, 1.02))
-    assert [one.found_phasor for one in plan.rows] == ["8.6 mil pp @ 63 deg", "6.5 mil pp @ 206 deg"]
-    assert all(one.fitted_phasor not in ("", one.found_phasor) for one in plan.rows)
-    assert [one.fitted_phasor for one in solve_text(FAN).rows] == ["", ""]
+    assert [one.found_phasor for one in plan.plan.rows] == ["8.6 mil pp @ 63 deg", "6.5 mil pp @ 206 deg"]
+    assert all(one.fitted_phasor not in ("", one.found_phasor) for one in plan.plan.rows)
+    assert [one.fitted_phasor for one in solve_text(FAN).plan.rows] == ["", ""]
 
 
 def test_a_speed_without_a_spare_run_has_no_band_where_the_scatter_is_learnt() -> None:
@@ -317,7 +317,7 @@ def test_a_speed_without_a_spare_run_has_no_band_where_the_scatter_is_learnt() -
     second = again.replace("1200 rpm", "1500 rpm")
     repeated = again.replace("8.6 mil @ 63", "8.8 mil @ 64").replace("6.2 mil @ 36", "6.1 mil @ 35")
     plan = solve_text(FAN + repeated + second)
-    assert [one.band is None for one in plan.rows] == [False, False, True, True]
+    assert [one.band is None for one in plan.plan.rows] == [False, False, True, True]
     assert "At 1500 rpm there is none: no run is spare there." in plan.notes
 
 

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.engine import EngineJob, read_engine, solve_engine
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
@@ -21,7 +22,6 @@ from vibopt.balancing.engine.phasing import classes
 from vibopt.balancing.engine.shaking import arms, of_order, peak
 from vibopt.balancing.engine.simulate import simulated
 from vibopt.balancing.engine.solve import Balanced, balance
-from vibopt.balancing.outcome import Outcome
 from vibopt.balancing.said import blocks_of
 from vibopt.errors import InputError
 from vibopt.scene.locate import Locator
@@ -41,11 +41,11 @@ def job_of(document: dict[str, Any]) -> EngineJob:
     return read_engine(copy.deepcopy(document), Mistakes("engine.toml"))
 
 
-def solved(document: dict[str, Any]) -> Outcome:
+def solved(document: dict[str, Any]) -> Answer[EngineJob]:
     return solve_engine(job_of(document))
 
 
-def number_at(answer: Outcome, path: str) -> float:
+def number_at(answer: Answer[EngineJob], path: str) -> float:
     """A number of the answer."""
     value = answer.find(path).value
     assert isinstance(value, float)
@@ -300,7 +300,7 @@ def test_places_are_said_as_the_file_counts_them() -> None:
     document |= {"balance_shafts": {"a": shaft}, "goal": {"minimise": "secondary_force"}}
     job = job_of(document)
     answer = solve_engine(job)
-    row = next(one for one in blocks_of(answer, job) if one.title == "Weights").rows[0]
+    row = next(one for one in blocks_of(answer) if one.title == "Weights").rows[0]
     assert row[-2:] == ("0 mm", "-135 mm")
     assert (
         "Places are counted from cylinder 1 at 0 mm; the last cylinder is at 270 mm, the middle of all at 135 mm."
@@ -312,7 +312,7 @@ def test_places_are_said_as_the_file_counts_them() -> None:
 def test_orders_that_were_left_out_are_not_called_small() -> None:
     job = job_of(engine(["0 deg", "180 deg", "180 deg", "0 deg"], kinematics="truncated"))
     answer = solve_engine(job)
-    lines = next(one for one in blocks_of(answer, job) if one.title == "Besides").lines
+    lines = next(one for one in blocks_of(answer) if one.title == "Besides").lines
     assert lines[0] == 'Orders above 2 are left out, as kinematics = "truncated" says.'
     assert "orders.4.force" not in answer.values
     full = solved(engine(["0 deg", "180 deg", "180 deg", "0 deg"]))

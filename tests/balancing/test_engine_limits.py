@@ -69,7 +69,7 @@ def test_a_limit_says_what_a_tenth_more_buys_and_from_where_nothing_is_gained() 
     assert then == pytest.approx(force[couple <= wider].min(), rel=5e-3)
     assert until == pytest.approx(couple[np.argmin(force)], rel=1e-3)
     assert force[couple <= until * 0.99].min() > force.min() * 1.02
-    assert "What loosening a limit buys" in [one.title for one in blocks_of(answer, job_of(document))]
+    assert "What loosening a limit buys" in [one.title for one in blocks_of(answer)]
     assert answer.to_json()["limits"]["secondary_couple"]["price"]["words"] == words
 
 
@@ -106,7 +106,7 @@ def test_limits_that_cannot_hold_together_are_named_with_the_smallest_loosening(
     assert (answer.status, answer.exit_code) == ("infeasible", 3)
     assert answer.reason.startswith("These cannot hold together: secondary_couple, secondary_force. ")
     assert "Smallest loosening of one: secondary_couple 200 N m -> " in answer.reason
-    assert answer.reason in " ".join(text_of(answer, job_of(document)).split())
+    assert answer.reason in " ".join(text_of(answer).split())
     assert answer.to_json()["reason"] == answer.reason
     couple_needed = numbers(answer.reason.replace(",", ";"), "moment")[-1]
     force_needed = numbers(answer.reason.replace(",", ";"), "force")[-1]

@@ -17,7 +17,7 @@ LEFT = 'readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }'
 def test_a_plane_whose_trial_changed_nothing_gets_no_weight() -> None:
     text = FAN.replace(LEFT, AS_FOUND)
     plan = solve_text(text)
-    left = next(one for one in plan.planes if one.name == "left")
+    left = next(one for one in plan.plan.planes if one.name == "left")
     assert not left.weights
     assert plan.status == "optimal"
     assert any(note.startswith("No sensor feels a weight in plane left") for note in plan.notes)
@@ -29,7 +29,7 @@ def test_least_correction_puts_nothing_where_nothing_is_felt() -> None:
         '[goal]\nminimise = "correction"\n[limits.all]\nresponse = "residual"\nat_most = "6 mil"\n'
     )
     plan = solve_text(text)
-    right = next(one for one in plan.planes if one.name == "right")
+    right = next(one for one in plan.plan.planes if one.name == "right")
     y0 = np.array([8.6 * np.exp(-1j * np.radians(63)), 6.5 * np.exp(-1j * np.radians(206))])
     y1 = np.array([6.2 * np.exp(-1j * np.radians(36)), 10.4 * np.exp(-1j * np.radians(162))])
     h = (y1 - y0) / (12.0 * np.exp(-1j * np.radians(180.0)))
@@ -43,7 +43,7 @@ def test_a_change_within_the_scatter_is_none() -> None:
     moved = 'readings = { a = "8.6 mil @ 63.1 deg", b = "6.5 mil @ 206 deg" }'
     text = re.sub(r"(title = .*\n)", r"\1" + SCATTER, FAN.replace(LEFT, moved))
     plan = solve_text(text)
-    assert not next(one for one in plan.planes if one.name == "left").weights
+    assert not next(one for one in plan.plan.planes if one.name == "left").weights
 
 
 @pytest.mark.parametrize("robust", ["worst", "mean"])

@@ -121,16 +121,16 @@ def test_an_error_of_measurement_that_leaves_nothing_is_said() -> None:
         "The measurement error of 5000 g mm is no less than what planes left and right may keep (2005 g mm): no "
         "measurement can show that the grade is met. Measure more exactly, or ask for a coarser grade."
     ) in plan.notes
-    rows = next(one for one in blocks_of(plan, plan.job) if one.title == "Permissible residual unbalance").rows
+    rows = next(one for one in blocks_of(plan) if one.title == "Permissible residual unbalance").rows
     assert [row[2] for row in rows if row[0].startswith("plane")] == ["nothing", "nothing"]
     assert not [note for note in solve_text(ASKED + 'measurement_error = "500 g mm"\n').notes if "grade" in note]
 
 
 def test_a_grade_alone_repeats_no_convention_that_nobody_wrote() -> None:
     alone = ASKED[ASKED.index("[quality]") :] + 'speed = "1200 rpm"\n'
-    assert solve_text(alone).conventions == ()
+    assert solve_text(alone).plan.conventions == ()
     said = '[conventions]\nangles = "with rotation"\ndetector = "pp"\nzero = "tape"\n'
     left = 'residual = { left = "300 g mm @ 20 deg", right = "200 g mm @ 200 deg" }\n'
     plan = solve_text(said + alone + left)
-    assert plan.conventions == ("Angles of weights are counted with rotation from zero, which is at: tape.",)
+    assert plan.plan.conventions == ("Angles of weights are counted with rotation from zero, which is at: tape.",)
     assert plan.find("quality.earned").value == pytest.approx(solve_text(alone + left).find("quality.earned").value)

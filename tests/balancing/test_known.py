@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import tomllib
+from dataclasses import replace
 from math import isclose, pi, radians
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.known import read_known, solve_known
+from vibopt.balancing.known.job import KnownJob
 from vibopt.balancing.known.solve import correct
 from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
-from vibopt.balancing.outcome import Outcome
 from vibopt.balancing.said import goal_words
 from vibopt.errors import InputError, NotProven, UnknownName
 from vibopt.scene.locate import Locator
@@ -38,7 +40,7 @@ SHAFT: dict[str, Any] = {
 }
 
 
-def solved(document: dict[str, Any]) -> Outcome:
+def solved(document: dict[str, Any]) -> Answer[KnownJob]:
     """The answer to a document."""
     return solve_known(read_known(document, Mistakes("shaft.toml")))
 
@@ -54,7 +56,7 @@ def changed(**tables: dict[str, Any]) -> dict[str, Any]:
     return document
 
 
-def number_at(answer: Outcome, path: str) -> float:
+def number_at(answer: Answer[KnownJob], path: str) -> float:
     """A number of the answer."""
     value = answer.find(path).value
     assert isinstance(value, float)
@@ -223,7 +225,7 @@ def test_answer_as_json_is_nested_by_path_and_unknown_paths_are_refused() -> Non
     with pytest.raises(UnknownName, match=r'unknown path "planes.P.mas". Did you mean "planes.P.mass"\?'):
         answer.find("planes.P.mas")
     with pytest.raises(NotProven):
-        Outcome("x", "x", "unproven", "nothing", {}).require_proof()
+        replace(answer, status="unproven").require_proof()
 
 
 TEXT = """
@@ -387,7 +389,7 @@ def test_without_bearings_the_goal_is_the_unbalance_at_both_ends() -> None:
 
 @pytest.mark.parametrize("minimise", ["unbalance", "reaction", "couple_unbalance"])
 def test_the_price_is_that_of_the_goal_named(minimise: str) -> None:
-    def with_cap(cap: float) -> Outcome:
+    def with_cap(cap: float) -> Answer[KnownJob]:
         limits = {"most": {"response": "correction", "total": True, "at_most": f"{cap} g"}}
         return solved({**changed(goal={"minimise": minimise}), "limits": limits})
 

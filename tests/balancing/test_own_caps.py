@@ -11,9 +11,9 @@ import pytest
 from rotor_jobs import FAN, read_text, solve_text
 from test_engine import engine, job_of, number_at, solved
 from test_rotor_plan import fan
+from vibopt.answer.answer import Answer
 from vibopt.balancing.engine.shaking import arms
 from vibopt.balancing.known import read_known, solve_known
-from vibopt.balancing.outcome import Outcome
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.scene.mistakes import Mistakes
 
@@ -64,7 +64,7 @@ def test_a_cap_on_shelf_weights_has_the_price_of_the_longer_list() -> None:
     assert numbers(words, "mil pp")[1] == pytest.approx(float(wider.goal[1].value) / MIL, rel=2e-3)
 
 
-def shaft(cap: float, **plane: Any) -> Outcome:
+def shaft(cap: float, **plane: Any) -> Answer[Any]:
     document = {
         "shaft": {"bearings": {"A": "0 mm", "B": "900 mm"}, "speed": "1500 rpm"},
         "masses": {"one": {"unbalance": "50 kg mm", "angle": "30 deg", "at": "300 mm"}},
@@ -186,9 +186,9 @@ NEARLY = FAN.replace(
 
 def test_nearly_alike_planes_are_compared_with_fewer_and_what_the_last_buys_is_said() -> None:
     plan = solve_text(NEARLY)
-    assert 10.0 < plan.condition < 30.0
+    assert 10.0 < plan.plan.condition < 30.0
     assert plan.status == "optimal"
-    assert [one.name for one in plan.remedies] == ["as asked", "left left out", "right left out"]
+    assert [one.name for one in plan.plan.remedies] == ["as asked", "left left out", "right left out"]
     said = next(one for one in plan.notes if "act nearly alike" in one)
     assert said.startswith("Planes left and right act nearly alike: condition number ")
     buys = next(one for one in plan.notes if one.startswith("What plane "))
@@ -197,9 +197,9 @@ def test_nearly_alike_planes_are_compared_with_fewer_and_what_the_last_buys_is_s
             solve_text(NEARLY.replace(f"[planes.{one}]\n", f"[planes.{one}]\nkeep = true\n"))
             for one in ("left", "right")
         ),
-        key=lambda other: max(float(row.residual.value) for row in other.rows),
+        key=lambda other: max(float(row.residual.value) for row in other.plan.rows),
     )
-    worst = max(float(row.residual.value) for row in fewer.rows) / MIL
+    worst = max(float(row.residual.value) for row in fewer.plan.rows) / MIL
     assert numbers(buys, "mil pp")[1] == pytest.approx(worst, rel=1e-3)
 
 

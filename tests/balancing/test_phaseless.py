@@ -53,12 +53,10 @@ def test_two_trials_leave_two_answers_and_ask_for_a_third_run() -> None:
     plan = solve_text(job(around(5.0, 0, 120)))
     assert (plan.status, plan.exit_code) == ("unproven", 5)
     assert plan.claim == "the amplitudes leave two answers; one more trial run decides"
-    found = [
-        cmath.rect(float(one.planes[0].mass.value) * 1e3, float(one.planes[0].angle.value)) for one in plan.fittings
-    ]
+    found = [cmath.rect(one.planes[0].mass.value * 1e3, one.planes[0].angle.value) for one in plan.plan.fittings]
     assert min(abs(one + UNBALANCE) for one in found) < 1e-6
     assert [note for note in plan.notes if note.startswith("Make one more run with 5 g in fan at ")]
-    assert [line.split(":")[0] for line in plan.words[1:]] == ["Answer 1", "Answer 2"]
+    assert [line.split(":")[0] for line in plan.plan.words[1:]] == ["Answer 1", "Answer 2"]
     assert len(plan.to_json()["answers"]) == 2
 
 
@@ -67,7 +65,7 @@ def test_the_run_asked_for_decides() -> None:
     note = next(one for one in plan.notes if one.startswith("Make one more run"))
     angle = float(note.split(" at ")[1].split()[0])
     again = solve_text(job(around(5.0, 0, 120, angle)))
-    assert len(again.fittings) == 1
+    assert len(again.plan.fittings) == 1
     assert abs(correction(again, "fan") * 1e3 + UNBALANCE) < 1e-6
 
 
@@ -170,9 +168,9 @@ def test_a_plan_that_the_squares_do_not_show_is_refused(monkeypatch: pytest.Monk
 def test_planes_almost_alike_are_refused_without_phase_as_well() -> None:
     alike = np.array([[0.4, 0.4001], [0.1 - 0.1j, 0.1 - 0.1001j]])
     plan = solve_text(two_planes(ALONE, coefficients=alike))
-    assert (plan.status, plan.fittings) == ("unproven", ())
+    assert (plan.status, plan.plan.fittings) == ("unproven", ())
     assert plan.claim.startswith("the weights of the best fit cancel each other (p ")
-    assert [one.name for one in plan.remedies][:3] == ["as asked", "p left out", "q left out"]
+    assert [one.name for one in plan.plan.remedies][:3] == ["as asked", "p left out", "q left out"]
 
 
 def test_too_few_runs_are_refused() -> None:
@@ -220,7 +218,7 @@ def test_the_run_that_decides_is_predicted_for_every_answer() -> None:
         lines.append("[[runs]]" + ("" if angle is None else f'\nweights = {{ fan = "5 g @ {angle} deg" }}'))
         lines.append(f"readings = {{ {values} }}")
     plan = solve_text("\n".join(lines))
-    assert len(plan.fittings) == 4
+    assert len(plan.plan.fittings) == 4
     (asked,) = [note for note in plan.notes if note.startswith("Make one more run with 5 g in fan at ")]
     angle = float(asked.split(" at ")[1].split(" deg")[0])
     shown = {name: gain * abs(w0 + cmath.rect(5.0, radians(angle))) for name, (w0, gain) in SEEN.items()}

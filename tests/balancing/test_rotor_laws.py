@@ -85,7 +85,7 @@ def test_the_residual_is_what_the_rotor_shows(truth: Truth, turn: float, lag: bo
     back = cmath.exp(1j * radians(turn))
     u = np.array([_written(correction(plan, name), against) * back for name in PLANES])
     left = np.abs(truth.y0 + truth.H @ u)
-    said = np.array([float(row.residual.value) for row in plan.rows])
+    said = np.array([float(row.residual.value) for row in plan.plan.rows])
     np.testing.assert_allclose(said, left, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(u, best(truth), rtol=1e-8, atol=1e-12)
     assert plan.status == "optimal"
@@ -158,7 +158,7 @@ def test_the_band_holds_95_percent_of_the_true_residuals() -> None:
         plan = solve_text(noisy)
         u = np.array([correction(plan, name).conjugate() for name in PLANES])
         left = np.abs(y0 + H @ u)
-        for row, true in zip(plan.rows, left, strict=True):
+        for row, true in zip(plan.plan.rows, left, strict=True):
             assert row.band is not None
             inside += float(row.band[0].value) <= true <= float(row.band[1].value)
             total += 1
@@ -194,7 +194,7 @@ def test_a_robust_plan_is_better_over_the_scatter(robust: str) -> None:
     identified = identify(scattered)
     noise = noise_of(scattered, identified)
     assert noise is not None
-    u = [np.array([one.u for one in plan.planes]) for plan in (plain, careful)]
+    u = [np.array([one.u for one in plan.plan.planes]) for plan in (plain, careful)]
     bound = [float(bands(scattered, identified, noise, one)[:, 1].max()) for one in u]
     assert bound[1] < bound[0]
     assert careful.status == "optimal"

@@ -28,8 +28,8 @@ def put_back_of(text: str) -> None:
     """What the plan says is what the simulated rotor shows."""
     job = read_text(text)
     plan = solve_rotor.solve_job(job)
-    shown = simulated(job, plan_text(job, plan.fittings[0]))
-    np.testing.assert_allclose([float(row.residual.value) for row in plan.rows], shown, atol=1e-15, rtol=1e-9)
+    shown = simulated(job, plan_text(job, plan.plan.fittings[0]))
+    np.testing.assert_allclose([float(row.residual.value) for row in plan.plan.rows], shown, atol=1e-15, rtol=1e-9)
 
 
 def test_the_fan_is_balanced_as_published() -> None:
@@ -48,7 +48,7 @@ def test_the_fan_is_balanced_as_published() -> None:
     for name, one in zip(("left", "right"), by_hand, strict=True):
         assert abs(correction(plan, name) * 1e3 - one) < 1e-10
     assert (plan.status, plan.exit_code) == ("optimal", 0)
-    assert plan.words == (
+    assert plan.plan.words == (
         "Take every trial weight off first: the plan is added to the rotor as found.",
         "left: fit 10.76 g at radius 150 mm, 326.6 deg against rotation from the reflective tape.",
         "right: fit 6.202 g at radius 150 mm, 65.4 deg against rotation from the reflective tape.",
@@ -82,7 +82,7 @@ def test_a_textbook_job_in_plain_numbers() -> None:
     H = np.stack([(L - V) / cmath.rect(2, radians(30)), (R - V) / 2.0], axis=1)
     for name, one in zip(("left", "right"), np.linalg.solve(H, -V), strict=True):
         assert abs(correction(plan, name) / 0.028349523125 - one) < 1e-10
-    assert plan.words[1] == "left: fit 4.232 oz, 130.3 deg against rotation from the reflective tape."
+    assert plan.plan.words[1] == "left: fit 4.232 oz, 130.3 deg against rotation from the reflective tape."
 
 
 def test_holes_and_shelf_weights_are_named() -> None:
@@ -93,7 +93,7 @@ def test_holes_and_shelf_weights_are_named() -> None:
     plan = solve_text(text)
     assert plan.status == "optimal"
     assert (
-        plan.words[2]
+        plan.plan.words[2]
         == "right: fit 6 g at radius 150 mm in hole 2 at 60 deg against rotation from the reflective tape."
     )
     put_back_of(text)
@@ -105,7 +105,7 @@ def test_holes_and_shelf_weights_are_named() -> None:
 def test_a_split_weight_is_the_same_vector_in_two_holes() -> None:
     text = fan("holes = 12\nsplit = true\n")
     plan = solve_text(text)
-    parts = plan.planes[0].weights
+    parts = plan.plan.planes[0].weights
     assert [part.hole for part in parts] == [10, 11]
     together = sum(cmath.rect(part.mass, part.angle) for part in parts)
     assert abs(together - correction(solve_text(FAN), "left")) < 1e-12
@@ -114,19 +114,19 @@ def test_a_split_weight_is_the_same_vector_in_two_holes() -> None:
 
 def test_the_cap_of_a_split_weight_is_on_both_parts() -> None:
     plan = solve_text(fan('holes = 8\nsplit = true\nweight = { from = "0 g", to = "11 g" }\n'))
-    assert sum(part.mass for part in plan.planes[0].weights) <= 0.011 * (1 + 1e-7)
+    assert sum(part.mass for part in plan.plan.planes[0].weights) <= 0.011 * (1 + 1e-7)
     assert plan.status == "optimal"
 
 
 def test_a_forbidden_sector_is_kept_in_the_users_sense() -> None:
     text = fan('forbidden = ["300..350 deg"]\n')
     plan = solve_text(text)
-    angle = degrees(float(plan.planes[0].angle.value))
+    angle = degrees(float(plan.plan.planes[0].angle.value))
     assert min(abs(angle - 300.0), abs(angle - 350.0)) < 1e-6
     assert plan.status == "optimal"
     put_back_of(text)
     through_zero = solve_text(fan('forbidden = ["300..10 deg"]\n'))
-    angle = degrees(float(through_zero.planes[0].angle.value))
+    angle = degrees(float(through_zero.plan.planes[0].angle.value))
     assert min(abs(angle - 300.0), abs(angle - 10.0)) < 1e-6
 
 
@@ -135,7 +135,7 @@ def test_material_is_removed_on_the_opposite_side() -> None:
     plan = solve_text(text)
     added = correction(solve_text(FAN), "left")
     assert abs(correction(plan, "left") + added) < 1e-12
-    assert plan.planes[0].words == (
+    assert plan.plan.planes[0].words == (
         "left: take away 10.76 g at radius 150 mm, 146.6 deg against rotation from the reflective tape (hole of 10 "
         "mm, 17.5 mm deep)."
     )
@@ -144,20 +144,20 @@ def test_material_is_removed_on_the_opposite_side() -> None:
 
 def test_a_forbidden_sector_of_drilling_is_where_the_drill_goes() -> None:
     plan = solve_text(fan('remove = true\nforbidden = ["120..170 deg"]\n'))
-    angle = degrees(float(plan.planes[0].angle.value))
+    angle = degrees(float(plan.plan.planes[0].angle.value))
     assert min(abs(angle - 120.0), abs(angle - 170.0)) < 1e-6
 
 
 def test_a_shallow_drill_is_a_cap() -> None:
     plan = solve_text(fan('remove = true\ndrill = { diameter = "10 mm", density = "7850 kg/m³", deepest = "8 mm" }\n'))
-    depth = plan.planes[0].weights[0].depth
+    depth = plan.plan.planes[0].weights[0].depth
     assert depth == pytest.approx(8e-3, rel=1e-6)
 
 
 def test_a_plane_is_kept() -> None:
     plan = solve_text(fan(right="keep = true\n"))
-    assert plan.words[2] == "right: leave untouched."
-    assert plan.planes[1].u == 0.0
+    assert plan.plan.words[2] == "right: leave untouched."
+    assert plan.plan.planes[1].u == 0.0
 
 
 @pytest.mark.parametrize(("kind", "sign"), [("static", 1.0), ("couple", -1.0)])
@@ -183,7 +183,7 @@ def test_planes_in_unbalance_need_no_radius() -> None:
     )
     plan = solve_text(text)
     assert plan.find("planes.left.unbalance").shown == "1615 g mm"
-    assert plan.words[1] == "left: fit 1615 g mm, 326.6 deg against rotation from the reflective tape."
+    assert plan.plan.words[1] == "left: fit 1615 g mm, 326.6 deg against rotation from the reflective tape."
 
 
 def test_runout_is_subtracted() -> None:
@@ -235,7 +235,7 @@ def test_two_speeds_share_one_plan_and_have_limits_of_their_own() -> None:
     text = FAN + SECOND + limits
     plan = solve_text(text)
     assert plan.status == "optimal"
-    assert [row.speed.shown for row in plan.rows] == ["1200 rpm", "1200 rpm", "1800 rpm", "1800 rpm"]
+    assert [row.speed.shown for row in plan.plan.rows] == ["1200 rpm", "1200 rpm", "1800 rpm", "1800 rpm"]
     assert all(limit.met for limit in plan.limits.values())
     tight = [limit for limit in plan.limits.values() if limit.margin < 1e-4]
     assert tight
@@ -287,16 +287,16 @@ def test_planes_that_act_alike_are_named_with_remedies_side_by_side() -> None:
     note = next(one for one in plan.notes if one.startswith("Planes "))
     assert note.startswith("Planes left and right act almost alike: condition number ")
     assert note.endswith("; one can be left out, or the mass penalised.")
-    assert [one.name.split(" of ")[0] for one in plan.remedies] == [
+    assert [one.name.split(" of ")[0] for one in plan.plan.remedies] == [
         "as asked",
         "left left out",
         "right left out",
         "mass penalised",
         "caps",
     ]
-    asked, without, *_ = plan.remedies
+    asked, without, *_ = plan.plan.remedies
     assert float(asked.rms.value) < float(without.rms.value)
-    assert all(one.band for one in plan.remedies)
+    assert all(one.band for one in plan.plan.remedies)
 
 
 def test_a_dead_sensor_does_not_stop_the_plan() -> None:
@@ -305,13 +305,13 @@ def test_a_dead_sensor_does_not_stop_the_plan() -> None:
         text = text.replace(old, "0 mil @ 0 deg")
     plan = solve_text(text)
     assert plan.status == "optimal"
-    assert float(plan.rows[1].residual.value) < 1e-16
+    assert float(plan.plan.rows[1].residual.value) < 1e-16
 
 
 def test_repeated_runs_give_the_scatter() -> None:
     again = FAN[FAN.index("[[runs]]") :].replace("8.6 mil @ 63", "8.8 mil @ 64").replace("6.2 mil @ 36", "6.1 mil @ 35")
     plan = solve_text(FAN + again)
-    assert plan.rows[0].band is not None
+    assert plan.plan.rows[0].band is not None
     assert (
         plan.notes[-1]
         == "Bands hold 95 % of what the scatter of the readings allows (scatter from 3 runs more than unknowns)."
@@ -326,7 +326,7 @@ def test_a_first_trial_weight_is_advised_from_mass_and_speed() -> None:
     assert float(plan.find("planes_first.left.trial").value) == pytest.approx(
         0.1 * 500.0 * 9.80665 / omega**2 / 2 / 0.15
     )
-    assert plan.words[0] == "left: a first trial of at most 103.5 g."
+    assert plan.plan.words[0] == "left: a first trial of at most 103.5 g."
 
 
 def test_a_plan_that_the_simulated_rotor_refuses_is_no_plan() -> None:
@@ -334,9 +334,9 @@ def test_a_plan_that_the_simulated_rotor_refuses_is_no_plan() -> None:
     plan = solve_rotor.solve_job(job)
     identified = identify(job)
     wrong = fitting_of(
-        job, replace(identified, y0=identified.y0 * 1.1), np.array([one.u for one in plan.planes]), (None, None)
+        job, replace(identified, y0=identified.y0 * 1.1), np.array([one.u for one in plan.plan.planes]), (None, None)
     )
-    refused = solve_rotor._certified(replace(plan, fittings=(wrong,)), identified)
+    refused = solve_rotor._certified(plan.with_plan(fittings=(wrong,)), identified)
     assert (refused.status, refused.exit_code) == ("check_failed", 6)
     assert refused.claim.startswith("the simulated rotor shows ")
 

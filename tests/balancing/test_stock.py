@@ -145,7 +145,7 @@ def test_a_plan_takes_no_more_weights_than_the_box_holds() -> None:
     shelf = box('{ mass = "5 g", stock = 1 }', '{ mass = "3 g", stock = 2 }', '"1 g"')
     text = fan(shelf, shelf)
     plan = solve_text(text)
-    taken = Counter(round(weight.mass * 1e3, 9) for plane in plan.planes for weight in plane.weights)
+    taken = Counter(round(weight.mass * 1e3, 9) for plane in plan.plan.planes for weight in plane.weights)
     assert plan.status == "optimal"
     assert taken[5.0] <= 1
     assert taken[3.0] <= 2

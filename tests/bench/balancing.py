@@ -78,7 +78,7 @@ def against_cvxpy() -> None:
                 theirs, value = timed(lambda q=question: fresh_cvxpy(q), max(2, REPEATS[n] // 4))  # type: ignore[misc]
                 print(
                     f"{n:>6}x{p:<3} {goal:>6} {'yes' if capped else 'no':>4} {1e3 * ours:9.3f} {1e3 * theirs:9.1f}"
-                    f" {theirs / ours:7.1f} {solved.gap:8.1e} {(solved.value - value) / value:10.1e}"
+                    f" {theirs / ours:7.1f} {solved.plan.gap:8.1e} {(solved.value - value) / value:10.1e}"
                 )
 
 

@@ -78,7 +78,7 @@ def test_the_remarks_of_the_new_file_are_accepted_when_the_signs_are_taken_away(
     text = Path(new).read_text(encoding="utf-8")
     before, sign, after = text.partition("# [quality]")
     Path(new).write_text(before + (sign + after).replace("\n# ", "\n").removeprefix("# "), encoding="utf-8")
-    assert run("solve", new, "--json").data["values"]["quality"]["met"] == "yes"
+    assert run("solve", new, "--json").data["quality"]["met"] == "yes"
 
 
 def test_a_file_that_is_there_is_never_written_over(run: Run, new: str) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from vibopt.answer.status import EXIT_CODES
+from vibopt.answer.answer import EXIT_CODES
 from vibopt.errors import InputError
 from vibopt.files import marks
 from vibopt.files.marks import is_ours, with_check

@@ -8,8 +8,8 @@ from math import inf, nan
 import numpy as np
 import pytest
 
+from vibopt.answer.jsonable import as_json, json_text, number, plain
 from vibopt.design.design import Design
-from vibopt.design.jsonable import as_json, json_text, number, plain
 
 Solved = Callable[[str], Design]
 

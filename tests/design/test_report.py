@@ -8,8 +8,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
-from vibopt.design.design import Conflict, Design
+from vibopt.design.design import Design
 from vibopt.design.report import html, inline
 
 Solved = Callable[[str], Design]
@@ -91,7 +92,7 @@ def test_a_conflict_is_told(solved: Solved) -> None:
 
 def test_what_the_user_wrote_cannot_break_the_page(solved: Solved) -> None:
     design = solved("rao_9_34")
-    nasty = replace(design, scene=replace(design.scene, title='<script>alert(1)</script> & "co"'))
+    nasty = replace(design, job=replace(design.scene, title='<script>alert(1)</script> & "co"'))
     page = html(nasty, on=DAY)
     read(page)
     assert "<script" not in page

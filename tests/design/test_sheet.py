@@ -17,10 +17,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.answer.answer import EXIT_CODES, Conflict
 from vibopt.answer.entry import Entry
-from vibopt.answer.status import EXIT_CODES
 from vibopt.design.build import machine_of
-from vibopt.design.design import Conflict, Design
+from vibopt.design.design import Design
 from vibopt.design.sheet import browser, digests_of, html, printed
 from vibopt.design.sheet.build import verified
 from vibopt.design.sheet.fit import SIZES
@@ -394,9 +394,7 @@ def test_a_long_list_of_notes_is_cut_and_says_so() -> None:
 def test_texts_of_the_file_cannot_reach_into_the_page(solved: Solved) -> None:
     design = solved("rao_9_34")
     title = '<script>alert("1")</script> & $x^2$ {{ 7 * 7 }}'
-    page = html(
-        replace(design, scene=replace(design.scene, title=title)), on=DAY, changes=["<b>"], digests={"<i>": "0"}
-    )
+    page = html(replace(design, job=replace(design.scene, title=title)), on=DAY, changes=["<b>"], digests={"<i>": "0"})
     assert "<script" not in page
     assert "<b>" not in page.replace("<b>All", "").replace("<b>Des", "").replace("<b>Che", "")
     assert title in Page(page).text

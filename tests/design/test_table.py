@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
-from vibopt.design.design import Conflict, Design
+from vibopt.design.design import Design
 from vibopt.design.table import text_of
 
 Solved = Callable[[str], Design]

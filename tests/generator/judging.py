@@ -15,7 +15,7 @@ from typing import Any
 from asking import Table, beside, closed
 from draw import Draw
 from machines import Drawn
-from vibopt.answer.status import EXIT_CODES
+from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.main import main
 from vibopt.errors import InputError
 from vibopt.scene.read import from_dict

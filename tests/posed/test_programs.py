@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from vibopt.errors import InputError
-from vibopt.jobs import is_design
+from vibopt.jobs import is_scene
 from vibopt.posed import conic
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -86,7 +86,7 @@ def test_every_stock_problem_agrees_or_is_refused(file: Path, method: str) -> No
 
 def test_the_answer_by_cvxpy_is_proven_by_our_own_bound_and_checked_like_any_other() -> None:
     design = vo.solve(vo.read(NAMED["rao_9_34"]), method="cvxpy")
-    assert is_design(design)
+    assert is_scene(design.job)
     assert design.status == "optimal"
     assert design.claim.startswith("the convex program in cvxpy, gap ")
     assert design.method == "cvxpy"
@@ -109,7 +109,7 @@ def test_variables_and_limits_have_the_paths_of_the_file_and_si_units() -> None:
     assert labels >= {"limits.floor_force", "limits.amplitude", "limits.start_up", "links.mount.stiffness.to"}
     problem.solve(solver="CLARABEL")
     design = vo.solve(vo.read(NAMED["rao_9_34"]))
-    assert is_design(design)
+    assert is_scene(design.job)
     assert problem.var_dict["links.mount.stiffness"].value == pytest.approx(design.x[0], rel=1e-5)
     program = vo.posed(vo.read(NAMED["foiles_min_max_capped"])).casadi()
     assert set(program.variables) == {f"planes.{one.name}" for one in vo.read(NAMED["foiles_min_max_capped"]).planes}  # type: ignore[union-attr]
@@ -139,7 +139,7 @@ def test_a_limit_of_ones_own_moves_the_design_and_the_worst_speeds_with_it() -> 
 def test_peaks_between_the_samples_are_found_by_exchange() -> None:
     """A lightly damped tower: its sharp peak lies between any even speeds."""
     design = vo.solve(vo.read(NAMED["gallery_girder"]), method="ipopt")
-    assert is_design(design)
+    assert is_scene(design.job)
     assert design.details["exchanges"] >= 2
     program = vo.posed(vo.read(NAMED["gallery_girder"])).casadi()
     found = program.nlpsol()(**program.bounds)

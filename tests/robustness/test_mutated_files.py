@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from mutants import FILES, written
-from vibopt.answer.status import EXIT_CODES
+from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.main import main
 
 CODES = {**EXIT_CODES, "ok": 0, "input_error": 2}

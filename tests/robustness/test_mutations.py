@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vibopt.answer.status import EXIT_CODES
+from vibopt.answer.answer import EXIT_CODES
 from vibopt.errors import InputError
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve

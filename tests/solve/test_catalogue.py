@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from vibopt.answer.jsonable import as_json
 from vibopt.design.design import Design
-from vibopt.design.jsonable import as_json
 from vibopt.design.report import html
 from vibopt.program.pose import pose
 from vibopt.program.program import Program

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from vibopt.answer.jsonable import as_json
 from vibopt.design.design import Design
-from vibopt.design.jsonable import as_json
 from vibopt.design.report import html
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vibopt.answer.jsonable import as_json
 from vibopt.design.design import Design
-from vibopt.design.jsonable import as_json
 from vibopt.scene.read import from_dict
 from vibopt.scene.settle import settled
 from vibopt.solve import solve

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import vibopt as vo
+from vibopt.answer.jsonable import as_json, json_text
 from vibopt.design.design import Design
-from vibopt.design.jsonable import as_json, json_text
 from vibopt.work import Budget, answering, each_answer_within, late, metered, worked
 
 PROBLEMS = Path(__file__).parents[2] / "problems"

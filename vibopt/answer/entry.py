@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from cmath import phase
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import inf, isfinite
+from math import inf, isfinite, tau
 from typing import Any, TypeAlias
 
 from vibopt.units import plain, show, si_unit
@@ -63,6 +64,12 @@ class Entry:
 def direction(turn: float) -> Entry:
     """Where on a shaft: an angle [rad] shown in degrees from 0 to below 360, to a tenth."""
     return Entry(turn, "angle", "deg", text=show_angle(turn))
+
+
+def direction_of(phasor: complex) -> Entry:
+    """The direction of a phasor, in 0..360 deg; a full turn but for rounding counts as zero."""
+    turned = phase(phasor) % tau
+    return direction(0.0 if tau - turned < 1e-9 else turned)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value
+from vibopt.answer.plan import Plan
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import impasse
-from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed
 from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Question, Solved
@@ -32,7 +34,7 @@ _ROUNDING = 1e-12
 """Part of the greatest reading below which a goal is zero."""
 
 
-def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Value]] | None = None, **more: Any) -> Plan:
+def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Value]] | None = None, **more: Any) -> Answer[RotorJob]:
     """A plan with what every plan of the job says; `later` gives values that are worked out when they are looked at."""
     values: Mapping[str, Value] = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
     unjudged = job.quality is not None and bool(more.get("fittings")) and "quality.earned" not in values
@@ -40,7 +42,9 @@ def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Value]] | None = No
     if later is not None:
         known, further = values, later
         values = DeferredMapping(lambda: {**known, **further()})
-    return Plan(job=job, conventions=job.conventions.sentences(bool(job.runs)), values=values, notes=notes, **more)
+    own = {one.name: more.pop(one.name) for one in fields(Plan) if one.name in more}
+    plan = Plan(conventions=job.conventions.sentences(bool(job.runs)), **own)
+    return Answer(job=job, values=values, notes=notes, plan=plan, **more)
 
 
 def _swallowed(job: RotorJob) -> tuple[str, ...]:
@@ -116,7 +120,9 @@ def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     return f"{fit}; {kind}{robust}"
 
 
-def nothing(job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False) -> Plan:
+def nothing(
+    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False
+) -> Answer[RotorJob]:
     """No correction: which limits stand in the way."""
     reason = impasse(job, posed, solved.work, thorough=thorough) if solved.status == "infeasible" else ""
     return begun(

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry, Value
 
 if TYPE_CHECKING:
-    from vibopt.balancing.outcome import Outcome
-    from vibopt.balancing.plan import Plan
+    from vibopt.answer.answer import Answer
 
 TODO, TABLE, TEXT, WORK, FOOT = "todo", "table", "text", "work", "foot"
 """Kinds of block: what to do; a table; sentences; what only the next job needs; conventions, notes, method."""
@@ -58,7 +57,7 @@ def cleaned(entry: Value, scale: Value | None) -> Value:
     return replace(entry, value=0.0)
 
 
-def limit_blocks(answer: Plan | Outcome) -> list[Block]:
+def limit_blocks(answer: Answer[Any]) -> list[Block]:
     """Limits, what loosening them buys, and measures: one row each."""
     limits = [
         (name, f"{one.response.replace('_', ' ')} {one.place}".strip(), cleaned(one.value, one.limit).shown,

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Value
 from vibopt.balancing.blocks import FOOT, TEXT, Block, limit_blocks, table
 from vibopt.balancing.engine.job import EngineJob
-from vibopt.balancing.outcome import Outcome
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 
 SMALL = 1e-6
 
 
-def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
+def engine_blocks(outcome: Answer[EngineJob], job: EngineJob) -> list[Block]:
     """What an engine's answer says, in the order in which it is needed."""
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
@@ -24,11 +24,11 @@ def engine_blocks(outcome: Outcome, job: EngineJob) -> list[Block]:
     ]  # fmt: skip
 
 
-def _method(outcome: Outcome) -> tuple[str, ...]:
+def _method(outcome: Answer[EngineJob]) -> tuple[str, ...]:
     return (outcome.method,) if outcome.method not in ("", "none") else ()
 
 
-def _weights(outcome: Outcome, job: EngineJob) -> Block:
+def _weights(outcome: Answer[EngineJob], job: EngineJob) -> Block:
     """What was chosen, and the weights that were given."""
     rows = []
     if job.shares:
@@ -52,12 +52,12 @@ def _weights(outcome: Outcome, job: EngineJob) -> Block:
 
 
 def _angle_of(u: complex) -> Entry:
-    from vibopt.balancing.outcome import angle
+    from vibopt.answer.entry import direction_of
 
-    return angle(u)
+    return direction_of(u)
 
 
-def _cranks(outcome: Outcome, job: EngineJob) -> Block:
+def _cranks(outcome: Answer[EngineJob], job: EngineJob) -> Block:
     rows = [
         (
             str(k),
@@ -70,7 +70,7 @@ def _cranks(outcome: Outcome, job: EngineJob) -> Block:
     return table("Cylinders", ("Cylinder", "Crank", "Bank", "From the reference"), rows)
 
 
-def _orders(outcome: Outcome, job: EngineJob) -> list[Block]:
+def _orders(outcome: Answer[EngineJob], job: EngineJob) -> list[Block]:
     """Orders down to a millionth of all together, and the firing order."""
     values = outcome.values
     orders = sorted({int(path.split(".")[1]) for path in values if path.startswith("orders.")})

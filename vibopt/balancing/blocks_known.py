@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.blocks import FOOT, TODO, Block, limit_blocks, table
 from vibopt.balancing.known.job import KnownJob, Spot
-from vibopt.balancing.outcome import Outcome
 from vibopt.units import show
 
 
-def known_blocks(outcome: Outcome, job: KnownJob) -> list[Block]:
+def known_blocks(outcome: Answer[KnownJob], job: KnownJob) -> list[Block]:
     """What the answer for known masses says, in the order in which it is needed."""
     planes = [one for one in job.spots if outcome.status != "infeasible"]
     return [
@@ -20,7 +20,7 @@ def known_blocks(outcome: Outcome, job: KnownJob) -> list[Block]:
     ]  # fmt: skip
 
 
-def plane_words(outcome: Outcome, spot: Spot) -> str:
+def plane_words(outcome: Answer[KnownJob], spot: Spot) -> str:
     """The sentence for the shop floor."""
     plane, path = spot.plane, f"planes.{spot.plane.name}"
     value = outcome.values
@@ -38,7 +38,7 @@ def plane_words(outcome: Outcome, spot: Spot) -> str:
     return f"{plane.name}: {verb} {amount.shown}{where}, {angle.shown} from zero{depth}."
 
 
-def _planes(outcome: Outcome, planes: list[Spot]) -> Block:
+def _planes(outcome: Answer[KnownJob], planes: list[Spot]) -> Block:
     rows = []
     for spot in planes:
         path = f"planes.{spot.plane.name}"
@@ -48,7 +48,7 @@ def _planes(outcome: Outcome, planes: list[Spot]) -> Block:
     return table("Weights, each plane together", ("Plane", "Weight", "Angle", "Unbalance", "Radius"), rows)
 
 
-def _left(outcome: Outcome, job: KnownJob) -> Block:
+def _left(outcome: Answer[KnownJob], job: KnownJob) -> Block:
     """Static and couple unbalance and each bearing's reaction, before and after."""
     keys = [("static unbalance", "static", "static_angle"), ("couple unbalance", "couple", "couple_angle")]
     keys += [
@@ -64,7 +64,7 @@ def _left(outcome: Outcome, job: KnownJob) -> Block:
     return table(title, ("", "As found", "After"), rows, whole=(1, 2))
 
 
-def _at(outcome: Outcome, size: str, angle: str) -> str:
+def _at(outcome: Answer[KnownJob], size: str, angle: str) -> str:
     """ "27.91 N @ 190.9 deg" """
     if size not in outcome.values:
         return ""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Value
-from vibopt.balancing.answers import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
+from vibopt.answer.plan import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
 from vibopt.balancing.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned, limit_blocks, table
-from vibopt.balancing.plan import Plan
+from vibopt.balancing.job import RotorJob
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 
@@ -20,26 +21,26 @@ _WARNS = re.compile(
 _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 
 
-def rotor_blocks(plan: Plan) -> list[Block]:
+def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
     """What a rotor's plan says, in the order in which it is needed."""
-    several = len(plan.fittings) > 1
+    several = len(plan.plan.fittings) > 1
     warnings = tuple(one for one in plan.notes if _WARNS.search(one))
     further = tuple(one for one in plan.notes if one.startswith("Make one more run"))
     notes = tuple(one for one in plan.notes if one not in (*warnings, *further))
-    answers = tuple(one for one in plan.words if one.startswith("Answer ")) if several else ()
-    todo = (*further, *(one for one in plan.words if one not in answers)) if not several else further
+    answers = tuple(one for one in plan.plan.words if one.startswith("Answer ")) if several else ()
+    todo = (*further, *(one for one in plan.plan.words if one not in answers)) if not several else further
     found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, todo), Block("Either", TEXT, answers)]
-    for number, fitting in enumerate(plan.fittings, start=1):
+    for number, fitting in enumerate(plan.plan.fittings, start=1):
         which = f", answer {number}" if several else ""
         found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
     return [
         *found,
         *limit_blocks(plan),
-        _side_by_side(plan, plan.beside, "Plans by other runs, side by side"),
-        _side_by_side(plan, plan.remedies, "Planes almost alike: the ways round, side by side"),
+        _side_by_side(plan, plan.plan.beside, "Plans by other runs, side by side"),
+        _side_by_side(plan, plan.plan.remedies, "Planes almost alike: the ways round, side by side"),
         *_quality(plan),
         _trials(plan),
-        Block("Conventions", FOOT, plan.conventions),
+        Block("Conventions", FOOT, plan.plan.conventions),
         Block("Notes", FOOT, notes),
         Block("Method", FOOT, (plan.method,) if plan.method else ()),
         _coefficients(plan),
@@ -86,8 +87,8 @@ def _row(one: RowAnswer) -> tuple[str, ...]:
     return one.sensor, one.speed.shown, found, after, limit, margin
 
 
-def _side_by_side(plan: Plan, plans: tuple[Remedy, ...], title: str) -> Block:
-    scale = max((one.found for one in plan.rows), key=lambda one: float(one.value), default=None)
+def _side_by_side(plan: Answer[RotorJob], plans: tuple[Remedy, ...], title: str) -> Block:
+    scale = max((one.found for one in plan.plan.rows), key=lambda one: float(one.value), default=None)
     rows = [
         (one.name, cleaned(one.worst, scale).shown, cleaned(one.rms, scale).shown, ", ".join(one.masses), one.band)
         for one in plans
@@ -96,7 +97,7 @@ def _side_by_side(plan: Plan, plans: tuple[Remedy, ...], title: str) -> Block:
     return table(title, heads, rows, whole=(1, 2))
 
 
-def _quality(plan: Plan) -> list[Block]:
+def _quality(plan: Answer[RotorJob]) -> list[Block]:
     """Permissible unbalances by place, and the grade earned."""
     values = {path.removeprefix("quality."): one for path, one in plan.values.items() if path.startswith("quality.")}
     if not values:
@@ -129,25 +130,25 @@ def _quality(plan: Plan) -> list[Block]:
     ]
 
 
-def _earned(plan: Plan, values: Mapping[str, Value]) -> Value:
+def _earned(plan: Answer[RotorJob], values: Mapping[str, Value]) -> Value:
     """The grade, zero where only rounding is left."""
     asked = plan.job.quality.grade if plan.job.quality is not None else 0.0
     return cleaned(values["earned"], Entry(asked, "velocity"))
 
 
-def _trials(plan: Plan) -> Block:
+def _trials(plan: Answer[RotorJob]) -> Block:
     found = [(path.split(".")[1], one) for path, one in plan.values.items() if path.startswith("planes_first.")]
-    if any(one.endswith(".") and "first trial" in one for one in plan.words):
+    if any(one.endswith(".") and "first trial" in one for one in plan.plan.words):
         found = []
     lines = tuple(f"{name}: at most {one.short(3)}." for name, one in found)
     return Block("First trial weights", TEXT, lines)
 
 
-def _coefficients(plan: Plan) -> Block:
+def _coefficients(plan: Answer[RotorJob]) -> Block:
     found = {path: one for path, one in plan.values.items() if path.startswith("influence.") and path.endswith("value")}
     title = "Influence coefficients, for the next job ([[influence]])"
     if len(found) > MOST_COEFFICIENTS:
-        return Block(title, WORK, (f"{len(found)} values; vibopt solve --json prints them under values.influence.",))
+        return Block(title, WORK, (f"{len(found)} values; vibopt solve --json prints them under influence.",))
     rows = []
     for path, one in found.items():
         _, sensor, plane, *speed, _ = path.split(".")

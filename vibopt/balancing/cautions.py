@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.answer.entry import Checked
-from vibopt.balancing.answers import Fitting
+from vibopt.answer.plan import Fitting
 from vibopt.balancing.fitting import weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vibopt.answer.answer import Answer
+from vibopt.answer.plan import Remedy
 from vibopt.balancing.agreement import Agreement, Runs, agreements, without
-from vibopt.balancing.answers import Remedy
 from vibopt.balancing.influence import Identified, identify
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import pose
 from vibopt.balancing.prices import solve_question
 from vibopt.balancing.remedies import remedy_of
@@ -115,10 +115,10 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
     return tuple(plans)
 
 
-def judged(of: Heard, plan: Plan) -> Plan:
+def judged(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     """The plan with what its runs say against each other; unproven where nobody can tell which is wrong."""
     plan = replace(plan, notes=(*_notes(of), *plan.notes))
-    if not plan.fittings:
+    if not plan.plan.fittings:
         return plan
     if of.told:
         return _kept_by_bands(of, plan)
@@ -127,18 +127,18 @@ def judged(of: Heard, plan: Plan) -> Plan:
     odd = "; ".join(_either(of.whole, one.possible) for one in doubtful)
     claim = f"the runs at {where} contradict each other, and it cannot be told which is wrong ({odd})"
     todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
-    bands = "; the bands hold what is left whichever it is" if plan.rows and plan.rows[0].band else ""
-    return replace(plan, status="unproven", claim=f"{claim}{bands}", words=(todo, *plan.words))
+    bands = "; the bands hold what is left whichever it is" if plan.plan.rows and plan.plan.rows[0].band else ""
+    return replace(plan, status="unproven", claim=f"{claim}{bands}").with_plan(words=(todo, *plan.plan.words))
 
 
-def _kept_by_bands(of: Heard, plan: Plan) -> Plan:
+def _kept_by_bands(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     """Unproven where one spare run, which any run may have spoilt, leaves open whether a limit is met."""
     alone = {one.speed: one.alone for one in of.found if one.alone}
     if not alone:
         return plan
     open_rows = [
         (float(row.band[1].value) / float(row.limit.value), speed, row)
-        for (speed, _), row in zip(of.job.readings, plan.rows, strict=True)
+        for (speed, _), row in zip(of.job.readings, plan.plan.rows, strict=True)
         if speed in alone and row.band is not None and row.limit is not None
     ]
     worst, speed, row = max(open_rows, key=lambda one: one[0], default=(0.0, 0, None))
@@ -150,7 +150,7 @@ def _kept_by_bands(of: Heard, plan: Plan) -> Plan:
         f"and no scatter given up to {row.band[1].shown} can be left, and any run may be wrong ({either})"
     )
     todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {either}."
-    return replace(plan, status="unproven", claim=claim, words=(todo, *plan.words))
+    return replace(plan, status="unproven", claim=claim).with_plan(words=(todo, *plan.plan.words))
 
 
 def _less(odd: Runs, out: Sequence[int]) -> Runs:

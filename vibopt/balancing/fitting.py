@@ -8,7 +8,7 @@ from math import pi, tau
 import numpy as np
 
 from vibopt.answer.entry import Entry, direction
-from vibopt.balancing.answers import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.answer.plan import Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.deferred import DeferredRows
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob

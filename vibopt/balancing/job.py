@@ -142,6 +142,8 @@ class RotorJob:
         What the paths of that begin which the answer measures.
     """
 
+    kind: ClassVar[str] = "rotor"
+    views: ClassVar[str] = "vibopt.balancing.views"
     name: str
     title: str
     statement: str

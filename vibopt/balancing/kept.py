@@ -12,21 +12,20 @@ from vibopt.balancing.planes import Fitted, Plane
 from vibopt.units import to_unit
 
 if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
     from vibopt.balancing.engine.job import EngineJob
     from vibopt.balancing.job import RotorJob
     from vibopt.balancing.known.job import KnownJob
-    from vibopt.balancing.outcome import Outcome
-    from vibopt.balancing.plan import Plan
 
 MINIMISED = "minimised"
 """Name of the measure that the goal of an engine becomes."""
 
 
-def of_rotor(job: RotorJob, plan: Plan) -> dict[str, Any]:
+def of_rotor(job: RotorJob, plan: Answer[RotorJob]) -> dict[str, Any]:
     """The file of a measured rotor with the weights of the first answer."""
     weights = [
         [Fitted(one.mass, one.radius or plane.radius, one.angle, one.hole) for one in answer.weights]
-        for plane, answer in zip(job.planes, plan.fittings[0].planes, strict=True)
+        for plane, answer in zip(job.planes, plan.plan.fittings[0].planes, strict=True)
     ]
     return _with_weights(job.document, job.planes, weights)
 
@@ -57,7 +56,7 @@ def _with_weights(
     return document
 
 
-def of_engine(job: EngineJob, found: Outcome) -> dict[str, Any]:
+def of_engine(job: EngineJob, found: Answer[Any]) -> dict[str, Any]:
     """The file of an engine with its cranks, shares and weights; what was made least is measured."""
     document = _bare(job.document)
     for path in job.choices:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.balancing.answers import Remedy
+from vibopt.answer.plan import Remedy
 from vibopt.balancing.fitting import amplitude, weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob

@@ -7,13 +7,14 @@ from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.blocks import FOOT, TABLE, TEXT, TODO, WARNING, Block
 from vibopt.balancing.said import blocks_of, claim, verdict
 from vibopt.design.report import inline
-from vibopt.jobs import is_plan
+from vibopt.jobs import is_rotor
 
 if TYPE_CHECKING:
-    from vibopt.jobs import Job, Solution
+    pass
 
 TEMPLATE = Path(__file__).with_name("sheet.html.j2")
 TO_MEASURE = "Measured"
@@ -21,15 +22,13 @@ NARROW = 42
 _MEASURED = ("What will be left",)
 
 
-def html(answer: Solution, job: Job, *, changes: Sequence[str] = (), on: date | None = None) -> str:
+def html(answer: Answer[Any], *, changes: Sequence[str] = (), on: date | None = None) -> str:
     """The page.
 
     Parameters
     ----------
     answer
         A plan or an outcome; what it lacks is left out of the page.
-    job
-        What was asked.
     changes
         What was set on the command line beside the file, to be said on the page.
     on
@@ -39,12 +38,12 @@ def html(answer: Solution, job: Job, *, changes: Sequence[str] = (), on: date | 
 
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    return template.render(**_words(answer, job), changes=list(changes), date=(on or date.today()).isoformat())
+    return template.render(**_words(answer), changes=list(changes), date=(on or date.today()).isoformat())
 
 
-def _words(answer: Solution, job: Job) -> dict[str, Any]:
+def _words(answer: Answer[Any]) -> dict[str, Any]:
     """Everything the template says."""
-    blocks = blocks_of(answer, job)
+    blocks = blocks_of(answer)
     return {
         "title": answer.title,
         "file": answer.name,
@@ -56,8 +55,8 @@ def _words(answer: Solution, job: Job) -> dict[str, Any]:
         "todo": [line for one in blocks if one.kind == TODO for line in one.lines],
         "tables": [_table(one) for one in blocks if one.kind in (TABLE, TEXT) and not _said_before(answer, one)],
         "foot": [one for one in blocks if one.kind == FOOT],
-        "figure": _figure(answer, job),
-        "is_plan": is_plan(answer),
+        "figure": _figure(answer),
+        "is_plan": is_rotor(answer.job),
     }
 
 
@@ -80,21 +79,21 @@ def _width(block: Block) -> int:
     return sum(max(len(line) for cell in column for line in cell.split("\n")) for column in columns)
 
 
-def _said_before(answer: Solution, block: Block) -> bool:
+def _said_before(answer: Answer[Any], block: Block) -> bool:
     """Warnings stand on top, and limits on readings beside each reading."""
     if block.title == WARNING:
         return True
-    if not is_plan(answer) or block.title != "Limits":
+    if not is_rotor(answer.job) or block.title != "Limits":
         return False
     return all(one.response == "residual" for one in answer.limits.values())
 
 
-def _figure(answer: Solution, job: Job) -> Any:
+def _figure(answer: Answer[Any]) -> Any:
     """The compact picture as inline SVG; "" where there is nothing to draw."""
     from markupsafe import Markup
 
     from vibopt.balancing.figures import figure_of
     from vibopt.design.figures import saved
 
-    figure = figure_of(answer, job, compact=True)
+    figure = figure_of(answer, compact=True)
     return "" if figure is None else Markup(inline(saved(figure, "svg").decode(), "plan", answer.title))

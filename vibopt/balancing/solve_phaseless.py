@@ -7,14 +7,14 @@ from itertools import combinations
 
 import numpy as np
 
-from vibopt.balancing.answers import Fitting
+from vibopt.answer.answer import Answer
+from vibopt.answer.plan import Fitting
 from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, nothing
 from vibopt.balancing.cautions import cancelling, ways_out
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.phaseless import MOST_ANSWERS, Answers, telling_weight, without_phase
-from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import pose
 from vibopt.balancing.prices import solve_question
 from vibopt.balancing.question import Solved
@@ -31,7 +31,7 @@ EXACT = 1e-6
 """Part of the largest reading below which circles meet, and two roads agree."""
 
 
-def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Plan:
+def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Answer[RotorJob]:
     """The plan, or all of them, that the amplitudes allow."""
     answers = without_phase(job)
     solved, fittings, posed_of, kept = [], [], [], []

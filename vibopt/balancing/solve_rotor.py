@@ -8,8 +8,9 @@ from math import tau
 
 import numpy as np
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked
-from vibopt.balancing.answers import Fitting, RowAnswer
+from vibopt.answer.plan import Fitting, RowAnswer
 from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, method_of, nothing
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
@@ -19,7 +20,6 @@ from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
-from vibopt.balancing.plan import Plan
 from vibopt.balancing.pose import Posed, pose
 from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Solved
@@ -35,7 +35,7 @@ AGREES = 1e-6
 _ROUNDING = 1e-12
 
 
-def solve_job(job: RotorJob, *, thorough: bool = False, solver: Solver = solve_question) -> Plan:
+def solve_job(job: RotorJob, *, thorough: bool = False, solver: Solver = solve_question) -> Answer[RotorJob]:
     """The plan for a measured rotor; `thorough` computes every price, whatever the work, `solver` answers its question.
 
     Every answer has been put back into a simulated rotor by another route (`vibopt.balancing.verification`); one that
@@ -55,7 +55,7 @@ def asked_of(job: RotorJob) -> tuple[Heard, Identified, tuple[int, ...], Posed]:
     return of, identified, idle, pose(of.job, identified, of.noise, idle)
 
 
-def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Plan:
+def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJob]:
     of, identified, idle, posed = asked_of(job)
     job, noise = of.job, of.noise
     solved = answered(job, posed, solver)
@@ -64,8 +64,8 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Plan:
     fitting = _fitting(of, identified, posed, solved)
     plan = _plan(job, identified, posed, solved, fitting, noise, thorough)
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
-    plan = judged(of, replace(plan, beside=beside(of, solved.u)))
-    return _certified(plan, identified) if plan.fittings else plan
+    plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
+    return _certified(plan, identified) if plan.plan.fittings else plan
 
 
 def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) -> Fitting:
@@ -77,7 +77,7 @@ def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) ->
 def _plan(
     job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None,
     thorough: bool,
-) -> Plan:  # fmt: skip
+) -> Answer[RotorJob]:  # fmt: skip
     u = solved.u
     assert u is not None
     plain = pose(replace(job, goal=replace(job.goal, robust="")), identified)
@@ -147,9 +147,9 @@ def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:
     return (said, *((f"At {', '.join(none)} there is none: no run is spare there.",) if none else ()))
 
 
-def _certified(plan: Plan, identified: Identified) -> Plan:
+def _certified(plan: Answer[RotorJob], identified: Identified) -> Answer[RotorJob]:
     """The plan, if the simulated rotor shows what it says."""
-    job, fitting = plan.job, plan.fittings[0]
+    job, fitting = plan.job, plan.plan.fittings[0]
     shown = simulated(job, plan_text(job, fitting))
     said, u = np.abs(fitting.left), np.array([one.u for one in fitting.planes])
     scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
@@ -174,7 +174,7 @@ def _within(off: float) -> str:
     return f"to {off:.0e}" if off > _ROUNDING else "up to rounding"
 
 
-def _advice(job: RotorJob) -> Plan:
+def _advice(job: RotorJob) -> Answer[RotorJob]:
     """As found only: how large a first trial may be."""
     words = tuple(
         f"{name.split('.')[1]}: a first trial of at most {entry.shown}."
@@ -190,7 +190,7 @@ def _advice(job: RotorJob) -> Plan:
     )
 
 
-def _quality_only(job: RotorJob) -> Plan:
+def _quality_only(job: RotorJob) -> Answer[RotorJob]:
     """A grade without a balancing job."""
     values = quality_values(job, None, None)
     word = values.get("quality.met")

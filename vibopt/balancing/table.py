@@ -5,8 +5,9 @@ Reads well at 80 columns, and the same without colour in a file or a pipe.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.blocks import FOOT, Block
 from vibopt.balancing.said import blocks_of, claim, verdict
 from vibopt.design.table import STYLES, WIDTH, grid, paragraph, rendered, section
@@ -14,33 +15,29 @@ from vibopt.design.table import STYLES, WIDTH, grid, paragraph, rendered, sectio
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.jobs import Job, Solution
 
-
-def text_of(answer: Solution, job: Job, *, width: int = WIDTH, colour: bool = False) -> str:
+def text_of(answer: Answer[Any], *, width: int = WIDTH, colour: bool = False) -> str:
     """The whole answer as text.
 
     Parameters
     ----------
     answer
         A plan or an outcome, also one without weights.
-    job
-        What was asked.
     width
         Columns of the terminal.
     colour
         Whether escape codes for colour may be written.
     """
-    return rendered(lambda console: _write(answer, job, console), width=width, colour=colour)
+    return rendered(lambda console: _write(answer, console), width=width, colour=colour)
 
 
-def _write(answer: Solution, job: Job, console: Console) -> None:
+def _write(answer: Answer[Any], console: Console) -> None:
     console.print(answer.title, style="bold")
     console.print(verdict(answer), style=STYLES[answer.status])
     for text in (claim(answer), answer.reason):
         if text:
             paragraph(console, text)
-    for block in blocks_of(answer, job):
+    for block in blocks_of(answer):
         _block(block, console)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vibopt.answer.entry import Entry
-from vibopt.balancing.answers import Fitting, PlaneAnswer
+from vibopt.answer.plan import Fitting, PlaneAnswer
 from vibopt.balancing.fitting import NOTHING, sentence
 from vibopt.balancing.job import RotorJob, Run
 

@@ -53,7 +53,7 @@ def _vibopt(one: Asked) -> Said:
     begin = time.perf_counter()
     solve_question(one.question)
     kernel = time.perf_counter() - begin
-    u = np.array([plane.u for plane in plan.fittings[0].planes]) if plan.fittings else None
+    u = np.array([plane.u for plane in plan.plan.fittings[0].planes]) if plan.plan.fittings else None
     return Said(plan.status, plan.claim, u, kernel, whole)
 
 

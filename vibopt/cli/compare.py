@@ -86,8 +86,8 @@ def _names(files: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _plain(result: Variants, written: list[str]) -> dict[str, Any]:
-    from vibopt.design.jsonable import as_json as design_json
-    from vibopt.design.jsonable import plain
+    from vibopt.answer.jsonable import as_json as design_json
+    from vibopt.answer.jsonable import plain
 
     return {
         "variants": {name: design_json(one) for name, one in zip(result.names, result.designs, strict=True)},
@@ -98,7 +98,7 @@ def _plain(result: Variants, written: list[str]) -> dict[str, Any]:
 
 def csv_text(result: Variants) -> str:
     """The table as comma-separated values: numbers in SI, limits as margins (parts of the bound)."""
-    from vibopt.design.jsonable import number
+    from vibopt.answer.jsonable import number
 
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")

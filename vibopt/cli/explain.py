@@ -57,7 +57,7 @@ def _balancing(job: BalancingJob, method: str | None, thorough: bool, as_json: b
     if as_json:
         say_json(found.to_json())
     else:
-        say(text_of(found, job, width=width(), colour=colour()))
+        say(text_of(found, width=width(), colour=colour()))
     return found.exit_code
 
 

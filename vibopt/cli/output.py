@@ -67,7 +67,7 @@ def complain(text: str) -> None:
 
 def say_json(data: object) -> None:
     """Write strict JSON to standard output, escaped where the terminal knows no UTF-8."""
-    from vibopt.design.jsonable import json_text
+    from vibopt.answer.jsonable import json_text
 
     text = json_text(data)
     _write(sys.stdout, text if _fits(text, sys.stdout) else json_text(data, ascii_only=True))

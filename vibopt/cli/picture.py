@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from vibopt.answer.answer import Answer
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import say, say_json
 from vibopt.errors import InputError
@@ -16,7 +17,7 @@ from vibopt.files.writing import checked_target, format_of, write_file
 if TYPE_CHECKING:
     from vibopt.design.design import Design
     from vibopt.design.plane import Plane
-    from vibopt.jobs import Answer, Job
+    from vibopt.jobs import Job
 
 FORMATS = (".svg", ".png", ".pdf")
 PAGES = (".html", ".htm")
@@ -84,17 +85,17 @@ def plot(
     return _done(found, target, as_json)
 
 
-def _drawn(found: Answer, job: Job, as_map: str | None, form: str) -> bytes:
-    from vibopt.jobs import is_design
+def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes:
+    from vibopt.jobs import is_scene
 
-    if is_design(found):
+    if is_scene(found.job):
         return _picture(found, as_map, form)
     if as_map is not None:
         raise InputError(f"{job.name}: --map is not supported for balancing jobs yet. Leave it out.")
     from vibopt.balancing.figures import figure_of
     from vibopt.design.figures import saved
 
-    figure = figure_of(found, job)
+    figure = figure_of(found)
     if figure is None:
         raise InputError(f"{job.name}: there is nothing to draw: there is no plan ({found.status}).")
     return saved(figure, form)
@@ -176,7 +177,7 @@ def report(
         raise InputError("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.")
     job = read_job(file, changes)
     target = checked_target(output, (*PAGES, ".pdf") if sheet else PAGES, force=force)
-    found: Answer
+    found: Answer[Any]
     if sheet:
         found, page = _sheet(file, target, job, method, changes, rounding)
     else:
@@ -190,9 +191,9 @@ def _sheet(
     file: str, target: Path, job: Job, method: str | None, changes: tuple[str, ...], rounding: tuple[str, ...]
 ) -> tuple[Design, bytes]:
     """The page to sign; what cannot be printed is refused before anything is solved."""
-    from vibopt.answer.status import EMPTY
+    from vibopt.answer.answer import EMPTY
     from vibopt.cli.solve import answer
-    from vibopt.jobs import is_design, scene_only
+    from vibopt.jobs import is_scene, scene_only
 
     scene = scene_only(job, "report --sheet", BALANCING_SHEET)
     from vibopt.design.sheet import asks_for_one_design, browser, digests_of, html, printed
@@ -200,7 +201,7 @@ def _sheet(
     asks_for_one_design(scene)
     program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
     found = answer(scene, method)
-    assert is_design(found)
+    assert is_scene(found.job)
     if rounding and found.status not in EMPTY:
         from vibopt.study.rounded import rounded
 
@@ -211,10 +212,10 @@ def _sheet(
     return found, html(found, digests=digests, changes=changes).encode()
 
 
-def _page(found: Answer, job: Job, changes: tuple[str, ...]) -> str:
-    from vibopt.jobs import is_design
+def _page(found: Answer[Any], job: Job, changes: tuple[str, ...]) -> str:
+    from vibopt.jobs import is_scene
 
-    if is_design(found):
+    if is_scene(found.job):
         from vibopt.design.report import html
         from vibopt.study.absorbers import study_absorbers
 
@@ -222,24 +223,23 @@ def _page(found: Answer, job: Job, changes: tuple[str, ...]) -> str:
         return html(found, changes=changes, also=None if studied is None else studied.blocks)
     from vibopt.balancing.sheet import html as sheet
 
-    return sheet(found, job, changes=changes)
+    return sheet(found, changes=changes)
 
 
-def _done(found: Answer, target: Path, as_json: bool) -> int:
+def _done(found: Answer[Any], target: Path, as_json: bool) -> int:
     """Say what was written, and what it says."""
-    from vibopt.jobs import plain_answer
 
     if as_json:
-        say_json({**plain_answer(found), "written": [str(target)]})
+        say_json({**found.to_json(), "written": [str(target)]})
     else:
         say(f"{_verdict(found)}\nWritten: {target}")
     return found.exit_code
 
 
-def _verdict(found: Answer) -> str:
-    from vibopt.jobs import is_design
+def _verdict(found: Answer[Any]) -> str:
+    from vibopt.jobs import is_scene
 
-    if is_design(found):
+    if is_scene(found.job):
         from vibopt.design.words import verdict
 
         return verdict(found)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.answer.status import EMPTY, UNPROVEN
+from vibopt.answer.answer import EMPTY, UNPROVEN, Answer
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
@@ -15,7 +15,7 @@ from vibopt.errors import InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.jobs import Answer, Job
+    from vibopt.jobs import Job
     from vibopt.study.rounded import Rounded
 
 PROBLEMS = (".toml",)
@@ -62,7 +62,7 @@ def solve(
     target = checked_target(save, PROBLEMS, force=force) if save is not None else None
     learnt = _coefficients(job, save_coefficients, force=force)
     _only_scenes(job, {"--round": bool(rounding), "--save": target is not None})
-    found: Answer = answer(job, method)
+    found: Answer[Any] = answer(job, method)
     drawn = _rounded(found, rounding) if rounding else None
     if drawn is not None:
         found = drawn.design
@@ -74,7 +74,7 @@ def solve(
 
         write_file(place, text.encode())
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
-    _say(found, job, drawn, written, refused, as_json=as_json)
+    _say(found, drawn, written, refused, as_json=as_json)
     if require_proof and not found.proven and found.exit_code == 0:
         if not as_json:
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
@@ -90,25 +90,25 @@ def _only_scenes(job: Job, asked: dict[str, bool]) -> None:
             scene_only(job, word, "Leave it out.")
 
 
-def _rounded(found: Answer, rounding: tuple[str, ...]) -> Rounded | None:
+def _rounded(found: Answer[Any], rounding: tuple[str, ...]) -> Rounded | None:
     """The rounded design; None where there is no answer to be rounded, which the answer says itself."""
     from vibopt.cli.progress import Bar
-    from vibopt.jobs import is_design
+    from vibopt.jobs import is_scene
     from vibopt.study.rounded import rounded
 
-    if not is_design(found) or found.status in EMPTY:
+    if not is_scene(found.job) or found.status in EMPTY:
         return None
     with Bar() as bar:
         bar("rounding", 0.0)
         return rounded(found, rounding)
 
 
-def _save(found: Answer, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
+def _save(found: Answer[Any], drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
     """Write the design; why not, where there is none."""
-    from vibopt.jobs import is_design
+    from vibopt.jobs import is_scene
     from vibopt.study.saved import design_file
 
-    assert is_design(found)
+    assert is_scene(found.job)
     try:
         text = design_file(found, target, kept=drawn.kept if drawn is not None else None, changes=changes)
     except InputError as error:
@@ -139,14 +139,12 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
     return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(coefficients_document(job)))}
 
 
-def _say(found: Answer, job: Job, drawn: Rounded | None, written: list[str], refused: str, *, as_json: bool) -> None:
+def _say(found: Answer[Any], drawn: Rounded | None, written: list[str], refused: str, *, as_json: bool) -> None:
     if as_json:
-        from vibopt.jobs import plain_answer
-
         more: dict[str, Any] = {"written": written} if written or refused else {}
-        say_json({**plain_answer(found), **more, **({"messages": [refused]} if refused else {})})
+        say_json({**found.to_json(), **more, **({"messages": [refused]} if refused else {})})
         return
-    say(text_of(found, job))
+    say(text_of(found))
     if drawn is not None:
         from vibopt.design.table import rendered
 
@@ -168,7 +166,7 @@ def _rounding(drawn: Rounded, console: Console) -> None:
     section(console, "Rounding", grid(rows, ("", "Exact", "Rounded")))
 
 
-def answer(job: Job, method: str | None = None) -> Answer:
+def answer(job: Job, method: str | None = None) -> Answer[Any]:
     """Solve, with a bar on standard error if it takes long."""
     from vibopt.cli.progress import Bar
     from vibopt.jobs import answer as answer_of
@@ -177,24 +175,24 @@ def answer(job: Job, method: str | None = None) -> Answer:
         return answer_of(job, method=method, progress=bar)
 
 
-def text_of(found: Answer, job: Job) -> str:
+def text_of(found: Answer[Any]) -> str:
     """The answer for this terminal."""
-    from vibopt.jobs import is_design
+    from vibopt.jobs import is_scene
 
-    if is_design(found):
+    if is_scene(found.job):
         from vibopt.design.table import text_of as design_text
 
         return design_text(found, width=width(), colour=colour())
     from vibopt.balancing.table import text_of as balancing_text
 
-    return balancing_text(found, job, width=width(), colour=colour())
+    return balancing_text(found, width=width(), colour=colour())
 
 
-def with_prices(found: Answer) -> Answer:
+def with_prices(found: Answer[Any]) -> Answer[Any]:
     """The same answer with what loosening each active limit buys; a balancing answer has its prices already."""
-    from vibopt.jobs import is_design
+    from vibopt.jobs import is_scene
 
-    if not is_design(found):
+    if not is_scene(found.job):
         return found
     from vibopt.study.prices import priced
 

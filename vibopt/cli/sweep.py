@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.answer.status import UNPROVEN
+from vibopt.answer.answer import UNPROVEN
 from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_scene
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
@@ -112,7 +112,7 @@ def split_range(given: str) -> tuple[str, str]:
 
 
 def _points(result: Sweep) -> dict[str, Any]:
-    from vibopt.design.jsonable import plain
+    from vibopt.answer.jsonable import plain
 
     return {"goal": result.goal, "keep_design": result.keep_design, "points": plain(result.points)}
 

@@ -45,7 +45,7 @@ class Columns:
 
     def row(self, point: Point) -> list[float | str | None]:
         """The cells of a point."""
-        from vibopt.design.jsonable import number
+        from vibopt.answer.jsonable import number
 
         goals = [] if self.goal is None else ["" if point.goal is None else _number(point.goal, self.goal_unit)]
         chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in self.units]
@@ -111,7 +111,7 @@ def _unit(users: str, si: str) -> str:
 
 
 def _number(shown: Entry, unit: str) -> float | str | None:
-    from vibopt.design.jsonable import number
+    from vibopt.answer.jsonable import number
     from vibopt.units import to_unit
 
     if unit != "dB":

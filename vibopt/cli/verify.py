@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vibopt.answer.answer import Answer
 from vibopt.cli.options import Once, as_json, force, limited, method
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.files.writing import checked_target, write_file
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from vibopt.jobs import Answer, Job
+    from vibopt.jobs import Job
     from vibopt.study.archive import Comparison
     from vibopt.study.records import Row
     from vibopt.study.verify import Verification
@@ -157,7 +158,7 @@ def _tell_written(result: Verification, written: Path) -> None:
         complain(f"Without an answer, so not kept: {', '.join(missing)}.")
 
 
-def _answer(job: Job, method: str | None) -> Answer:
+def _answer(job: Job, method: str | None) -> Answer[Any]:
     """The answer to a job; a method is one for scenes."""
     from vibopt.jobs import answer, is_scene
 

@@ -48,7 +48,7 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tup
 
 
 def _parts(result: WhatIf) -> dict[str, Any]:
-    from vibopt.design.jsonable import plain
+    from vibopt.answer.jsonable import plain
 
     keys = ("changes", "keep_design", "before", "after", "breaks", "thresholds")
     return {key: plain(getattr(result, key)) for key in keys}

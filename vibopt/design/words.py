@@ -184,6 +184,8 @@ def _short(value: float, variable: Variable) -> str:
 
 def model_words(design: Design) -> str:
     """Degrees of freedom declared and used."""
+    if design.model is None:
+        return ""
     count, used, why = design.model.declared_dof, design.model.used_dof, design.model.why
     said = f"{count} degree{'s' * (count != 1)} of freedom declared, {used} needed"
     if not why:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
@@ -73,6 +73,8 @@ class Scene:
     what the file says, by path.
     """
 
+    kind: ClassVar[str] = "scene"
+    views: ClassVar[str] = "vibopt.design.views"
     name: str
     title: str
     statement: str

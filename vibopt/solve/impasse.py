@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value
-from vibopt.design.design import Conflict
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for

@@ -6,9 +6,10 @@ import copy
 from collections.abc import Callable
 from dataclasses import replace
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value
-from vibopt.design.design import Conflict, Design
+from vibopt.design.design import Design
 from vibopt.design.words import THOROUGH
 from vibopt.errors import InputError
 from vibopt.program.program import Program

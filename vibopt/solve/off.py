@@ -8,9 +8,10 @@ from itertools import product
 
 import numpy as np
 
+from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.design.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
-from vibopt.design.design import Design, Tolerances
+from vibopt.design.design import Design
 from vibopt.design.rated import parts_of
 from vibopt.forms import FloatArray
 from vibopt.mechanics.ties import FOUND, foremost

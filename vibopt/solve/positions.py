@@ -150,7 +150,7 @@ def _concluded(asked: _Positions, best: Design, u: FloatArray, search: Search) -
     short = f", cut short after {many} positions" if search.cut else ""
     scene = replace(best.scene, asked=asked.scene)
     details = {**best.details, "positions": {"solved": many, "cut_short": search.cut}}
-    best = replace(best, scene=scene, details=details, timings=asked.seconds)
+    best = replace(best, job=scene, details=details, timings=asked.seconds)
     if best.status == "unbounded":
         return replace(best, claim=f"at {_spoken(asked, u)}: {best.claim}")
     if asked.rated(best)[0] or best.status not in _FOUND:

@@ -9,9 +9,10 @@ from functools import partial
 
 import numpy as np
 
+from vibopt.answer.answer import Used
 from vibopt.answer.entry import Checked, Entry
 from vibopt.design.checked import checked_limits, checked_measures, chosen_of, goal_row
-from vibopt.design.design import Design, Used
+from vibopt.design.design import Design
 from vibopt.design.notes import notes_of
 from vibopt.design.rated import parts_of
 from vibopt.forms import Monomials
@@ -257,7 +258,7 @@ def _over_tolerances(
     notes = (*made.notes, "Tolerances: figures show the machine without them.")
     both = side_by_side(scene, nominal, best, differing(scene, machine))
     used = _used_of(program.model, max(program.used_dof, around(scene, x).used_dof))
-    return replace(made, scene=scene, notes=notes, tolerances=both, model=used)
+    return replace(made, job=scene, notes=notes, tolerances=both, model=used)
 
 
 def _loosened(
@@ -331,7 +332,7 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         claim = "measured; there is no limit to judge"
     doubt = _doubt(limits, measures)
     design = Design(
-        scene=scene,
+        job=scene,
         status="check_failed" if doubt else "met" if good else "violated",
         claim=doubt or f"{claim} (measured at every speed of each range)",
         goal=None,
@@ -376,7 +377,7 @@ def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
     claim = "the complete set of speeds, with exact ends" if found else "no speed in the range meets every limit"
     doubt = _doubt(limits, measures)
     return Design(
-        scene=scene,
+        job=scene,
         status="check_failed" if doubt else "met" if found else "infeasible",
         claim=doubt or claim,
         goal=None,
@@ -415,7 +416,7 @@ def _answered(
         status = "check_failed"
         claim = doubt or f"{found.method} claims a design, but on the built machine it breaks {', '.join(broken)}"
     return Design(
-        scene=scene,
+        job=scene,
         status=status,
         claim=claim,
         goal=None if goal is None else (goal.name, _as_zero(goal.value) if found.zero else goal.value),
@@ -454,7 +455,7 @@ def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clo
         reason_text = " ".join(filter(None, (reason_text, advice)))
     clock.stage("conflict")
     design = Design(
-        scene=scene,
+        job=scene,
         status=found.status,
         claim=found.claim,
         goal=None,

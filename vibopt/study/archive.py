@@ -11,14 +11,15 @@ from math import tau
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.design.jsonable import json_text, plain
+from vibopt.answer.answer import Answer
+from vibopt.answer.jsonable import json_text, plain
 from vibopt.errors import InputError
 from vibopt.files.marks import is_ours, with_json_check
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
-from vibopt.jobs import is_design, is_scene, plain_answer
+from vibopt.jobs import is_scene
 
 if TYPE_CHECKING:
-    from vibopt.jobs import Answer, Job
+    from vibopt.jobs import Job
 
 MARK = "vibopt verify"
 _KEEP = "Keep answers with vibopt verify PATH... --save FILE."
@@ -37,7 +38,7 @@ NOT_COMPARED = ("timings", "details")
 _NUMERAL = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def kept_answer(file: Path, job: Job, found: Answer) -> dict[str, Any]:
+def kept_answer(file: Path, job: Job, found: Answer[Any]) -> dict[str, Any]:
     """What is kept of one answer: digests of the files it was made from, and the answer with its prices.
 
     Parameters
@@ -47,11 +48,11 @@ def kept_answer(file: Path, job: Job, found: Answer) -> dict[str, Any]:
     job, found
         What it asks, and the answer.
     """
-    if is_design(found):
+    if is_scene(found.job):
         from vibopt.study.prices import priced
 
         found = priced(found)
-    answer = {key: one for key, one in plain(plain_answer(found)).items() if key != "timings"}
+    answer = {key: one for key, one in plain(found.to_json()).items() if key != "timings"}
     return {"sha256": _digests(file, job), "answer": json.loads(json_text(answer))}
 
 

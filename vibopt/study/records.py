@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, isinf, tau
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry
 from vibopt.design.design import Design
 from vibopt.errors import QuantityError, UnknownName, way_out
-from vibopt.jobs import is_design
+from vibopt.jobs import is_scene
 from vibopt.responses import Response
 from vibopt.units import read_quantity, show, to_unit
 from vibopt.units.spelling import split_detector
@@ -21,9 +22,6 @@ VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
 REL_TOL = 1e-6
 """Without a `rel_tol`; a coarser one says why."""
 DIGITS = 8
-
-if TYPE_CHECKING:
-    from vibopt.jobs import Answer, Solution
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +53,7 @@ class Row:
     why: str = ""
 
 
-def compare(found: Answer, record: Mapping[str, Any], file: str = "") -> Row:
+def compare(found: Answer[Any], record: Mapping[str, Any], file: str = "") -> Row:
     """One record against the answer it speaks of."""
     path, given = str(record.get("path", "")), record.get("value")
     tolerance = record.get("rel_tol", REL_TOL)
@@ -65,7 +63,7 @@ def compare(found: Answer, record: Mapping[str, Any], file: str = "") -> Row:
     ours, difference = "nothing", None
     if not complaint:
         try:
-            if is_design(found):
+            if is_scene(found.job):
                 ours, difference = _compared(found, path, given)
             else:
                 ours, difference = _compared_balancing(found, path, given)
@@ -118,7 +116,7 @@ def _compared(design: Design, path: str, given: object) -> tuple[str, float | No
     return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)
 
 
-def _compared_balancing(found: Solution, path: str, given: object) -> tuple[str, float | None]:
+def _compared_balancing(found: Answer[Any], path: str, given: object) -> tuple[str, float | None]:
     """As above for a balancing job: angles differ by radians, and beside zero the unit of the record counts."""
     try:
         entry = found.find(path)

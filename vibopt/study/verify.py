@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import Answer
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, shown_name, stamp_of
 from vibopt.jobs import NO_NAME, open_job
@@ -19,9 +20,9 @@ from vibopt.study.workers import Lost, each
 from vibopt.work import each_answer_within, seconds_of_each_answer
 
 if TYPE_CHECKING:
-    from vibopt.jobs import Answer, Job
+    from vibopt.jobs import Job
 
-Solve = Callable[["Job"], "Answer"]
+Solve = Callable[["Job"], "Answer[Any]"]
 Progress = Callable[[str, float], None]
 
 
@@ -60,7 +61,7 @@ def verify(
     progress: Progress | None = None,
     *,
     workers: int = 0,
-    keep: Callable[[Path, Job, Answer], Mapping[str, Any]] | None = None,
+    keep: Callable[[Path, Job, Answer[Any]], Mapping[str, Any]] | None = None,
 ) -> Verification:
     """Solve every problem file and compare with its records.
 
@@ -135,7 +136,7 @@ def _check_regular(file: Path) -> None:
 def verify_file(
     given: tuple[Path, str],
     solve: Solve,
-    keep: Callable[[Path, Job, Answer], Mapping[str, Any]] | None = None,
+    keep: Callable[[Path, Job, Answer[Any]], Mapping[str, Any]] | None = None,
     seconds: float | None = None,
 ) -> FileResult:
     """The records of one file with its name; one row that is not ok where there is no answer to compare with."""

@@ -7,7 +7,8 @@ from math import degrees
 
 import numpy as np
 
-from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.limit_prices import impasse, prices
@@ -24,7 +25,6 @@ from vibopt.balancing.engine.shaking import (
 )
 from vibopt.balancing.engine.solve import Balanced, Solver, balance, goal_table
 from vibopt.balancing.engine.tables import EngineLimitTable
-from vibopt.balancing.outcome import Outcome, angle
 from vibopt.balancing.prices import allowance
 from vibopt.forms import ComplexArray
 from vibopt.units import show
@@ -36,7 +36,7 @@ _SAME = 0.01
 """Percent below which two numbers of five digits are the same."""
 
 
-def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = least) -> Outcome:
+def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = least) -> Answer[EngineJob]:
     """Choose what is to be chosen, and say what the engine still does; `thorough` computes every price."""
     with metered() as meter:
         found = balance(job, solver)
@@ -53,9 +53,8 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
     limits = {
         name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
     }
-    return Outcome(
-        name=job.name,
-        title=job.title,
+    return Answer(
+        job=job,
         status=status,
         claim=claim,
         values=_values(job, found, here),
@@ -66,7 +65,6 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         notes=(*_notes(job, found, here), *unpriced),
         prices={path: Price(one) for path, one in words.items()},
         details={"classes": found.tried, "as_good": found.alike},
-        expected=job.expected,
         reason=reason,
     )
 
@@ -127,7 +125,7 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
     """Every number by its path."""
     values: dict[str, Value] = {}
     for k, one in enumerate(job.cylinders):
-        values[f"cylinders.{k + 1}.crank"] = angle(np.exp(1j * found.cranks[one.throw]))
+        values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[one.throw]))
     first = len(free_shares(job))
     for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
         values[share.name] = Entry(carried, "ratio")
@@ -135,7 +133,7 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
         weight = job.weights[index]
         u = complex(*found.x[first + 2 * k : first + 2 * k + 2])
         values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
-        values[f"{weight.family}.{weight.name}.angle"] = angle(u)
+        values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
     values.update(_orders(job, here.at(found.x)))
     if len(job.cylinders) > 1:
         firing = best_firing(job, found.cranks)

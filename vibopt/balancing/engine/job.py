@@ -108,6 +108,8 @@ class EngineJob:
         counterweights.
     """
 
+    kind: ClassVar[str] = "engine"
+    views: ClassVar[str] = "vibopt.balancing.views"
     name: str
     title: str
     speed: float

@@ -6,19 +6,19 @@ colour, so that nothing is lost in grey.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from vibopt.jobs import is_engine, is_known, is_plan
+from vibopt.answer.answer import Answer
+from vibopt.jobs import is_engine, is_known, is_rotor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vibopt.jobs import Job, Solution
 
-
-def figure_of(answer: Solution, job: Job, *, compact: bool = False) -> Figure | None:
+def figure_of(answer: Answer[Any], *, compact: bool = False) -> Figure | None:
     """Picture of a balancing answer, `compact` for a page that holds more; None where there is nothing to draw."""
-    if is_plan(answer):
+    job = answer.job
+    if is_rotor(job):
         from vibopt.balancing.figures.rotor import plan_figure
 
         return plan_figure(answer, compact=compact)

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibopt.answer.answer import Answer
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.figures.bars import AFTER, BEFORE, pad_more
 from vibopt.balancing.figures.dial import Disc, Spot, draw_disc
-from vibopt.balancing.outcome import Outcome
 from vibopt.design.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, dress, sheet
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import best_unit, to_unit
@@ -22,7 +22,7 @@ VISIBLE = 1e-3
 _KINDS = ((False, "force", "force"), (True, "couple", "moment"))
 
 
-def engine_figure(outcome: Outcome, job: EngineJob, *, compact: bool = False) -> Figure | None:
+def engine_figure(outcome: Answer[EngineJob], job: EngineJob, *, compact: bool = False) -> Figure | None:
     """Crank star; force and couple over one turn of the crank, and their orders; a couple that is nil is left out."""
     if outcome.status in ("infeasible", "unbounded"):
         return None
@@ -64,7 +64,7 @@ def _nil(job: EngineJob, couple: bool) -> float:
     return 1e-9 * job.speed**2 * sum(a * b for a, b in zip(levers, masses, strict=True))
 
 
-def shaken(outcome: Outcome, job: EngineJob) -> tuple[ComplexArray, ComplexArray | None]:
+def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, ComplexArray | None]:
     """Arms of all orders as balanced, and without what was chosen (None where no weight was)."""
     cranks = [0.0] * len(job.cranks)
     for k, one in enumerate(job.cylinders, start=1):
@@ -78,12 +78,12 @@ def shaken(outcome: Outcome, job: EngineJob) -> tuple[ComplexArray, ComplexArray
     return found.at(np.array(x)), found.at(np.zeros(len(x))) if x else None
 
 
-def _number(outcome: Outcome, path: str) -> float:
+def _number(outcome: Answer[EngineJob], path: str) -> float:
     value = outcome.values[path].value
     return value if isinstance(value, float) else 0.0
 
 
-def _star(outcome: Outcome, job: EngineJob) -> Disc:
+def _star(outcome: Answer[EngineJob], job: EngineJob) -> Disc:
     """Cranks seen from the end, cylinders on one angle together."""
     at: dict[float, list[str]] = {}
     for k in range(1, len(job.cylinders) + 1):
@@ -93,7 +93,7 @@ def _star(outcome: Outcome, job: EngineJob) -> Disc:
     return Disc("Cranks, by cylinder", 1, spots)
 
 
-def _say_nil(axes: Any, outcome: Outcome, job: EngineJob, drawn: list[str]) -> None:
+def _say_nil(axes: Any, outcome: Answer[EngineJob], job: EngineJob, drawn: list[str]) -> None:
     """What the pictures do not show, in words."""
     axes.axis("off")
     lines = [f"{len(job.cylinders)} cylinder{'s' * (len(job.cylinders) != 1)}, crank 1 at the top when the angle is 0°"]

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from math import tau
 from typing import TYPE_CHECKING
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Value
 from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Disc, draw_disc
 from vibopt.balancing.figures.dial import Spot as Placed
 from vibopt.balancing.known.job import KnownJob, Spot
-from vibopt.balancing.outcome import Outcome
 from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
 from vibopt.units import best_unit, to_unit
 from vibopt.units.showing import show_angle
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def known_figure(outcome: Outcome, job: KnownJob, *, compact: bool = False) -> Figure | None:
+def known_figure(outcome: Answer[KnownJob], job: KnownJob, *, compact: bool = False) -> Figure | None:
     """The known masses, a disc for each plane, and bars of what was and what is left (not in a compact one)."""
     if outcome.status in ("infeasible", "unbounded"):
         return None
@@ -67,7 +67,7 @@ def _masses(job: KnownJob) -> Disc:
     return Disc("Known masses", 1, spots, turns=False)
 
 
-def _disc(outcome: Outcome, spot: Spot) -> Disc:
+def _disc(outcome: Answer[KnownJob], spot: Spot) -> Disc:
     plane, path = spot.plane, f"planes.{spot.plane.name}"
     look = "away" if plane.remove else "fit"
     note, angle = "", outcome.values.get(f"{path}.angle")
@@ -94,7 +94,7 @@ def _in_holes(text: str, holes: Sequence[float], look: str) -> tuple[Placed, ...
     return tuple(spots)
 
 
-def _groups(outcome: Outcome, job: KnownJob) -> list[tuple[str, list[Bar]]]:
+def _groups(outcome: Answer[KnownJob], job: KnownJob) -> list[tuple[str, list[Bar]]]:
     """Bars by unit: static unbalance, couple, reactions."""
     groups = []
     reactions = [(f"bearing {one.name}", f"bearings.{one.name}.reaction") for one in job.bearings]
@@ -122,7 +122,7 @@ def _limit(job: KnownJob, response: str, name: str) -> float | None:
     return min(bounds, default=None)
 
 
-def _bar(outcome: Outcome, name: str, path: str, unit: str, dimension: str, limit: float | None) -> Bar:
+def _bar(outcome: Answer[KnownJob], name: str, path: str, unit: str, dimension: str, limit: float | None) -> Bar:
     def number(one: Value | None) -> float | None:
         return to_unit(one.value, unit, dimension) if isinstance(one, Entry) else None
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from math import tau
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry
-from vibopt.balancing.answers import PlaneAnswer, RowAnswer, Weight
+from vibopt.answer.plan import PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Dial, Disc, Phasor, Spot, draw_dial, draw_disc
 from vibopt.balancing.job import RotorJob
-from vibopt.balancing.plan import Plan
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.words import MARK
 from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
@@ -25,24 +25,24 @@ MOST_DIALS, MOST_BARS = 12, 8
 _NOTES = {"keep": "leave\nuntouched", "nothing": "no weight"}
 
 
-def plan_figure(plan: Plan, *, compact: bool = False) -> Figure | None:
+def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | None:
     """Discs of the planes (of every answer), dials of the sensors, bars of all readings (of the first answer).
 
     A compact one has no dials, and its bars beside the discs where there is room.
     """
-    if not plan.fittings:
+    if not plan.plan.fittings:
         return None
     job = plan.job
-    several = len(plan.fittings) > 1
+    several = len(plan.plan.fittings) > 1
     discs = [
         disc(job, plane, answer, f", answer {number}" if several else "")
-        for number, fitting in enumerate(plan.fittings, start=1)
+        for number, fitting in enumerate(plan.plan.fittings, start=1)
         for plane, answer in zip(job.planes, fitting.planes, strict=True)
     ]
-    dials = _dials(job, plan.rows) if job.has_phase and not compact else []
+    dials = _dials(job, plan.plan.rows) if job.has_phase and not compact else []
     dials = dials if len(dials) <= MOST_DIALS else []
-    units = list(dict.fromkeys(one.residual.unit for one in plan.rows))
-    groups = [[one for one in plan.rows if one.residual.unit == unit] for unit in units]
+    units = list(dict.fromkeys(one.residual.unit for one in plan.plan.rows))
+    groups = [[one for one in plan.plan.rows if one.residual.unit == unit] for unit in units]
     figure = _compact(discs, groups, job) if compact else _whole(discs, dials, groups, job)
     if not compact:
         figure.suptitle(plan.title, fontsize=SIZE + 3, color=INK, fontweight="bold")
@@ -50,10 +50,10 @@ def plan_figure(plan: Plan, *, compact: bool = False) -> Figure | None:
         figure,
         _caption(job, bool(dials)),
         dials=True,
-        limits=any(one.limit for one in plan.rows),
-        bands=any(one.band for one in plan.rows),
-        removed=any(one.action == "remove" for one in plan.planes),
-        fitted=any(one.action == "add" for one in plan.planes),
+        limits=any(one.limit for one in plan.plan.rows),
+        bands=any(one.band for one in plan.plan.rows),
+        removed=any(one.action == "remove" for one in plan.plan.planes),
+        fitted=any(one.action == "add" for one in plan.plan.planes),
         circles=bool(dials),
     )
     return figure

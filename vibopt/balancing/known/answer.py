@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from math import tau
 
-from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.balancing.known.job import KnownJob, Spot
 from vibopt.balancing.known.prices import prices
 from vibopt.balancing.known.solve import Correction, correct
@@ -20,7 +21,6 @@ from vibopt.balancing.known.statics import (
 )
 from vibopt.balancing.known.tables import KnownLimitTable
 from vibopt.balancing.options import neighbours
-from vibopt.balancing.outcome import Outcome, angle
 from vibopt.balancing.planes import MASS, Fitted, Plane
 from vibopt.balancing.prices import Solver, allowance
 from vibopt.forms import ComplexArray
@@ -29,7 +29,7 @@ from vibopt.work import metered
 _TINY = 1e-9
 
 
-def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Outcome:
+def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Answer[KnownJob]:
     """Correct the shaft, put the weights back, and say what is left; `thorough` computes every price."""
     with metered() as meter:
         found = correct(job, solver)
@@ -40,9 +40,8 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         name: replace(one, price=Price(words.pop(name, ""), rate=found.prices.get(name)))
         for name, one in limits.items()
     }
-    return Outcome(
-        name=job.name,
-        title=job.title,
+    return Answer(
+        job=job,
         status=status,
         claim=claim,
         values=_values(job, found),
@@ -52,7 +51,6 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         method=found.way,
         notes=(*job.notes, *_notes(job, found), *unpriced),
         prices={path: Price(one) for path, one in words.items()},
-        expected=job.expected,
     )
 
 
@@ -129,17 +127,17 @@ def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
         size = float(abs(unbalances(job)).sum())
         values[f"{when}.static"] = Entry(_clean(abs(static), size), "unbalance")
         if _clean(abs(static), size):
-            values[f"{when}.static_angle"] = angle(static)
+            values[f"{when}.static_angle"] = direction_of(static)
         if not job.flat:
             length = middle_and_arm(job)[1]
             values[f"{when}.couple"] = Entry(_clean(abs(couple), size * length), "couple_unbalance")
             if _clean(abs(couple), size * length):
-                values[f"{when}.couple_angle"] = angle(couple)
+                values[f"{when}.couple_angle"] = direction_of(couple)
         for name, force in reactions(job, u).items():
             value, path = _clean(abs(force), size * (job.speed or 1.0) ** 2), f"{when}.bearings.{name}"
             values[f"{path}.reaction"] = Entry(value, "force")
             if value:
-                values[f"{path}.angle"] = angle(force)
+                values[f"{path}.angle"] = direction_of(force)
         if not job.spots:
             break
     return values
@@ -154,7 +152,7 @@ def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float
         mass = sum(m for _, m, _ in weights) if weights else plane.amount(u)
         values[f"{path}.mass"] = Entry(mass, "mass", plane.unit)
     if abs(u) > 0.0:
-        values[f"{path}.angle"] = angle(where)
+        values[f"{path}.angle"] = direction_of(where)
     if plane.remove:
         values[f"{path}.action"] = Word("remove material here")
     if plane.drill is not None:
@@ -164,7 +162,7 @@ def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float
         said = ", ".join(_weight_words(plane, *one) for one in zip(weights, own, strict=True))
         values[f"{path}.weights"] = Word(said or "none")
     elif plane.holes and abs(u) > 0.0:
-        one, other = neighbours(plane, float(angle(where).value))
+        one, other = neighbours(plane, float(direction_of(where).value))
         said = f"between hole {one + 1} and hole {other + 1}" if one != other else f"hole {one + 1}"
         values[f"{path}.holes"] = Word(said)
     return values

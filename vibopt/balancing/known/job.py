@@ -6,7 +6,7 @@ import cmath
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf, pi
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from vibopt.balancing.fitted import with_fitted
 from vibopt.balancing.known.tables import (
@@ -68,6 +68,8 @@ class KnownJob:
         None: an analysis of the shaft as it is.
     """
 
+    kind: ClassVar[str] = "known"
+    views: ClassVar[str] = "vibopt.balancing.views"
     name: str
     title: str
     masses: tuple[Mass, ...]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import nan
 from typing import Any
 
-from vibopt.answer.entry import Checked, Entry, at_most, direction
+from vibopt.answer.entry import Checked, Entry, Value, at_most, direction
 from vibopt.forms import ComplexArray
 
 
@@ -176,3 +177,79 @@ class Fitting:
                 max((s["found"] for s in one["speeds"]), key=lambda e: e["value"]),
             )
         return {"planes": {one.name: one.to_json() for one in self.planes}, "sensors": sensors}
+
+    def entries(self, before: str = "") -> dict[str, Value]:
+        """Every number by its path, with `before` in front."""
+        found: dict[str, Value] = {}
+        for plane in self.planes:
+            path = f"{before}planes.{plane.name}"
+            found[f"{path}.mass" if plane.mass.dimension == "mass" else f"{path}.unbalance"] = plane.mass
+            found[f"{path}.angle"] = plane.angle
+            if plane.radius is not None:
+                found[f"{path}.radius"] = plane.radius
+        greatest: dict[str, Entry] = {}
+        for row in self.rows:
+            path = f"{before}sensors.{row.sensor}"
+            found[f"{path}.at {row.speed.shown}.residual"] = row.residual
+            for key, entry in (("residual", row.residual), ("found", row.found)):
+                known = greatest.get(f"{path}.{key}")
+                if known is None or known.value < entry.value:
+                    greatest[f"{path}.{key}"] = entry
+        return {**found, **greatest}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to do with a measured rotor; empty for other kinds of job.
+
+    fittings
+        The answer; several where readings without phase allow them; empty where nothing was found.
+    conventions
+        In plain sentences, to be repeated wherever the plan is shown.
+    words
+        What to do, one sentence a line.
+    remedies
+        Side by side, where planes act almost alike.
+    beside
+        Plans by other runs side by side, where the runs contradict each other.
+    condition
+        Condition number of what the planes do at the sensors.
+    gap
+        Of the optimum, relative.
+    """
+
+    fittings: tuple[Fitting, ...] = ()
+    conventions: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
+    remedies: tuple[Remedy, ...] = ()
+    beside: tuple[Remedy, ...] = ()
+    condition: float = 1.0
+    gap: float = nan
+
+    @property
+    def planes(self) -> tuple[PlaneAnswer, ...]:
+        """Of the first answer."""
+        return self.fittings[0].planes if self.fittings else ()
+
+    @property
+    def rows(self) -> Sequence[RowAnswer]:
+        """Of the first answer."""
+        return self.fittings[0].rows if self.fittings else ()
+
+    def entries(self) -> dict[str, Value]:
+        """Every number by its path; of several answers by number as well."""
+        found: dict[str, Value] = {}
+        for number, fitting in enumerate(self.fittings, start=1):
+            if len(self.fittings) > 1:
+                found.update(fitting.entries(f"answers.{number}."))
+            if number == 1:
+                found.update(fitting.entries())
+        return found
+
+    def to_json(self) -> dict[str, Any]:
+        first = self.fittings[0].to_json() if self.fittings else {"planes": {}, "sensors": {}}
+        return {
+            "words": self.words, **first,
+            "answers": [one.to_json() for one in self.fittings] if len(self.fittings) > 1 else [],
+            "remedies": self.remedies, "beside": self.beside, "condition": self.condition, "gap": self.gap,
+        }  # fmt: skip

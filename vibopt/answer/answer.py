@@ -1,0 +1,235 @@
+"""The answer to a job of any kind, with its evidence: status, claim, values, limits, and how each was checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic, Protocol, TypeVar
+
+from vibopt.answer.entry import Checked, Chosen, Entry, Price, Value, Word
+from vibopt.answer.plan import Plan
+from vibopt.errors import NotProven, UnknownName
+
+EXIT_CODES = {
+    "optimal": 0,
+    "feasible": 0,
+    "met": 0,
+    "violated": 7,
+    "infeasible": 3,
+    "unbounded": 4,
+    "unproven": 5,
+    "check_failed": 6,
+}
+UNPROVEN = EXIT_CODES["unproven"]
+OPEN = ("feasible", "unproven", "check_failed")
+"""Statuses of answers that may be good, but nothing proves it."""
+EMPTY = ("infeasible", "unbounded", "unproven", "check_failed")
+"""Statuses of answers without a design to keep, to round or to save."""
+
+
+class Asked(Protocol):
+    """What an answer knows of its job."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def title(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def views(self) -> str: ...
+
+
+J_co = TypeVar("J_co", bound=Asked, covariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """What tolerances do to an answer.
+
+    status, goal, variables, parts
+        Of the answer without tolerances; empty for an analysis.
+    uncertain
+        How far each number may be off, by path.
+    goal_off
+        By how much numbers are off where the goal is worst.
+    open
+        Limits (and "the goal") of which the worst machine is found, but not proven to be the worst.
+    """
+
+    status: str
+    goal: Entry | None
+    variables: Mapping[str, Entry]
+    uncertain: Mapping[str, float]
+    goal_off: Mapping[str, float] = field(default_factory=dict)
+    open: tuple[str, ...] = ()
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Used:
+    """Degrees of freedom declared by the file and needed by the questions asked, with the reason."""
+
+    declared_dof: int
+    used_dof: int
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Limits that cannot hold together, and for each the smallest loosening that helps, rounded outward.
+
+    limits
+        Names of a smallest such set.
+    loosenings
+        (name, bound now, bound that makes the job feasible); a limit that no loosening alone mends is left out.
+    proof
+        How the conflict was proven, in words.
+    left
+        Names of limits for which no loosening was looked for, because of the work.
+    """
+
+    limits: tuple[str, ...]
+    loosenings: tuple[tuple[str, Entry, Entry], ...]
+    proof: str
+    left: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
+        return {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
+
+
+@dataclass(frozen=True)
+class Answer(Generic[J_co]):
+    """Answer to a job: a machine (scene), a measured rotor, known masses on a shaft, or an engine.
+
+    status
+        A key of EXIT_CODES.
+    claim
+        How the status is known, in words.
+    reason
+        Why there is no answer, in words; "" elsewhere.
+    goal
+        Name and value; None for an analysis.
+    variables
+        Design variables of a machine by path; empty for an analysis or where nothing was found.
+    x
+        Their values [SI], in the order of the job's variables.
+    places
+        Places and parts chosen, by path; `job` is then the one in which they have been.
+    values
+        Further numbers and words by path ("planes.A.mass", "influence.a.left.value").
+    limits, measures
+        Each measured on the finished thing.
+    prices
+        What a wider cap buys, by the path of the cap; prices of limits stand in `limits`.
+    plan
+        What to fit where, for a measured rotor; empty elsewhere.
+    found
+        `find_all`: intervals (low, high) in the user's unit, else None.
+    conflict
+        Limits that cannot hold together; None where none are, or where `reason` says which.
+    model
+        What was needed of a machine; None for other kinds.
+    tolerances
+        With numbers that may be off: `goal`, `limits` and `measures` are then the worst over all machines.
+    method, details
+        What answered, by name, and what it says of its search.
+    timings
+        Seconds by stage.
+    work
+        What the answer took [nominal ms], the same on any machine; studies decide by it what they compute.
+    """
+
+    job: J_co
+    status: str
+    claim: str
+    goal: tuple[str, Entry] | None = None
+    variables: Mapping[str, Chosen] = field(default_factory=dict)
+    x: tuple[float, ...] = ()
+    limits: Mapping[str, Checked] = field(default_factory=dict)
+    measures: Mapping[str, Checked] = field(default_factory=dict)
+    method: str = ""
+    reason: str = ""
+    notes: tuple[str, ...] = ()
+    values: Mapping[str, Value] = field(default_factory=dict)
+    places: Mapping[str, Word] = field(default_factory=dict)
+    prices: Mapping[str, Price] = field(default_factory=dict)
+    plan: Plan = field(default_factory=Plan)
+    found: tuple[tuple[Entry, Entry], ...] | None = None
+    conflict: Conflict | None = None
+    model: Used | None = None
+    tolerances: Tolerances | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+    timings: Mapping[str, float] = field(default_factory=dict)
+    work: float = 0.0
+
+    @property
+    def name(self) -> str:
+        return self.job.name
+
+    @property
+    def title(self) -> str:
+        return self.job.title
+
+    @property
+    def scene(self) -> J_co:
+        """The job, where it is a machine."""
+        return self.job
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command line."""
+        return EXIT_CODES[self.status]
+
+    @property
+    def proven(self) -> bool:
+        """Whether nothing about the status is left open."""
+        sure = self.tolerances is None or not self.tolerances.open or self.status == "violated"
+        return sure and self.status not in OPEN
+
+    def require_proof(self) -> Answer[J_co]:
+        """This answer, if its status is proven.
+
+        Raises
+        ------
+        NotProven
+            The answer may be good, but nothing proves it.
+        """
+        if not self.proven:
+            raise NotProven(f"{self.name}: {self.status}: {self.claim}")
+        return self
+
+    def with_plan(self, **changes: Any) -> Answer[J_co]:
+        """The same answer with parts of its plan replaced."""
+        return replace(self, plan=replace(self.plan, **changes))
+
+    def entries(self) -> dict[str, Value]:
+        """Every number and word by its path, as the records of a problem file name them."""
+        found: dict[str, Value] = {"status": Word(self.status), **self.values, **self.plan.entries()}
+        found.update({f"variables.{path}": one for path, one in self.places.items()})
+        found.update({f"variables.{path}": one.value for path, one in self.variables.items()})
+        for family, rows in (("limits", self.limits), ("measures", self.measures)):
+            found.update({f"{family}.{name}.value": row.value for name, row in rows.items()})
+        if self.goal is not None:
+            found["goal"] = self.goal[1]
+        return found
+
+    def find(self, path: str) -> Value:
+        """The number or word at a path; UnknownName where there is none."""
+        entries = self.entries()
+        if path not in entries:
+            raise UnknownName.among("path", path, entries)
+        return entries[path]
+
+    def report(self) -> str:
+        """The answer as text, as the command line prints it."""
+        from vibopt.answer.jsonable import views_of
+
+        return str(views_of(self).text_of(self))
+
+    def to_json(self) -> dict[str, Any]:
+        """The answer as plain data: values in SI (amplitudes peak), `shown` in the user's units and conventions."""
+        from vibopt.answer.jsonable import as_json
+
+        return as_json(self)
