@@ -86,3 +86,37 @@ def test_two_limits_that_cannot_hold_together_are_both_named() -> None:
     assert design.status == "infeasible"
     assert design.conflict is not None
     assert set(design.conflict.limits) == {"floor", "sag"}
+
+
+def set_on_four(travel: str) -> Scene:
+    """A machine in space: its limit on the travel of a group is one limit of many rows."""
+    feet = [[x, y, 0.0] for x in (0.8, -0.8) for y in (0.5, -0.5)]
+    mount = {"between": ["set", "ground"], "at": feet, "shear_ratio": 0.5, "loss_factor": 0.1}
+    document = {
+        "bodies": {"set": {"mass": "800 kg", "shape": {"box": ["1.6 m", "1 m", "0.8 m"]}}},
+        "mounts": {"foot": {**mount, "stiffness": {"from": "100 kN/m", "to": "200 kN/m"}}},
+        "excitations": {
+            "shaker": {
+                "kind": "force", "on": "set", "at": ["0.3 m", "0.2 m", 0], "direction": "z",
+                "speed": "600 rpm", "varies": "constant", "amplitude": "1 kN",
+            }
+        },
+        "limits": {
+            "gap": {"response": "travel", "of": "foot", "direction": "z", "at_most": travel},
+            "sway": {"response": "displacement", "of": "set", "direction": "z", "at_most": "10 mm"},
+        },
+        "goal": {"minimise": "stiffness", "of": "foot"},
+    }  # fmt: skip
+    return from_dict(document)
+
+
+def test_a_limit_of_many_rows_is_loosened_as_one() -> None:
+    design = solve(set_on_four("0.0005 mm"))
+    assert design.status == "infeasible"
+    assert design.conflict is not None
+    assert design.conflict.limits == ("gap",)
+    [(name, _, loosened)] = design.conflict.loosenings
+    assert name == "gap"
+    enough = loosened.value * 1e3
+    assert solve(set_on_four(f"{enough!r} mm")).status == "optimal"
+    assert solve(set_on_four(f"{0.98 * enough!r} mm")).status == "infeasible"

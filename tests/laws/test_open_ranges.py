@@ -73,3 +73,15 @@ def test_stiffness_and_damping_on_a_block(size: float, floor: float) -> None:
     damping = {"from": "10 N s/m", "to": "1 MN s/m"}
     some = [{"from": "10 kN/m"}, {"from": "10 kN/m", "to": "1 GN/m"}]
     the_same(*(press(one, damping, size, floor, block=True) for one in some))
+
+
+@pytest.mark.parametrize("key", ["damping_ratio", "loss_factor"])
+def test_a_range_without_an_end_stops_at_the_most_that_the_key_may_be(key: str) -> None:
+    """The best damper of a machine that must not move is the strongest: what is chosen can stand in a file."""
+    document = press("1 MN/m", "10 N s/m", 1.0, 1.0)
+    mount = {"between": ["press", "ground"], "stiffness": "1 MN/m", key: {"from": 0.01}}
+    document |= {"links": {"mount": mount}, "goal": {"minimise": "displacement", "of": "press"}, "limits": {}}
+    design = vo.solve(from_dict(document))
+    assert design.status == "optimal"
+    assert design.variables[f"links.mount.{key}"].value.value == pytest.approx(10.0, rel=1e-6)
+    assert design.variables[f"links.mount.{key}"].at_bound == "to"

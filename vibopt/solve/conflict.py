@@ -49,7 +49,7 @@ def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) ->
         if limit.side == "outside":
             continue
         alike = [one for one in program.limits if (one.name, one.side) == (limit.name, limit.side)]
-        rest = tuple(one for one in program.limits if one not in alike)
+        rest = tuple(one for one in program.limits if (one.name, one.side) != (limit.name, limit.side))
         sense = 1.0 if limit.side == "at_most" else -1.0
         aims = [Aim(one.name, one.model, one.form, sense, one.complement) for one in alike]  # one limit, many places
         aim = replace(aims[0], others=tuple(aims[1:]))

@@ -10,6 +10,7 @@ import numpy as np
 
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
+from vibopt.design.build import differing
 from vibopt.design.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
 from vibopt.design.design import Design
 from vibopt.design.rated import parts_of
@@ -87,11 +88,9 @@ def analysed(design: Design, robust: Robust) -> Design:
         words = f"over the tolerances: the worst of {tried} machines found, not proven for {', '.join(robust.open)}"
     elif design.status == "violated":
         words = "by a machine within the tolerances"
-    return replace(
-        design,
-        claim=f"{design.claim}; {words}",
-        tolerances=side_by_side(design.scene, None, robust, {}),
-    )
+    machine = goal_machine(design.scene, robust.hits) if design.goal is not None else {}
+    both = side_by_side(design.scene, None, robust, differing(design.scene, machine))
+    return replace(design, claim=f"{design.claim}; {words}", tolerances=both)
 
 
 def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: str, side: str) -> int:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 from vibopt.answer.entry import Word
-from vibopt.design.checked import goal_of
 from vibopt.design.design import Design
 from vibopt.scene.scene import MINIMISE, Scene
 from vibopt.scene.settle import groups, open_places, settled
@@ -66,12 +65,16 @@ def _exchanged(scene: Scene) -> str:
 
 def with_goal(design: Design) -> Design:
     """Where nothing else is to be chosen, a place is as good as its goal, or breaks a limit."""
-    if not design.scene.is_analysis:
+    if not design.scene.is_analysis or design.status == "check_failed":
         return design
     if design.status != "met":
         broken = [name for name, one in design.limits.items() if not one.met]
-        return replace(design, status="infeasible", claim=f"breaks {', '.join(broken)}")
-    return replace(design, status="optimal", claim="every limit holds", goal=goal_of(design.scene, {}))
+        return replace(design, status="infeasible", claim=f"breaks {', '.join(broken)}", goal=None)
+    undecided = () if design.tolerances is None else design.tolerances.open
+    if undecided:
+        claim = f"every limit holds; the worst machine is not proven for {', '.join(undecided)}"
+        return replace(design, status="feasible", claim=claim)
+    return replace(design, status="optimal", claim="every limit holds")
 
 
 def _rank(design: Design) -> tuple[int, float]:

@@ -314,12 +314,14 @@ def _used_by(scene: Scene, program: Program) -> Used:
 
 
 def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
-    robust = None
+    """Everything measured; a goal, where only places were open, on the machine that is worst for it."""
+    robust, worst_of_goal = None, scene
     if uncertain(scene):
-        from vibopt.solve.off import analysed, rows_over
+        from vibopt.solve.off import analysed, goal_machine, rows_over
         from vibopt.solve.robust import judged
 
         robust = judged(scene, np.zeros(0))
+        worst_of_goal = replace(scene, off=goal_machine(scene, robust.hits))
         limits, measures = rows_over(scene, np.zeros(0), robust)
     else:
         limits = checked_limits(scene, {}, model=program.model)
@@ -330,12 +332,13 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     claim = "every limit holds" if good else f"broken: {', '.join(broken)}"
     if not limits:
         claim = "measured; there is no limit to judge"
-    doubt = _doubt(limits, measures)
+    goal = goal_row(worst_of_goal, {})
+    doubt = _doubt(limits, measures, {} if goal is None else {"goal": goal})
     design = Design(
         job=scene,
         status="check_failed" if doubt else "met" if good else "violated",
         claim=doubt or f"{claim} (measured at every speed of each range)",
-        goal=None,
+        goal=None if goal is None else (goal.name, goal.value),
         variables={},
         x=(),
         limits=limits,

@@ -33,7 +33,7 @@ class Fact:
 class Choice:
     """A design variable: the range [low, high] in SI, or the listed `options` only.
 
-    Where the user left the range half open `high` is inf, or `open_low` says that `low` stands for
+    Where the user left the range half open `high` is the most that is possible there, often inf, or `open_low` says that `low` stands for
     "as near to zero as you like".  As built it may be off by the part `tolerance` of what is chosen.
     """
 
@@ -270,7 +270,7 @@ def _read_choice(rule: Rule, given: Mapping[str, object]) -> Choice:
     ends = {key: _end(rule, given[key], key) for key in ("from", "to") if key in given}
     unit = next(iter(ends.values())).unit
     low = ends["from"].value if "from" in ends else 0.0
-    high = ends["to"].value if "to" in ends else float("inf")
+    high = ends["to"].value if "to" in ends else rule.most
     if low > high:
         raise QuantityError("is a reversed range: from is greater than to. Exchange the two.")
     if low == high:
