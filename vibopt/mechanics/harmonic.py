@@ -102,6 +102,9 @@ def _of(model: Model, terms: IntArray, p: FloatArray, omega: FloatArray) -> Comp
 
 
 def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
+    if stiff.shape[-1] == 1:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(stiff[..., 0] == 0.0, np.inf, load / stiff[..., 0]), dtype=complex)
     scale = np.abs(stiff).max(axis=-1, keepdims=True)
     scale[scale == 0.0] = 1.0
     try:

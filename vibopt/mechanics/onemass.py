@@ -13,6 +13,7 @@ import numpy as np
 from vibopt.forms import Band, ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
+from vibopt.mechanics.polynomial import real_roots
 
 _DEGREE = {INERTIA: 2, STIFFNESS: 0, DAMPING: 1, HYSTERETIC: 0}
 
@@ -71,7 +72,9 @@ class Curve:
         round_pole = np.array([self.width, 0.0, 1.0])
         left = np.convolve(first, round_pole)
         right = 2.0 * np.convolve(np.convolve(w, np.array([0.0, 1.0])), shifted)
-        return _real_roots(_add(left, -right), self.centre)
+        scale = abs(self.centre) or 1.0
+        slopes = _add(left, -right)
+        return real_roots(slopes * scale ** np.arange(len(slopes)), 1e-6, 2, 1e-8) * scale
 
     def candidates(self, band: Band) -> list[Extreme]:
         """Ends and stationary points of a band of speeds."""
@@ -175,20 +178,3 @@ def _add(a: FloatArray, b: FloatArray) -> FloatArray:
     total = a.copy()
     total[: len(b)] += b
     return total
-
-
-def _real_roots(p: FloatArray, scale: float) -> FloatArray:
-    """Real roots of an ascending polynomial in v, found in v / scale and polished by Newton."""
-    scale = abs(scale) or 1.0
-    q = np.trim_zeros(p * scale ** np.arange(len(p)), "b")
-    if len(q) < 2:
-        return np.zeros(0)
-    roots = np.roots(q[::-1])
-    real = roots[np.abs(roots.imag) <= 1e-6 * np.maximum(np.abs(roots.real), 1e-8)].real
-    slope = q[1:] * np.arange(1, len(q))
-    for _ in range(2):
-        steep = np.polyval(slope[::-1], real)
-        value = np.polyval(q[::-1], real)
-        real = real - np.where(steep != 0.0, value / np.where(steep != 0.0, steep, 1.0), 0.0)
-    found: FloatArray = real * scale
-    return found

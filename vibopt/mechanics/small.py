@@ -17,6 +17,7 @@ import numpy as np
 from vibopt.forms import Amplitude, Band, BoolArray, ComplexArray, FloatArray, IntArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.mechanics.peaks import Extreme
+from vibopt.mechanics.polynomial import roots
 
 MOST = 4
 """Number of free coordinates up to which a model is small."""
@@ -218,9 +219,9 @@ class Polynomials:
         size = scales[0] / scales[1]
         if not (np.isfinite(size) and size > 0.0):
             return None
-        roots = _roots(_stationary(tables[0][0][:, 0], tables[1][0][:, 0], power))
-        poles = _roots((bottom[first : last + 1, 0] * unit ** np.arange(first, last + 1)) / scales[1]) * -1j
-        near = roots[(roots.real > 0.0) & (np.abs(roots.imag) <= 1e-3 * np.abs(roots))]
+        turning = roots(_stationary(tables[0][0][:, 0], tables[1][0][:, 0], power))
+        poles = roots((bottom[first : last + 1, 0] * unit ** np.arange(first, last + 1)) / scales[1]) * -1j
+        near = turning[(turning.real > 0.0) & (np.abs(turning.imag) <= 1e-3 * np.abs(turning))]
         real = np.abs(near.imag) <= 1e-10 * np.abs(near)
         return cls((tables[0], tables[1]), (sizes[0], sizes[1]), unit, size, power, np.sqrt(near.real), real, poles)
 
@@ -415,18 +416,3 @@ def _squared(turned: ComplexArray) -> FloatArray:
         second = np.convolve(odd, odd)
         square[1 : 1 + len(second)] += second
     return square
-
-
-def _roots(ascending: FloatArray) -> ComplexArray:
-    """Roots of a polynomial by its companion matrix; those at zero are left out."""
-    used = np.flatnonzero(ascending)
-    if len(used) < 2:
-        return np.zeros(0, dtype=complex)
-    rows = ascending[used[0] : used[-1] + 1]
-    n = len(rows) - 1
-    companion = np.zeros((n, n))
-    companion[0] = -rows[-2::-1] / rows[-1]
-    companion[np.arange(1, n), np.arange(n - 1)] = 1.0
-    if not np.isfinite(companion).all():
-        return np.full(n, np.nan, dtype=complex)
-    return np.asarray(np.linalg.eigvals(companion), dtype=complex)

@@ -34,7 +34,8 @@ def graded(model: Model, form: Modulus) -> Model:
     The same model where springs hold everything and no base's motion grows towards standstill.
     """
     n = model.n_free
-    if n == 1 and not fades(model, form) and _rows(model, damped=False)[:, 0].any():
+    springs = (model.kinds != DAMPING) & (model.kinds != INERTIA) & (model.scales > 0.0)
+    if n == 1 and model.vectors[springs, 0].any() and not fades(model, form):
         return model
     springs, dampers = _rows(model, damped=False), _rows(model, damped=True)
     rigid = _nothing_done(np.concatenate([springs, dampers])[:, :n])

@@ -121,7 +121,18 @@ def _some_design(scene: Scene, model: Model) -> FloatArray:
 
 
 def form_of(scene: Scene, model: Model, response: Response) -> Form:
-    """The form of one response on a model."""
+    """The form of one response on a model; those on the last model are kept."""
+    last, forms = vars(scene).get("forms", (None, {}))
+    if last is not model:
+        forms = dict[int, tuple[Response, Form]]()
+        vars(scene)["forms"] = model, forms
+    if id(response) not in forms:
+        forms[id(response)] = response, _form_of(scene, model, response)  # the response stays, and so its number
+    form: Form = forms[id(response)][1]
+    return form
+
+
+def _form_of(scene: Scene, model: Model, response: Response) -> Form:
     if isinstance(response, HarmonicResponse):
         drives = tuple(_pushed(scene, model, one) for one in drives_for(scene, response, model.points))
         return response.form(model, drives, combine_for(scene, response))

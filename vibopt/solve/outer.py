@@ -12,6 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vibopt.forms import FloatArray, IntArray, Modulus, StaticRow
+from vibopt.mechanics.polynomial import real_roots
 from vibopt.program.program import Limit, Program
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.method import Found, Progress
@@ -142,30 +143,11 @@ def _extreme_cut(cuts: FloatArray, polynomials: list[FloatArray], upward: float)
 def _roots(row: FloatArray) -> FloatArray:
     """Real roots of an ascending polynomial, quadratics without cancellation, polished."""
     row = np.trim_zeros(row, "b")
-    if len(row) == 2:
-        return np.array([-row[0] / row[1]])
-    if len(row) == 3:
-        return _quadratic(row[2], row[1], row[0])
     if len(row) < 2:
         return np.zeros(0)
-    roots = np.roots(row[::-1])
-    real = roots[np.abs(roots.imag) <= 1e-7 * np.abs(roots)].real
-    slope = row[1:] * np.arange(1, len(row))
-    for _ in range(3):
-        steep = np.polyval(slope[::-1], real)
-        real = real - np.where(steep != 0.0, np.polyval(row[::-1], real) / np.where(steep != 0.0, steep, 1.0), 0.0)
-    polished: FloatArray = real
-    return polished
-
-
-def _quadratic(a: float, b: float, c: float) -> FloatArray:
-    square = b * b - 4.0 * a * c
-    if square < -1e-15 * (b * b + abs(4.0 * a * c)):
-        return np.zeros(0)
-    root = np.sqrt(max(square, 0.0))
-    large = -0.5 * (b + np.copysign(root, b))
-    found = [large / a] + ([c / large] if large != 0.0 else [])
-    return np.array(found)
+    if len(row) == 2:
+        return np.array([-row[0] / row[1]])
+    return _many_roots(row[None, ::-1]) if len(row) == 3 else real_roots(row, 1e-7, 3)
 
 
 class StiffnessAndDamping:

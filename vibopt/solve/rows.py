@@ -26,7 +26,7 @@ from vibopt.forms import (
     StaticLoad,
     StaticRow,
 )
-from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, factors
 from vibopt.mechanics.onemass import numerator
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.rational import Groups, Sampled, sampled, sampled_static
@@ -93,6 +93,8 @@ class LineRows:
             return [sign * self._monomials(form, limit.bound)]
         if isinstance(form, ModeFrequency | ModeDamping):
             return [sign * self._mode(limit)]
+        if isinstance(form, Modulus) and limit.model.n_coords == 1:
+            return self._pushed(limit, speeds)
         made = sample(limit, speeds, np.array([self.reference]))
         degree = made.groups.degrees[0]
         nodes = np.array([0.0, 1.0, 2.0, 0.5, 3.0])[: degree + 1]
@@ -106,6 +108,24 @@ class LineRows:
                 d[:, column], np.conj(d[:, column])
             )
             rows.append(sign * square.real / max(float(np.abs(square).max()), 1e-300))
+        return rows
+
+    def _pushed(self, limit: Limit, speeds: FloatArray) -> list[FloatArray]:
+        """Rows of one mass under a force: both N and D are sums over the terms, each a power of y."""
+        assert isinstance(limit.form, Modulus)
+        model, output, line = limit.model, limit.form.output, limit.form.drives[0].lines[0]
+        omega = line.order * speeds
+        powers = np.round(model.exponents[:, 0] * self.root).astype(int)
+        parts = (powers[:, None] == np.arange(powers.max(initial=0) + 1)) * model.vectors[:, :1]
+        sizes = model.scales * self.reference ** model.exponents[:, 0]
+        z = sizes * factors(model.kinds, omega)
+        top, bottom = (z * output.signs) @ parts, z @ (parts * model.vectors[:, :1])
+        top[:, 0] += output.row[0]
+        top *= (np.abs(line.amplitude.at(speeds) * line.vector[0]) * omega**output.power)[:, None]
+        rows = []
+        for n, d in zip(top, bottom, strict=True):
+            row = (np.convolve(n, n.conj()) - limit.bound**2 * np.convolve(d, d.conj())).real
+            rows.append(sign_of(limit) * row / max(float(np.abs(row).max()), 1e-300))
         return rows
 
     def _monomials(self, form: Monomials, bound: float) -> FloatArray:
