@@ -90,7 +90,7 @@ def test_two_limits_that_cannot_hold_together_are_both_named() -> None:
 
 def set_on_four(travel: str) -> Scene:
     """A machine in space: its limit on the travel of a group is one limit of many rows."""
-    feet = [[x, y, 0.0] for x in (0.8, -0.8) for y in (0.5, -0.5)]
+    feet = [[f"{x} m", f"{y} m", 0] for x in (0.8, -0.8) for y in (0.5, -0.5)]
     mount = {"between": ["set", "ground"], "at": feet, "shear_ratio": 0.5, "loss_factor": 0.1}
     document = {
         "bodies": {"set": {"mass": "800 kg", "shape": {"box": ["1.6 m", "1 m", "0.8 m"]}}},

@@ -33,8 +33,9 @@ class Fact:
 class Choice:
     """A design variable: the range [low, high] in SI, or the listed `options` only.
 
-    Where the user left the range half open `high` is the most that is possible there, often inf, or `open_low` says that `low` stands for
-    "as near to zero as you like".  As built it may be off by the part `tolerance` of what is chosen.
+    Where the user left the range half open `high` is the most that is possible there, often inf, or `open_low` says
+    that `low` stands for "as near to zero as you like".  As built it may be off by the part `tolerance` of what is
+    chosen.
     """
 
     low: float
