@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from shapes import faults
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.jsonable import json_text
 from vibopt.balancing.said import blocks_of, verdict
 from vibopt.balancing.table import text_of
+from vibopt.cli.schema import schema_of_answers
 from vibopt.jobs import answer, is_scene, open_job
 from vibopt.study.records import KEYS, REL_TOL, compare
 
@@ -19,6 +23,9 @@ if TYPE_CHECKING:
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 FILES = sorted(PROBLEMS.rglob("*.toml"))
+
+
+ANSWERS = schema_of_answers()
 
 
 def name_of(file: Path) -> str:
@@ -37,6 +44,7 @@ def test_every_file_answers_what_it_records(file: Path) -> None:
     rows = [compare(found, record, name_of(file)) for record in job.expected]
     assert rows
     assert [row for row in rows if not row.ok] == []
+    assert list(faults(json.loads(json_text(found)), ANSWERS, ANSWERS)) == []
     if not is_scene(job) and not is_scene(found.job):
         told_in_80_columns(found, job)
 

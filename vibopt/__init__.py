@@ -11,7 +11,7 @@ from types import ModuleType
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from vibopt.design.design import Design as Design
+    from vibopt.answer.answer import Answer as Answer
     from vibopt.errors import InputError as InputError
     from vibopt.errors import NotProven as NotProven
     from vibopt.errors import VibOptError as VibOptError
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from vibopt.study.whatif import whatif as whatif
 
 _HOMES = {
-    "vibopt.design.design": ("Design",),
+    "vibopt.answer.answer": ("Answer",),
     "vibopt.errors": ("InputError", "NotProven", "VibOptError"),
     "vibopt.scene.language": (
         "Limit",

@@ -15,7 +15,7 @@ MASS, RATE, DENSITY = 100.0, 100.0, 100.0
 STIFFNESS = MASS * RATE**2
 
 
-def solved(ratio: float, goal: dict[str, Any], **more: Any) -> vo.Design:
+def solved(ratio: float, goal: dict[str, Any], **more: Any) -> vo.Answer[vo.Scene]:
     document = {
         "bodies": {"m": {"mass": f"{MASS} kg"}, "t": {"mass": f"{ratio * MASS!r} kg"}},
         "links": {

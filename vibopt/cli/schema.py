@@ -20,22 +20,32 @@ _TEXT = {"type": "string"}
 @click.argument("kind", metavar="[KIND]", required=False, default="scene")
 @as_json
 def schema(kind: str, as_json: bool) -> int:
-    """Print the JSON schema of the problem file, for editors and for other programs.
+    """Print the JSON schema of the problem file or of answers, for editors and for other programs.
 
-    KIND is scene (the default), rotor, known or engine: the last three are balancing jobs.
+    KIND is scene (the default), rotor, known or engine: the last three are balancing jobs; or answer, for what
+    `solve --json` prints of any of them.
     """
-    if kind == "scene":
-        say_json(problem_schema())
+    if kind in ("scene", "answer"):
+        say_json(problem_schema() if kind == "scene" else schema_of_answers())
         return 0
     from vibopt.balancing.schema import SCHEMAS
 
     if kind not in SCHEMAS:
-        raise InputError(f'there is no schema "{kind}".{way_out(kind, ["scene", *SCHEMAS])}')
+        raise InputError(f'there is no schema "{kind}".{way_out(kind, ["scene", *SCHEMAS, "answer"])}')
     parts: dict[str, Any] = {}
     made = SCHEMAS[kind](lambda table: _table(table, parts), _named)
     made["properties"]["expected"] = {"type": "array", "items": _record()}
     say_json({"$schema": DIALECT, "title": f"vibopt balancing job ({kind})", **made, "$defs": parts})
     return 0
+
+
+def schema_of_answers() -> dict[str, Any]:
+    """JSON schema of the answers to every kind of job."""
+    from vibopt.answer.schema import answer_schema
+    from vibopt.balancing.views import KEYS as BALANCING
+    from vibopt.design.views import KEYS as MACHINES
+
+    return answer_schema({**MACHINES, **BALANCING})
 
 
 def problem_schema() -> dict[str, Any]:

@@ -5,11 +5,26 @@ from __future__ import annotations
 from typing import Any
 
 from vibopt.answer.entry import Chosen, Word
+from vibopt.answer.schema import NUMBER, OPEN, TEXT, TEXTS, maybe, named, ref, table
 from vibopt.design.absorbers import parts_of
 from vibopt.design.design import Design
 from vibopt.design.shelf import choices_of
 from vibopt.design.table import text_of
 from vibopt.design.words import notes_of as readings_of
+
+_CHOSEN = table(
+    {"value": {"anyOf": [NUMBER, TEXT]}, "unit": TEXT, "shown": TEXT, "at_bound": {"enum": ["from", "to", ""]}},
+    {"one_of": TEXTS},
+)
+_USED = table({"declared_dof": {"type": "integer"}, "used_dof": {"type": "integer"}, "why": TEXT})
+_INTERVALS = {"type": "array", "items": {"type": "array", "items": ref("number")}}
+KEYS = {
+    "scene": (
+        {"variables": named(_CHOSEN), "set": maybe(_INTERVALS), "model": maybe(_USED)},
+        {"build": OPEN, "tolerances": OPEN, "choices": {"type": "array"}},
+    )
+}
+"""By kind of job: what its answers have in JSON beside what all have, always and sometimes."""
 
 
 def sense_of(design: Design) -> str:
@@ -45,4 +60,4 @@ def _placed(placed: Word) -> dict[str, Any]:
     return {"value": placed.value, "unit": "", "shown": placed.value, "at_bound": "", "one_of": list(placed.options)}
 
 
-__all__ = ["notes_of", "own_json", "sense_of", "text_of"]
+__all__ = ["KEYS", "notes_of", "own_json", "sense_of", "text_of"]
