@@ -49,7 +49,7 @@ def question(draw: Draw, made: Drawn, kind: str) -> Table:
 
 def _names(made: Drawn, key: str) -> list[str]:
     bodies = [*made.names("bodies"), *made.points]
-    joints = [*made.names("links", "absorbers", "mounts")]
+    joints = [*made.names("links", "absorbers", "mounts", "inerters")]
     if key == "into":
         return ["ground", *made.names("bases"), *bodies]
     if key in ("through", "across"):

@@ -199,6 +199,26 @@ def with_absorber(draw: Draw, made: Drawn) -> Drawn:
     return made
 
 
+def with_inerter(draw: Draw, made: Drawn) -> Drawn:
+    """The same machine with an inerter between two of its points, or from one to a support."""
+    moving = [*made.names("bodies", "absorbers"), *made.points]
+    supports = ["ground", *made.names("bases")]
+    one = draw.pick([end for end in moving if end in made.spatial] or moving)
+    other = draw.pick([end for end in (*moving, *supports) if end != one])
+    table: dict[str, Any] = {"between": draw.pick([[one, other], [other, one]])}
+    bodies = [end for end in made.names("bodies") if end not in made.spatial or end == one]
+    if made.turning:
+        table["torsional_inertance"] = draw.value(draw.size(0.01, 1.0), "inertia", spread=2.0, vary=0.2)
+    elif bodies and draw.chance(0.4):
+        table |= {"mass_ratio": draw.value(0.1, "ratio", spread=3.0, vary=0.2), "relative_to": draw.pick(bodies)}
+    else:
+        table["inertance"] = draw.value(draw.size(2.0, 100.0), "mass", spread=3.0, vary=0.2)
+    if one in made.spatial:
+        table |= {"at": ["0.4 m", "0.2 m", "0.1 m"], "direction": draw.pick(["z", [0.6, 0, 0.8]])}
+    made.put("inerters", "inerter", table)
+    return made
+
+
 def _absorber(draw: Draw, made: Drawn, host: Any) -> dict[str, Any]:
     around = bool(made.turning)
     mass = draw.size(0.02, 0.3) if around else draw.size(2.0, 40.0)

@@ -9,7 +9,7 @@ from typing import Any
 
 from asking import Table, beside, candidates, closed, mistakes, question
 from draw import Draw
-from machines import Drawn, about_an_axis, on_a_line, on_a_structure, with_absorber
+from machines import Drawn, about_an_axis, on_a_line, on_a_structure, with_absorber, with_inerter
 from shaking import shaken
 from spatial import in_a_plane, in_space
 from vibopt.responses import KINDS
@@ -50,6 +50,7 @@ def scene(seed: int, folder: Path, *, small: bool = False) -> Drawn:
         made = build(rolls)
         made.folder = folder
         made = with_absorber(rolls, made) if absorber else made
+        made = with_inerter(rolls, made) if rolls.chance(0.15) else made
         made.lay()
         shaken(rolls, made, random=KINDS[kind].random, many=rolls.pick([1, 1, 2]))
         first = candidates(rolls, made, kind, 8)

@@ -426,6 +426,7 @@ def test_each_part_is_a_method_with_the_words_of_the_file() -> None:
     methods["absorbers"] = vo.Machine.absorber
     methods["structures"] = vo.Machine.structure
     methods["points"] = vo.Machine.point
+    methods["inerters"] = vo.Machine.inerter
     methods["mounts"] = vo.Machine.mount
     assert set(methods) == set(FAMILIES)
     tables: dict[str, Any] = dict(FAMILIES)

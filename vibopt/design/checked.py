@@ -19,6 +19,7 @@ from vibopt.mechanics.model import Model
 from vibopt.responses import Response
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene, Variable
+from vibopt.units import si_unit
 from vibopt.values import SpeedRange
 
 
@@ -100,7 +101,7 @@ class _Built:
             return row
         values = modelled(*asked), found.value
         digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
-        both = [f"{one:.{digits}g} {row.value.unit}".rstrip() for one in values]
+        both = [f"{one:.{digits}g} {si_unit(found.response.dimension)}".rstrip() for one in values]
         at = ", ".join(f"{one.shown} of {name}" for name, one in row.worst_at.items())
         what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
         words = f"{what} is {both[0]} in the model, {both[1]} on the machine as built"
@@ -207,4 +208,4 @@ def usual_unit(scene: Scene, response: Response) -> str:
             for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):
                 if given is not None:
                     return str(given.unit)
-    return {"natural_frequency": "Hz", "own_frequency": "Hz", "insertion_loss": "dB"}.get(response.response, "")
+    return response.unit_without

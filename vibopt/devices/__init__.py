@@ -11,6 +11,7 @@ FAMILIES: Kinds[Device] = Kinds(
         "structures": "structure.StructureTable",
         "absorbers": "absorber.AbsorberTable",
         "links": "link.LinkTable",
+        "inerters": "inerter.InerterTable",
         "points": "point.PointTable",
         "mounts": "mount.MountTable",
     },

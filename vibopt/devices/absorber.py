@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.disc import Disc
-from vibopt.devices.spring import Shaft
+from vibopt.devices.spring import OTHER_WAY, Shaft
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
@@ -93,6 +93,15 @@ class AbsorberTable(Device):
     damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
     tolerance: Tolerance | None = None
+
+    in_space: ClassVar[str] = "Put it on a body on a line."
+    other_way: ClassVar[Mapping[str, str]] = {
+        **OTHER_WAY,
+        "mass": 'inertia = "0.8 kg m2"',
+        "length": 'torsional_stiffness = "40 kN m/rad"',
+        "inertia": 'mass = "20 kg"',
+        "disc": 'mass = "20 kg"',
+    }
 
     @model_validator(mode="after")
     def _consistent(self) -> AbsorberTable:

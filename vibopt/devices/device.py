@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 from vibopt.devices.part import Bound
 from vibopt.devices.symbols import Numbers, Symbols
@@ -18,7 +18,24 @@ class Device(Table):
     """A table of a device.
 
     The class methods read the names off a table of the document, which may have mistakes still.
+
+    may_be_off
+        Whether its numbers may have tolerances.
+    between_points
+        Whether it acts between two points, along the line or about the axis.
+    in_space
+        What to write instead, or beside, where an end moves in space; "" where it may always end there.
+    passes
+        Power of the frequency that its force has over relative motion, beyond that of a spring, at high frequencies.
+    other_way
+        What to write for a key where what it ends at moves in the other way, along a line or about an axis.
     """
+
+    may_be_off: ClassVar[bool] = True
+    between_points: ClassVar[bool] = False
+    in_space: ClassVar[str] = ""
+    passes: ClassVar[int] = 0
+    other_way: ClassVar[Mapping[str, str]] = {}
 
     @classmethod
     def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -47,6 +64,21 @@ class Device(Table):
     def springs(self, name: str) -> tuple[str, ...]:
         """Links that have a stiffness."""
         return ()
+
+    @property
+    def says_line(self) -> str:
+        """A key that says that it acts along a line; "" where none does."""
+        return ""
+
+    @property
+    def says_axis(self) -> str:
+        """A key that says that it acts about an axis; "" where none does."""
+        return ""
+
+    @property
+    def placed(self) -> bool:
+        """Whether it stands at a place in space."""
+        return False
 
     @property
     def printed(self) -> Value | None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, ValidationError, model_validator
 
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.part import DYNAMIC, OWN, Bound, Part
-from vibopt.devices.spring import Beam, Shaft
+from vibopt.devices.spring import OTHER_WAY, Beam, Shaft
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
@@ -52,6 +52,10 @@ class LinkTable(Device):
     dynamic_to_static: Fact | None = number("ratio", choice=False)
     tolerance: Tolerance | None = None
     part: Part | None = None
+
+    between_points: ClassVar[bool] = True
+    in_space: ClassVar[str] = "Write [mounts.NAME] with a place."
+    other_way: ClassVar[Mapping[str, str]] = OTHER_WAY
 
     @model_validator(mode="before")
     @classmethod

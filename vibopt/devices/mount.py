@@ -134,6 +134,10 @@ class MountTable(Device):
         return given * self.count if len(given) == 1 else given
 
     @property
+    def placed(self) -> bool:
+        return True
+
+    @property
     def brought(self) -> tuple[str, ...]:
         """Keys that the part has filled in."""
         return ("stiffness", "damping", "loss_factor") if self.part is not None else ()

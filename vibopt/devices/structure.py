@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
@@ -111,6 +111,8 @@ class StructureTable(Device):
     file: File | None = None
     loss_factor: Fact | None = number("ratio", choice=False, sign="not negative", most=10.0)
     points: Places | None = None
+
+    may_be_off: ClassVar[bool] = False
 
     @model_validator(mode="after")
     def _one_way(self) -> StructureTable:

@@ -115,6 +115,13 @@ class Excitation(Table):
     """Common words of `[excitations.NAME]`.
 
     Subclasses say where they act and give their lines.
+
+    family
+        Where it acts: "bodies", as a force, or "bases", as a motion.
+    of_vehicle, inherent, random
+        Whether its speed is that of a vehicle; its amplitude is known at every speed; it has no speed at all.
+    moment
+        Of a moment, which acts on what turns, the kind that is its like along a line; "" of all others.
     """
 
     kind: str
@@ -124,6 +131,7 @@ class Excitation(Table):
     of_vehicle: ClassVar[bool] = False
     inherent: ClassVar[bool] = False
     random: ClassVar[bool] = False
+    moment: ClassVar[str] = ""
 
     @property
     def variation(self) -> str | Amplitude | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
 from vibopt.excitations.spatial import about
 from vibopt.forms import FloatArray, Line
@@ -16,6 +18,7 @@ class Moment(Excitation):
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
+    moment: ClassVar[str] = "force"
 
     @property
     def acts(self) -> dict[str, complex]:

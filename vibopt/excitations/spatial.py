@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 from pydantic import model_validator
@@ -63,6 +64,7 @@ class MomentHarmonics(Excitation):
     axis: Direction | None = None
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
+    moment: ClassVar[str] = "harmonics"
 
     @model_validator(mode="after")
     def _orders_differ(self) -> MomentHarmonics:

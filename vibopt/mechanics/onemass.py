@@ -52,7 +52,7 @@ class Curve:
 
     def _at(self, w: FloatArray, v: FloatArray) -> FloatArray:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            top = self.size * np.polyval(self.numerator[::-1], w)
+            top = self.size * np.maximum(np.polyval(self.numerator[::-1], w), 0.0)  # rounding at an antiresonance
             if self.power:
                 top = top * w**self.power
             heavy = self.decay > 0.5 * self.natural

@@ -301,7 +301,23 @@ class SpaceMachine(Machine):
             numbers = own.stiffness[k], own.damping[k], own.loss_factor, own.static_stiffness[k]
             stiff, dash, lossy, still = (float(one) for one in numbers)
             return Joint(name, own.ends, stiff, dash, lossy, still, 1.0)
+        if any(one.name == name and len(one.axes) == 1 for one in self.mounts):
+            own = self.mount(name)
+            numbers = own.stiffness, own.damping, own.loss_factor, own.static_stiffness
+            stiff, dash, lossy, still = (float(np.ravel(one)[0]) for one in numbers)
+            return Joint(name, own.ends, stiff, dash, lossy, still, 1.0, inertance=float(np.ravel(own.inertance)[0]))
         return super().joint(name)
+
+    def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
+        """Second end of a joint less its first [m]; of one that stands in space along its own axis."""
+        if any(one.name == joint.name for one in self.mounts):
+            return self.stretch(self.mount(joint.name), motion)[..., 0]
+        return super().stretch_of(joint, motion)
+
+    def _hanging_on(self, place: str) -> set[str] | None:
+        """As of a machine on a line; None too where a mount holds or pushes any of it."""
+        group = super()._hanging_on(place)
+        return None if group is None or any(group & set(one.ends) for one in self.mounts) else group
 
     def force_along(self, place: str, way: tuple[float, float, float], motion: Motion) -> ComplexArray:
         """Dynamic force of all mounts and links into a place, along a direction [N].

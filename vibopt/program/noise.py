@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibopt.forms import FloatArray, Noise, Output, RootMeanSquare
+from vibopt.forms import BoolArray, FloatArray, Noise, Output, RootMeanSquare
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.displaced import decaying, reduced
 from vibopt.program.reduce import closure
@@ -139,7 +139,7 @@ class _Frame:
         if not self.from_base:
             return nothing, inverse @ (self.basis.T @ vector[:n]) / self.rate
         if self.ride is not None:
-            riding = (p * (model.kinds == INERTIA)) * (model.vectors[:, :n] @ self.ride)
+            riding = (p * _own_inertia(model)) * (model.vectors[:, :n] @ self.ride)
             return nothing, -inverse @ (free.T @ riding) / self.rate
         pulled = model.vectors[:, n:] @ vector[n:]
         spring = inverse @ (free.T @ (p * (model.kinds == STIFFNESS) * pulled))
@@ -279,13 +279,17 @@ def _frame(model: Model, output: Output, noise: Noise, p: FloatArray) -> _Frame 
             full = np.concatenate([ride, noise.vector[n:]])
             if output.power < 2 and output.row.any() and not _small(output.row, full):
                 return None
-            load = -model.matrix(INERTIA, p)[:n, :n] @ ride
+            load = -model.matrix(INERTIA, p * _own_inertia(model))[:n, :n] @ ride
         else:
             load = -model.matrix(STIFFNESS, p)[:n, n:] @ noise.vector[n:]
     mass, stiff, damping = (model.matrix(kind, p)[:n, :n] for kind in (INERTIA, STIFFNESS, DAMPING))
     root = np.linalg.inv(np.linalg.cholesky(mass)).T
     if output.power == 2 and not noise.vector[n:].any() and not _small(row @ root, root.T @ load):
         return None
+    if output.power == 2 and ride is not None:  # what an inerter passes on of the base's own acceleration
+        direct = output.row[:n] @ (ride + root @ root.T @ load)
+        if abs(direct) > _NOTHING * float(np.abs(output.row[:n]) @ np.abs(ride)):
+            return None
     damped, undamped = _split(model, root, stiff, p)
     if _rings(undamped, root.T @ stiff @ root, root.T @ load, row @ root):
         return None
@@ -307,10 +311,15 @@ def _row(model: Model, output: Output, p: FloatArray) -> FloatArray:
     return np.asarray((output.row + links)[: model.n_free])
 
 
+def _own_inertia(model: Model) -> BoolArray:
+    """Inertia terms of bodies, which resist a motion with the base too; inerters do not, (n_terms,)."""
+    return np.asarray((model.kinds == INERTIA) & ~model.inerters)
+
+
 def _riding(model: Model, noise: Noise, p: FloatArray) -> FloatArray | None:
     """Motion with the base in which no spring and no damper is strained; None where there is none."""
     n = model.n_free
-    active = (model.kinds != INERTIA) & (p > 0.0)
+    active = ~_own_inertia(model) & (p > 0.0)
     rows = model.vectors[active] / np.linalg.norm(model.vectors[active], axis=1, keepdims=True)
     pulled = rows[:, n:] @ noise.vector[n:]
     ride = np.asarray(np.linalg.lstsq(rows[:, :n], -pulled, rcond=None)[0])

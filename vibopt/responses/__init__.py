@@ -12,6 +12,8 @@ KINDS: Kinds[Response] = Kinds(
         "displacement": "motion.Displacement",
         "velocity": "motion.Velocity",
         "acceleration": "motion.Acceleration",
+        "jerk": "jerk.Jerk",
+        "angular_jerk": "jerk.AngularJerk",
         "relative_displacement": "motion.RelativeDisplacement",
         "static_deflection": "static_deflection.StaticDeflection",
         "natural_frequency": "natural_frequency.NaturalFrequency",

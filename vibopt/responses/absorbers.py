@@ -20,6 +20,9 @@ class Stroke(HarmonicResponse):
     of: str
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "twist"
+    noise_twin: ClassVar[str] = "rms_relative_displacement"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "absorber")}
@@ -48,6 +51,7 @@ class OwnFrequency(OfAbsorber):
     """`response = "own_frequency"`: root of k/m of an absorber, on a host at rest [rad/s]."""
 
     dimension: ClassVar[str] = "angular_rate"
+    unit_without: ClassVar[str] = "Hz"
 
     def measure_static(self, machine: Machine) -> float:
         return float(np.sqrt(machine.joint(self.of).stiffness / machine.masses[self.of]))

@@ -10,7 +10,7 @@ from pydantic import model_validator
 from vibopt.forms import Combine, ComplexArray, Drive, Form, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
-from vibopt.responses.kind import Response
+from vibopt.responses.kind import FEW_MODES, Response
 from vibopt.responses.parameters import OfLink
 from vibopt.values import word
 
@@ -29,6 +29,10 @@ class DampingOfModes(Response):
         if self.of is not None and "mode" in self.model_fields_set:
             raise word("has both of (a link) and mode. Keep one of them.")
         return self
+
+    @property
+    def modes(self) -> int:
+        return max(self.mode, FEW_MODES)
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "link")} if self.of is not None else {}
@@ -64,6 +68,9 @@ def ratios_of(poles: ComplexArray) -> list[float]:
 
 class LossFactor(OfLink):
     """`response = "loss_factor"`: of a link."""
+
+    of_mount: ClassVar[bool] = True
+    of_group: ClassVar[bool] = True
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         imaginary = [t for t in model.terms if t.owner == self.of and t.kind == HYSTERETIC]

@@ -9,13 +9,17 @@ import numpy as np
 from vibopt.forms import Combine, DecayRate, Drive, Form
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import Response
+from vibopt.responses.kind import FEW_MODES, Response
 
 
 class DecayRateOfModes(Response):
     """`response = "decay_rate"`: the least over all modes, -max Re(pole) [1/s]; rigid motion is left out."""
 
     dimension: ClassVar[str] = "decay_rate"
+
+    @property
+    def modes(self) -> int:
+        return FEW_MODES
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return DecayRate()

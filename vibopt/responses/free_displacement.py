@@ -77,6 +77,7 @@ class FreeDisplacement(Response):
     released: Released
     dimension: ClassVar[str] = "length"
     signed: ClassVar[bool] = True
+    moves: ClassVar[str] = "line"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body"), **{f"released.{one.body}": (one.body, "body") for one in self.released}}

@@ -20,6 +20,7 @@ class InsertionLoss(HarmonicResponse):
     across: str
     normalised: ClassVar[bool] = True
     less_is_worse: ClassVar[bool] = True
+    unit_without: ClassVar[str] = "dB"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"across": (self.across, "joining link")}

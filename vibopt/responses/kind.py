@@ -16,6 +16,8 @@ from vibopt.values import SpeedRange, Table, read_speeds, word
 from vibopt.values.fields import complaint
 
 START_UP = "start-up"
+FEW_MODES = 6
+"""Lowest modes of a structure that count where all of them are asked for."""
 
 Bound = Annotated[Any, WithJsonSchema({"type": ["string", "number"], "description": "a value with its unit"})]
 
@@ -56,7 +58,17 @@ class Response(Table):
 
     Class attributes of each kind: `dimension` of its value, `amplitude` (pk, pp, rms apply),
     `complement` (the value is one minus the form's value), `less_is_worse` (a measure shows the least), `signed` (the
-    value has a sign and is only measured).
+    value has a sign and is only measured), `unit_without` (in which it is shown where nobody says one).
+
+    moves
+        "line" or "axis": it speaks of what moves along one, or about one; "" of either.
+    twin, noise_twin
+        The same question of what moves in the other way, and under white noise; "" where there is none.
+    in_space
+        Asked of a body in space: "direction" or "axis" of a body or point, that must be said; "whole", of a body that
+        says so itself; "place" of a body or point; "body" of a body alone; "" not at all.
+    of_mount, of_group
+        Whether a mount in space can be asked for it, and only all of a group alike.
     """
 
     response: str
@@ -71,6 +83,13 @@ class Response(Table):
     harmonic: ClassVar[bool] = False
     random: ClassVar[bool] = False
     signed: ClassVar[bool] = False
+    unit_without: ClassVar[str] = ""
+    moves: ClassVar[str] = ""
+    twin: ClassVar[str] = ""
+    noise_twin: ClassVar[str] = ""
+    in_space: ClassVar[str] = ""
+    of_mount: ClassVar[bool] = False
+    of_group: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod
@@ -129,6 +148,11 @@ class Response(Table):
         if self.worst is not None:
             return "at_least" if self.worst == "least" else "at_most"
         return "at_least" if self.less_is_worse else "at_most"
+
+    @property
+    def modes(self) -> int:
+        """How many of the lowest modes of a structure it needs, where nothing says how high to look."""
+        return 0
 
     def places(self) -> dict[str, tuple[str, str]]:
         """Names used, by key: (name, family), family "body", "link", "support" or "point"."""
@@ -200,6 +224,10 @@ class RandomResponse(Response):
         cls._check_unit(bare.get("unit"))
         given = {**given, **bare}
         return {**given, **cls._read_bounds(given)}
+
+    @property
+    def modes(self) -> int:
+        return FEW_MODES
 
     @property
     def steady(self) -> HarmonicResponse:

@@ -19,6 +19,7 @@ class MotionOf(HarmonicResponse):
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     power: ClassVar[int] = 0
+    moves: ClassVar[str] = "line"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body")}
@@ -35,6 +36,9 @@ class Displacement(MotionOf):
     """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`."""
 
     direction: Direction | None = None
+    in_space: ClassVar[str] = "direction"
+    twin: ClassVar[str] = "rotation"
+    noise_twin: ClassVar[str] = "rms_displacement"
 
     def output(self, model: Model) -> Output:
         if self.direction is None:
@@ -55,6 +59,7 @@ class Velocity(Displacement):
 
     dimension: ClassVar[str] = "velocity"
     power: ClassVar[int] = 1
+    noise_twin: ClassVar[str] = "rms_velocity"
 
 
 class Acceleration(Displacement):
@@ -62,6 +67,7 @@ class Acceleration(Displacement):
 
     dimension: ClassVar[str] = "acceleration"
     power: ClassVar[int] = 2
+    noise_twin: ClassVar[str] = "rms_acceleration"
 
 
 class RelativeDisplacement(HarmonicResponse):
@@ -70,6 +76,9 @@ class RelativeDisplacement(HarmonicResponse):
     across: str
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "twist"
+    noise_twin: ClassVar[str] = "rms_relative_displacement"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"across": (self.across, "link")}
@@ -78,5 +87,4 @@ class RelativeDisplacement(HarmonicResponse):
         return across_link(model, self.across)
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        joint = next(one for one in machine.joints if one.name == self.across)
-        return machine.stretch_of(joint, motion)
+        return machine.stretch_of(machine.joint(self.across), motion)

@@ -62,6 +62,7 @@ class NaturalFrequency(Response):
     mode: int = 1
     outside: Any = None
     dimension: ClassVar[str] = "angular_rate"
+    unit_without: ClassVar[str] = "Hz"
 
     @model_validator(mode="before")
     @classmethod
@@ -85,6 +86,10 @@ class NaturalFrequency(Response):
         if self.outside is not None and "mode" in self.model_fields_set:
             raise word("has both mode and outside. `outside` speaks of all modes: leave mode out.")
         return self
+
+    @property
+    def modes(self) -> int:
+        return self.mode
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return ModeFrequency(0 if self.outside is not None else self.mode)

@@ -42,6 +42,9 @@ class Mass(Response):
 
     of: str
     dimension: ClassVar[str] = "mass"
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "inertia"
+    in_space: ClassVar[str] = "body"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mass")}
@@ -66,6 +69,10 @@ class Stiffness(OfLink):
     """`response = "stiffness"`: of one single mount [N/m]."""
 
     dimension: ClassVar[str] = "stiffness"
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "torsional_stiffness"
+    of_mount: ClassVar[bool] = True
+    of_group: ClassVar[bool] = True
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return _single(model, self.of, owned_by(model, self.of, STIFFNESS))
@@ -79,6 +86,10 @@ class Damping(OfLink):
     """`response = "damping"`: viscous, of one single mount [N s/m]."""
 
     dimension: ClassVar[str] = "damping"
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "torsional_damping"
+    of_mount: ClassVar[bool] = True
+    of_group: ClassVar[bool] = True
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return _single(model, self.of, owned_by(model, self.of, DAMPING))
@@ -92,6 +103,8 @@ class Count(OfLink):
     """`response = "count"`: number of mounts in a link."""
 
     dimension: ClassVar[str] = "count"
+    of_mount: ClassVar[bool] = True
+    of_group: ClassVar[bool] = True
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         count = model.counts[self.of]

@@ -17,6 +17,7 @@ class RmsDisplacement(RandomResponse):
 
     of: str
     dimension: ClassVar[str] = "length"
+    moves: ClassVar[str] = "line"
 
     @property
     def steady(self) -> HarmonicResponse:
@@ -28,6 +29,7 @@ class RmsVelocity(RandomResponse):
 
     of: str
     dimension: ClassVar[str] = "velocity"
+    moves: ClassVar[str] = "line"
 
     @property
     def steady(self) -> HarmonicResponse:
@@ -39,6 +41,7 @@ class RmsAcceleration(RandomResponse):
 
     of: str
     dimension: ClassVar[str] = "acceleration"
+    moves: ClassVar[str] = "line"
 
     @property
     def steady(self) -> HarmonicResponse:
@@ -50,6 +53,7 @@ class RmsRelativeDisplacement(RandomResponse):
 
     across: str
     dimension: ClassVar[str] = "length"
+    moves: ClassVar[str] = "line"
 
     @property
     def steady(self) -> HarmonicResponse:
@@ -62,6 +66,7 @@ class RmsForce(RandomResponse):
     into: str | None = None
     through: str | None = None
     dimension: ClassVar[str] = "force"
+    moves: ClassVar[str] = "line"
 
     @model_validator(mode="after")
     def _one_place(self) -> RmsForce:

@@ -34,6 +34,8 @@ class StaticLoadOfMount(Response):
     of: str
     direction: Direction | None = None
     dimension: ClassVar[str] = "force"
+    moves: ClassVar[str] = "line"
+    of_mount: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mount")}
@@ -73,6 +75,8 @@ class Tilt(Response):
     of: str
     axis: Direction
     dimension: ClassVar[str] = "angle"
+    moves: ClassVar[str] = "axis"
+    in_space: ClassVar[str] = "whole"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body")}
@@ -99,6 +103,8 @@ class Travel(HarmonicResponse):
     direction: Direction | None = None
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
+    moves: ClassVar[str] = "line"
+    of_mount: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mount")}
@@ -128,6 +134,7 @@ class EnergyShareOfBody(Response):
     of: str
     direction: Direction | None = None
     axis: Direction | None = None
+    in_space: ClassVar[str] = "whole"
 
     @model_validator(mode="after")
     def _one_way(self) -> EnergyShareOfBody:

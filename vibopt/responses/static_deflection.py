@@ -22,6 +22,10 @@ class StaticDeflection(Response):
     of: str
     direction: Direction = (0.0, 0.0, 1.0)
     dimension: ClassVar[str] = "length"
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "rotation"
+    in_space: ClassVar[str] = "place"
+    of_mount: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body or link")}

@@ -20,9 +20,16 @@ class Rotation(MotionOf):
 
     axis: Direction | None = None
     dimension: ClassVar[str] = "angle"
+    moves: ClassVar[str] = "axis"
+    in_space: ClassVar[str] = "axis"
+    twin: ClassVar[str] = "displacement"
 
     def output(self, model: Model) -> Output:
-        return super().output(model) if self.axis is None else along(model, self.of, self.axis, turn=True)
+        return (
+            super().output(model)
+            if self.axis is None
+            else along(model, self.of, self.axis, power=self.power, turn=True)
+        )
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         if self.axis is None:
@@ -30,13 +37,16 @@ class Rotation(MotionOf):
         from vibopt.mechanics.rigid import SpaceMachine
 
         assert isinstance(machine, SpaceMachine)
-        return machine.moved(self.of, self.axis, motion, turn=True)
+        return machine.moved(self.of, self.axis, motion, turn=True) * (1j * motion.omega) ** self.power
 
 
 class Twist(RelativeDisplacement):
     """`response = "twist"`: across a link, one end against the other [rad] peak."""
 
     dimension: ClassVar[str] = "angle"
+    moves: ClassVar[str] = "axis"
+    twin: ClassVar[str] = "relative_displacement"
+    noise_twin: ClassVar[str] = ""
 
 
 class TransmittedMoment(Transmitted):
@@ -46,18 +56,28 @@ class TransmittedMoment(Transmitted):
     """
 
     dimension: ClassVar[str] = "moment"
+    moves: ClassVar[str] = "axis"
+    twin: ClassVar[str] = "transmitted_force"
 
 
 class TorsionalStiffness(Stiffness):
     """`response = "torsional_stiffness"`: of one single shaft [N m/rad]."""
 
     dimension: ClassVar[str] = "torsional_stiffness"
+    moves: ClassVar[str] = "axis"
+    twin: ClassVar[str] = "stiffness"
+    of_mount: ClassVar[bool] = False
+    of_group: ClassVar[bool] = False
 
 
 class TorsionalDamping(Damping):
     """`response = "torsional_damping"`: viscous, of one single damper [N m s/rad]."""
 
     dimension: ClassVar[str] = "torsional_damping"
+    moves: ClassVar[str] = "axis"
+    twin: ClassVar[str] = "damping"
+    of_mount: ClassVar[bool] = False
+    of_group: ClassVar[bool] = False
 
 
 class Inertia(Response):
@@ -65,6 +85,8 @@ class Inertia(Response):
 
     of: str
     dimension: ClassVar[str] = "inertia"
+    moves: ClassVar[str] = "axis"
+    twin: ClassVar[str] = "mass"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mass")}

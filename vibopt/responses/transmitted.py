@@ -52,7 +52,7 @@ class Transmitted(HarmonicResponse):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         if self.into is not None:
             return machine.force_into(self.into, motion)
-        joint = next(one for one in machine.joints if one.name == self.through)
+        joint = machine.joint(self.through or "")
         return machine.joint_force(joint, motion) / joint.count
 
 
@@ -63,6 +63,10 @@ class TransmittedForce(Transmitted):
     """
 
     direction: Direction | None = None
+    moves: ClassVar[str] = "line"
+    twin: ClassVar[str] = "transmitted_moment"
+    noise_twin: ClassVar[str] = "rms_force"
+    of_mount: ClassVar[bool] = True
 
     def output(self, model: Model) -> Output:
         if self.direction is None:

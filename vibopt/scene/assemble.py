@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -129,8 +130,11 @@ def _value(term: Term) -> Monomial:
 
 
 def bare(scene: Scene) -> Scene:
-    """The scene without absorbers, and without links that end at one."""
-    links = {
-        name: link for name, link in scene.links.items() if not any(end in scene.absorbers for end in link.between)
-    }
-    return replace(scene, absorbers={}, links=links)
+    """The scene without absorbers, and without anything that ends at one."""
+
+    def kept(tables: Mapping[str, Device]) -> dict[str, Any]:
+        ends = {name: {end for two in table.joins(name).values() for end in two} for name, table in tables.items()}
+        return {name: table for name, table in tables.items() if not ends[name] & set(scene.absorbers)}
+
+    others = {family: kept(tables) for family, tables in scene.others.items()}
+    return replace(scene, absorbers={}, links=kept(scene.links), others=others)

@@ -14,22 +14,7 @@ from vibopt.scene.scene import Scene
 
 if TYPE_CHECKING:
     from vibopt.devices.absorber import AbsorberTable
-    from vibopt.devices.link import LinkTable
-
-_ABOUT = {
-    "stiffness": 'torsional_stiffness = "40 kN m/rad"',
-    "beam": 'torsional_stiffness = "40 kN m/rad"',
-    "damping": 'torsional_damping = "20 N m s/rad"',
-    "dynamic_to_static": "torsional_stiffness alone",
-    "torsional_stiffness": 'stiffness = "200 kN/m"',
-    "shaft": 'stiffness = "200 kN/m"',
-    "torsional_damping": 'damping = "5 kN s/m"',
-    "mass": 'inertia = "0.8 kg m2"',
-    "length": 'torsional_stiffness = "40 kN m/rad"',
-    "inertia": 'mass = "20 kg"',
-    "disc": 'mass = "20 kg"',
-}
-"""What to write for a key of the other kind of motion."""
+    from vibopt.devices.device import Device, Ends
 
 
 def check_names(scene: Scene, mistakes: Mistakes) -> None:
@@ -58,43 +43,44 @@ def _check_name(family: str, name: str, one: str, seen: dict[str, str], mistakes
 
 
 def check_links(scene: Scene, mistakes: Mistakes) -> None:
-    """Ends of links, and what their damping ratios refer to."""
+    """Ends of what acts between two points, and what its ratios refer to."""
     points, moving = places.points(scene), places.moving(scene)
     bodies = list(places.raw(scene, "bodies"))
     heavy = [*bodies, *places.raw(scene, "absorbers")]
-    for name, link in scene.links.items():
-        path = ("links", name)
-        for end in link.between:
+    for family, name, table in places.devices(scene):
+        if not table.between_points:
+            continue
+        path, between = (family, name), table.joins(name)[name]
+        for end in between:
             if end not in points:
                 mistakes.value(
                     (*path, "between"),
-                    list(link.between),
+                    list(between),
                     f'names "{end}", which is no body, base or ground.{way_out(end, points)}',
                 )
-        if all(end in points and end not in moving for end in link.between):
+        if all(end in points and end not in moving for end in between):
             mistakes.value(
-                (*path, "between"),
-                list(link.between),
-                "joins two supports, so nothing can move. Put a body at one end.",
+                (*path, "between"), list(between), "joins two supports, so nothing can move. Put a body at one end."
             )
-        if link.relative_to is not None and link.relative_to not in heavy:
-            mistakes.unknown_name((*path, "relative_to"), link.relative_to, "body", heavy)
-        elif link.damping_ratio is not None:
-            _relative(scene, name, link, bodies, mistakes)
-        _one_kind(scene, name, link, mistakes)
+        relative = getattr(table, "relative_to", None)
+        if relative is not None and relative not in heavy:
+            mistakes.unknown_name((*path, "relative_to"), relative, "body", heavy)
+        elif getattr(table, "damping_ratio", None) is not None:
+            _relative(scene, name, relative, bodies, mistakes)
+        elif getattr(table, "mass_ratio", None) is not None:
+            _one_mass(scene, f"{family}.{name}.mass_ratio", (*path, "mass_ratio"), str(relative), mistakes)
+        _one_kind(scene, path, table, between, mistakes)
 
 
-def _relative(scene: Scene, name: str, link: LinkTable, bodies: list[str], mistakes: Mistakes) -> None:
-    if link.relative_to is None and len(bodies) != 1:
+def _relative(scene: Scene, name: str, relative: str | None, bodies: list[str], mistakes: Mistakes) -> None:
+    if relative is None and len(bodies) != 1:
         example = f'relative_to = "{bodies[0]}"' if bodies else 'damping = "5 kN s/m" instead'
         mistakes.add(
             ("links", name),
             f"links.{name} gives a damping ratio, but several bodies move: relative to which mass? Add {example}.",
         )
         return
-    _one_mass(
-        scene, f"links.{name}.damping_ratio", ("links", name, "damping_ratio"), link.relative_to or bodies[0], mistakes
-    )
+    _one_mass(scene, f"links.{name}.damping_ratio", ("links", name, "damping_ratio"), relative or bodies[0], mistakes)
 
 
 def _one_mass(scene: Scene, said: str, path: tuple[str, ...], base: str, mistakes: Mistakes) -> None:
@@ -107,27 +93,30 @@ def _one_mass(scene: Scene, said: str, path: tuple[str, ...], base: str, mistake
         )
 
 
-def _one_kind(scene: Scene, name: str, link: LinkTable, mistakes: Mistakes) -> None:
+def _one_kind(scene: Scene, path: tuple[str, str], table: Device, between: Ends, mistakes: Mistakes) -> None:
     """A link joins what moves along a line, or what turns about an axis, and has values of that kind."""
     turning = places.turning(scene)
-    around = [end for end in link.between if end in turning]
-    along = [end for end in link.between if end not in turning and end in _lines(scene)]
-    path = ("links", name)
+    around = [end for end in between if end in turning]
+    along = [end for end in between if end not in turning and end in _lines(scene)]
+    relative = getattr(table, "relative_to", None) if getattr(table, "mass_ratio", None) is not None else None
     if around and along:
         mistakes.value(
             (*path, "between"),
-            list(link.between),
+            list(between),
             f"joins {around[0]}, which turns, with {along[0]}, which moves along a line. Join two of one kind.",
         )
         return
-    key = link.says_axis if along else link.says_line if around else ""
+    if relative is not None and (around or along) and (relative in turning) != bool(around):
+        mistakes.value((*path, "relative_to"), relative, "moves in another way than what it joins: one of them turns.")
+        return
+    key = table.says_axis if along else table.says_line if around else ""
     if key:
-        _wrong_key(f"links.{name}", (*path, key), key, (along or around)[0], bool(around), mistakes)
+        _wrong_key(path, table, key, (along or around)[0], bool(around), mistakes)
 
 
-def _wrong_key(owner: str, path: tuple[str, ...], key: str, place: str, turns: bool, mistakes: Mistakes) -> None:
+def _wrong_key(path: tuple[str, str], table: Device, key: str, place: str, turns: bool, mistakes: Mistakes) -> None:
     what = ("along a line", f"{place} turns") if turns else ("about an axis", f"{place} moves along a line")
-    mistakes.add(path, f"{owner}.{key} is {what[0]}, but {what[1]}. Write {_ABOUT[key]}.")
+    mistakes.add((*path, key), f"{'.'.join(path)}.{key} is {what[0]}, but {what[1]}. Write {table.other_way[key]}.")
 
 
 def _lines(scene: Scene) -> set[str]:
@@ -147,7 +136,7 @@ def check_absorbers(scene: Scene, mistakes: Mistakes) -> None:
         key = one.says_line if one.host in places.turning(scene) else one.says_axis if one.host in _lines(scene) else ""
         if key:
             turns = one.host in places.turning(scene)
-            _wrong_key(f"absorbers.{name}", ("absorbers", name, key), key, one.host, turns, mistakes)
+            _wrong_key(("absorbers", name), one, key, one.host, turns, mistakes)
         elif one.tuning is not None and places.is_whole(scene):
             _tuned(scene, name, mistakes)
 

@@ -63,15 +63,15 @@ def _kind(scene: Scene, name: str, mistakes: Mistakes) -> None:
                 f"excitations.{name} moves {on} along a line, but {around[0]} on it turns. The twist of a base is not "
                 f'supported: put kind = "moment" on {around[0]}.',
             )
-    elif on in turning and kind != "moment":
+    elif on in turning and not excitation.moment:
         mistakes.add(
             path,
             f'excitations.{name} is of kind "{kind}", but {on} turns. Write kind = "moment" with amplitude = '
             '"300 N m".',
         )
-    elif kind == "moment" and on not in turning and on in {**scene.bodies, **scene.absorbers}:
+    elif excitation.moment and on not in turning and on in {**scene.bodies, **scene.absorbers}:
         mistakes.add(
             path,
-            f'excitations.{name} is a moment, but {on} moves along a line. Write kind = "force" with amplitude = '
-            '"6 kN".',
+            f"excitations.{name} is a moment, but {on} moves along a line. Write kind = "
+            f'"{excitation.moment}" with amplitude = "6 kN".',
         )

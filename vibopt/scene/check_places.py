@@ -10,27 +10,6 @@ from vibopt.scene.check_space import check_in_space
 from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 
-_OTHER = {
-    "displacement": "rotation",
-    "velocity": "rotation",
-    "acceleration": "rotation",
-    "relative_displacement": "twist",
-    "transmitted_force": "transmitted_moment",
-    "static_deflection": "rotation",
-    "stroke": "twist",
-    "stiffness": "torsional_stiffness",
-    "damping": "torsional_damping",
-    "mass": "inertia",
-    "rotation": "displacement",
-    "twist": "relative_displacement",
-    "transmitted_moment": "transmitted_force",
-    "torsional_stiffness": "stiffness",
-    "torsional_damping": "damping",
-    "inertia": "mass",
-}
-"""The same question of the other kind of motion."""
-_LINE = ("length", "velocity", "acceleration", "force", "stiffness", "damping", "mass")
-_AXIS = ("angle", "moment", "torsional_stiffness", "torsional_damping", "inertia")
 _DAMPERS = ("damping", "torsional_damping")
 
 
@@ -73,7 +52,7 @@ def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistake
 
 def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mistakes) -> None:
     """A response of motion along a line is not one of what turns, and the other way round."""
-    if response.dimension not in (*_LINE, *_AXIS):
+    if not response.moves:
         return
     turning, ends = places.turning(scene), places.ends(scene)
     moving = {*scene.bodies, *scene.absorbers, *places.moving(scene)}
@@ -82,7 +61,7 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
     else:
         two = [ends[place]] if place in ends else [one for one in ends.values() if place in one]
         kinds = {end in turning for one in two for end in one if end in moving}
-    around = response.dimension in _AXIS
+    around = response.moves == "axis"
     where = dotted(path)
     if len(kinds) > 1:
         mistakes.add(
@@ -91,7 +70,7 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
             "with through.",
         )
     elif kinds and around not in kinds:
-        way = f' Write response = "{_OTHER[response.response]}".' if response.response in _OTHER else ""
+        way = f' Write response = "{response.twin}".' if response.twin else ""
         if path[0] == "goal":
             way = way.replace("response =", f"{scene.goal.sense if scene.goal else 'minimise'} =")
         does = "moves along a line" if around else "turns"
@@ -107,6 +86,8 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
         missing = _missing_of_link(scene, key, name)
     elif name in scene.absorbers:
         missing = _missing_of_absorber(scene, key, name)
+    elif any(name == one and table.between_points for _, one, table in places.devices(scene)):
+        missing = f"that has no {key}. Ask for something else."
     if missing:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but {missing}")
     lossy = [

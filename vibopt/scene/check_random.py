@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibopt.devices import FAMILIES
+from vibopt.devices import FAMILIES, Device
 from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.mechanics.builder import GROUND
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
@@ -11,16 +11,6 @@ from vibopt.scene.check_speeds import reached
 from vibopt.scene.drives import names_for
 from vibopt.scene.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.scene.scene import Scene
-
-TWINS = {
-    "displacement": "rms_displacement",
-    "velocity": "rms_velocity",
-    "acceleration": "rms_acceleration",
-    "relative_displacement": "rms_relative_displacement",
-    "stroke": "rms_relative_displacement",
-    "transmitted_force": "rms_force",
-}
-"""Steady responses, and what is the same under white noise."""
 
 
 def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
@@ -81,9 +71,9 @@ def _known(
 
 def _misfit(path: Path, response: HarmonicResponse | RandomResponse, name: str, mistakes: Mistakes) -> None:
     """A steady response to white noise, or the other way round."""
-    key, twin = response.response, TWINS.get(response.response, "")
-    if response.random:
-        steady = next((one for one, other in TWINS.items() if other == key), "")
+    key, twin = response.response, response.noise_twin
+    if isinstance(response, RandomResponse):
+        steady = response.steady.response
         mistakes.add(
             path,
             f"{dotted(path)}: {key} is a root mean square under white noise, but excitations.{name} is a steady "
@@ -117,6 +107,8 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
     """What is infinite whatever the design, and what no noise reaches."""
     check_lossy(scene, path, "response to white noise", mistakes)
     names, key = names_for(scene, response), response.response
+    if _through_inerter(scene, path, response, names, mistakes):
+        return
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
         return
     place = next((name for name, _ in response.places().values()), "")
@@ -144,6 +136,34 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
             )
 
 
+def _through_inerter(
+    scene: Scene, path: Path, response: RandomResponse, names: tuple[str, ...], mistakes: Mistakes
+) -> bool:
+    """Whether a force that follows an acceleration is read, or a base drives it beside another support."""
+    inerters = {link for link in places.ends(scene) if _passes(scene, link) > 1}
+    ends = places.ends(scene)
+    place = next((name for name, _ in response.places().values()), "")
+    if {"into", "through"} & set(response.places()):
+        read = [link for link in inerters if place == link or place in ends[link]]
+        if read:
+            mistakes.add(
+                path,
+                f"{dotted(path)} reads the force of inerters.{read[0]}, which follows an acceleration. Under white "
+                "noise that is not supported yet. Ask for rms_relative_displacement, or for the force of one link.",
+            )
+            return True
+    shaken = {scene.excitations[name].on for name in names} & set(places.supports(scene))
+    others = {end for two in ends.values() for end in two if end not in places.moving(scene)} - shaken
+    driven = [link for link in inerters if shaken & set(ends[link]) and others]
+    if driven:
+        mistakes.add(
+            path,
+            f"{dotted(path)}: inerters.{driven[0]} ends at a base that white noise shakes, beside another support. "
+            "That is not supported yet. Let every support be that base.",
+        )
+    return bool(driven)
+
+
 def _at_once(scene: Scene, path: Path, response: RandomResponse, name: str, mistakes: Mistakes) -> None:
     """A base whose displacement is white noise: what does not fall off with frequency is infinite whatever the design.
 
@@ -167,7 +187,7 @@ def _at_once(scene: Scene, path: Path, response: RandomResponse, name: str, mist
 
 def _falls(scene: Scene, base: str) -> dict[str, float]:
     """Per point the power of the frequency with which its motion under that of a base falls off; inf if it stays."""
-    joined = [(*ends, 1 if _damped(scene, link) else 2) for link, ends in places.ends(scene).items()]
+    joined = [(*ends, 2 - _passes(scene, link)) for link, ends in places.ends(scene).items()]
     groups = [table.names for table in scene.structures.values()]
     falls = {one: float("inf") for one in (*places.points(scene), GROUND)} | {base: 0.0}
     for _ in falls:
@@ -180,9 +200,14 @@ def _falls(scene: Scene, base: str) -> dict[str, float]:
     return falls
 
 
-def _damped(scene: Scene, link: str) -> bool:
+def _passes(scene: Scene, link: str) -> int:
+    """Power of the frequency that the force across a link has beyond that of a spring: 1 with a damper."""
+    table = next(one for _, name, one in places.devices(scene) if link in one.joins(name))
+    return table.passes or int(_damped(table))
+
+
+def _damped(table: Device) -> bool:
     """Whether a link has a damper, or may be given one."""
-    table = scene.links.get(link) or scene.absorbers.get(link)
     for key in ("damping", "damping_ratio"):
         given = getattr(table, key, None)
         if given is not None and getattr(given, "value", 1.0) > 0.0:
@@ -198,7 +223,7 @@ def _read_links(scene: Scene, response: RandomResponse) -> list[tuple[str, int]]
         return [(one, 0) for one in ends[across]]
     through, into = getattr(response, "through", None), getattr(response, "into", None)
     names = [through] if through is not None else [link for link, two in ends.items() if into in two]
-    return [(one, 1 if _damped(scene, link) else 0) for link in names for one in ends[link]]
+    return [(one, _passes(scene, link)) for link in names for one in ends[link]]
 
 
 def _acting(scene: Scene, names: tuple[str, ...]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,13 +20,10 @@ from vibopt.units import show
 from vibopt.values.vectors import AXES, Vector
 
 if TYPE_CHECKING:
-    from vibopt.devices.mount import MountTable
+    from vibopt.devices.device import Device
+from vibopt.devices.mount import MountTable
 
 _RANK = 1e-9
-_ALONG = ("displacement", "velocity", "acceleration")
-_OF_BODY = ("tilt", "energy_share")
-_OF_MOUNT = ("static_load", "travel", "stiffness", "damping", "loss_factor", "count", "static_deflection")
-_RATIOS = ("transmissibility", "isolation", "insertion_loss")
 
 
 def check_space(scene: Scene, mistakes: Mistakes) -> None:
@@ -38,18 +35,18 @@ def check_space(scene: Scene, mistakes: Mistakes) -> None:
     for name, point in scene.points.items():
         if point.on not in space and not _unread(scene, point.on):
             mistakes.unknown_name(("points", name, "on"), point.on, "body in space", list(space))
-    for name, mount in scene.mounts.items():
-        _ends(scene, name, mount.between, known, mistakes)
-    for family, between in (("links", "between"), ("absorbers", "on")):
-        for name, table in getattr(scene, family).items():
-            ends = table.between if family == "links" else (table.host,)
-            for end in ends:
-                if place_in_space(scene, end):
-                    way = "Write [mounts.NAME] with a place." if family == "links" else "Put it on a body on a line."
-                    mistakes.add(
-                        (family, name, between),
-                        f"{family}.{name} ends at {end}, which moves in space, but it works along one line only. {way}",
-                    )
+    for family, name, table in places.devices(scene):
+        ends = next(iter(table.joins(name).values()), ())
+        if table.placed:
+            _ends(scene, (family, name), table, ends, known, mistakes)
+            continue
+        for end in ends if table.in_space else ():
+            if place_in_space(scene, end):
+                mistakes.add(
+                    (family, name, "between" if table.between_points else "on"),
+                    f"{family}.{name} ends at {end}, which moves in space, but it works along one line only. "
+                    f"{table.in_space}",
+                )
     if scene.structures and (space or scene.mounts):
         name = next(iter(scene.structures))
         mistakes.add(
@@ -61,21 +58,20 @@ def check_space(scene: Scene, mistakes: Mistakes) -> None:
         _outside(scene, mistakes)
 
 
-def _ends(scene: Scene, name: str, between: tuple[str, str], known: list[str], mistakes: Mistakes) -> None:
-    for end in between:
-        if end in scene.points or end not in known:
-            mistakes.unknown_name(
-                ("mounts", name, "between"),
-                end,
-                "body, base or ground",
-                [one for one in known if one not in scene.points],
-            )
+def _ends(
+    scene: Scene, path: tuple[str, str], table: Device, ends: Sequence[str], known: list[str], mistakes: Mistakes
+) -> None:
+    where = ".".join(path)
+    for end in ends:
+        if end in scene.points or (end not in known and not table.between_points):
+            good = [one for one in known if one not in scene.points]
+            mistakes.unknown_name((*path, "between"), end, "body, base or ground", good)
             return
-    if not any(end in places.moving(scene) for end in between):
-        mistakes.add(
-            ("mounts", name, "between"),
-            f"mounts.{name} joins two supports, so nothing can move. Put a body at one end.",
-        )
+    if not any(end in places.moving(scene) for end in ends):
+        if not table.between_points:
+            mistakes.add((*path, "between"), f"{where} joins two supports, so nothing can move. Put a body at one end.")
+    elif table.between_points and not any(place_in_space(scene, end) or _unread(scene, end) for end in ends):
+        mistakes.add((*path, "at"), f"{where} has at, but neither of its ends moves in space. Remove at and direction.")
 
 
 def _held(scene: Scene, mistakes: Mistakes) -> bool:
@@ -211,7 +207,7 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
                 f"excitations.{name} has {said[0]}, but {on} knows one line or axis only. Remove {said[0]}.",
             )
         return False
-    if one.kind in ("moment", "moment_harmonics"):
+    if one.moment:
         if on not in bodies_in_space(scene):
             body = scene.points[on].on
             mistakes.add(
@@ -264,10 +260,11 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
     if isinstance(response, RandomResponse) and (inside or group or into in ends):
         mistakes.add(path, f"{where}: white noise is not supported for machines in space yet. Remove it.")
         return True
-    if key in _OF_BODY and name in places.moving(scene) and name not in bodies_in_space(scene):
+    whole = response.in_space == "whole"
+    if whole and name in places.moving(scene) and name not in bodies_in_space(scene):
         mistakes.add(path, f"{where} asks for the {key} of {name}, which does not move in space. Name a body in space.")
         return True
-    if key in ("static_load", "travel") and not group:
+    if "mount" in (family for _, family in response.places().values()) and not group:
         known = [one for g, table in scene.mounts.items() for one in dict.fromkeys((g, *table.singles(g)))]
         mistakes.unknown_name((*path, "of"), str(name), "mount", known)
         return True
@@ -282,7 +279,7 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
         _of_body(scene, path, response, str(name), mistakes)
         return True
     if into is not None and into in ends:
-        if key in _RATIOS:
+        if getattr(response, "normalised", False):
             mistakes.add(
                 path, f'{where}: {key} has no direction. Write response = "transmitted_force" with a direction.'
             )
@@ -318,31 +315,29 @@ def _of_mount(scene: Scene, path: Path, response: Response, name: str, group: st
             (*path, "direction"),
             f"{where} has a direction, but {name} sags along its own axis. Remove direction, or ask of a body.",
         )
-    elif key not in _OF_MOUNT:
+    elif not response.of_mount:
         mistakes.add(path, f"{where} asks for the {key} of {name}, which is a mount. Ask for something else.")
     elif key in ("damping", "loss_factor") and getattr(scene.mounts[group], key) is None:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but mounts.{group} has no {key}. Add it.")
-    if key in ("stiffness", "damping", "loss_factor", "count") and name != group:
+    if response.of_group and name != group:
         mistakes.add(
             path, f'{where} asks for the {key} of one mount, but all of a group are alike. Write of = "{group}".'
         )
 
 
 def _of_body(scene: Scene, path: Path, response: Response, name: str, mistakes: Mistakes) -> None:
-    where, key = dotted(path), response.response
-    if key in _ALONG and getattr(response, "direction", None) is None:
+    where, key, asks = dotted(path), response.response, response.in_space
+    axis, way = getattr(response, "axis", None), getattr(response, "direction", None)
+    if asks == "direction" and way is None:
         mistakes.add(path, f'{where} asks for the {key} of {name} in no direction. Add direction = "z", or "x" or "y".')
-    elif key == "rotation" and getattr(response, "axis", None) is None:
-        mistakes.add(path, f'{where} asks for the rotation of {name} about no axis. Add axis = "x", or "y" or "z".')
-    elif key not in (*_ALONG, *_OF_BODY, "rotation", "static_deflection", "mass") or (
-        key == "mass" and name in scene.points
-    ):
+    elif asks == "axis" and axis is None:
+        mistakes.add(path, f'{where} asks for the {key} of {name} about no axis. Add axis = "x", or "y" or "z".')
+    elif not asks or (asks == "body" and name in scene.points):
         mistakes.add(path, f"{where} asks for the {key} of {name}, which moves in space. Ask for something else.")
-    elif key in _OF_BODY and name in scene.points:
+    elif asks == "whole" and name in scene.points:
         mistakes.add(path, f'{where} asks for the {key} of a place. Write of = "{scene.points[name].on}".')
     else:
-        axis = getattr(response, "axis", None)
-        kept = _kept(scene, name, axis or getattr(response, "direction", None), turn=axis is not None)
+        kept = _kept(scene, name, axis or way, turn=axis is not None)
         if kept:
             mistakes.add(path, f"{where} asks for the {key} {kept}")
 

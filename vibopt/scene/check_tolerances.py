@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from vibopt.devices import FAMILIES
 from vibopt.scene.mistakes import Mistakes
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-
-_KNOWN = ("bodies", "links", "absorbers", "mounts")
 
 
 def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
@@ -29,7 +28,7 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
             )
     for doubt in doubts:
         family, name, *steps = doubt.path.split(".")
-        if family not in _KNOWN:
+        if not FAMILIES[family].may_be_off:
             mistakes.add(
                 (family, name, *steps),
                 f"{doubt.path} has a tolerance, which only bodies, links, absorbers and mounts can have so far. "

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.values import SpeedRange
 
@@ -25,11 +25,11 @@ def looked_at(scene: Scene) -> tuple[float, int]:
     if scene.goal is not None:
         asked.append(scene.goal.response)
     tops = [top for one in asked for top in _tops(scene, one) if math.isfinite(top)]
-    modes = max((_modes(one) for one in asked), default=0)
+    modes = max((one.modes for one in asked), default=0)
     tuned = [one.mode or 1 for one in scene.absorbers.values() if one.has_spring and one.tuning_to is None]
     modes = max([modes, *tuned])
     if modes:
-        modes += len(scene.links)
+        modes += sum(table.between_points for _, _, table in devices(scene))
     return _MARGIN * max([_LEAST, *tops]), modes
 
 
@@ -44,24 +44,3 @@ def _tops(scene: Scene, response: Response) -> list[float]:
         ]
     outside = getattr(response, "outside", None)
     return [band.high for band in outside.bands] if isinstance(outside, SpeedRange) else []
-
-
-def _modes(response: Response) -> int:
-    """Modes of the whole structure are needed where nothing says how high to look."""
-    if isinstance(response, HarmonicResponse) or response.response == "static_deflection":
-        return 0
-    if isinstance(response, NaturalFrequency):
-        return response.mode
-    return max(int(getattr(response, "mode", 1)), _FREE) if response.response in _OF_MODES else 0
-
-
-_FREE = 6
-_OF_MODES = (
-    "damping_ratio",
-    "decay_rate",
-    "rms_displacement",
-    "rms_velocity",
-    "rms_acceleration",
-    "rms_relative_displacement",
-    "rms_force",
-)

@@ -123,9 +123,8 @@ def is_whole(scene: Scene) -> bool:
             return False
     known, masses = points(scene), {*scene.bodies, *scene.absorbers, None}
     joined = [end for two in ends(scene).values() for end in two]
-    joined += [end for table in scene.mounts.values() for end in table.between]
     joined += [one.on for one in scene.excitations.values()]
-    relative = [one.relative_to for one in scene.links.values()] + [one.relative_to for one in scene.absorbers.values()]
+    relative = [getattr(table, "relative_to", None) for _, _, table in devices(scene)]
     return (
         all(end in known for end in joined)
         and all(one.on in scene.bodies for one in scene.points.values())

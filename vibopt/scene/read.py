@@ -23,22 +23,12 @@ from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.notes import tuning_notes
 from vibopt.scene.own_bounds import with_own_bounds
 from vibopt.scene.positions import open_positions, positioned
-from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene, Variable
+from vibopt.scene.scene import MAXIMISE, MINIMISE, OWN_FIELDS, Goal, Scene, Variable
 from vibopt.scene.settle import MOST, combinations, open_places, settled
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact
 
-_TOP = [
-    "title",
-    "statement",
-    "source",
-    *FAMILIES,
-    "excitations",
-    "limits",
-    "measures",
-    "goal",
-    "expected",
-]
+_HEAD, _TAIL = ["title", "statement", "source"], ["excitations", "limits", "measures", "goal", "expected"]
 _PROBES = ((0.5,), (0.0, 1.0), (1.0, 0.0), (0.0,), (1.0,), (0.38, 0.74, 0.17), (0.81, 0.27, 0.63), (0.12, 0.55, 0.92))
 """Positions at which a scene is checked, as parts of each range in turn."""
 _LATER = ["planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
@@ -135,6 +125,7 @@ class _Parts:
     def scene(self, name: str, locator: Locator | None) -> Scene:
         self._top()
         devices: dict[str, Any] = {family: self._family(family) for family in FAMILIES}
+        own = {family: devices.pop(family) for family in OWN_FIELDS}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
         limits: dict[str, Response] = self._kinds("limits", "response", RESPONSES)
         measures: dict[str, Response] = self._kinds("measures", "response", RESPONSES)
@@ -143,9 +134,10 @@ class _Parts:
             name=name,
             title=self._text("title", name),
             statement=self._text("statement", ""),
-            **devices,
+            **own,
+            others={family: tables for family, tables in devices.items() if tables},
             excitations=excitations,
-            limits=with_own_bounds(limits, devices["mounts"], excitations),
+            limits=with_own_bounds(limits, own["mounts"], excitations),
             measures=measures,
             goal=goal,
             find_all=find_all,
@@ -164,13 +156,14 @@ class _Parts:
         return value
 
     def _top(self) -> None:
+        known = [*_HEAD, *FAMILIES, *_TAIL]
         for key in self.document:
-            if key not in _TOP:
+            if key not in known:
                 self.broken.add(key)
             if key in _LATER:
                 self.mistakes.add((key,), f"[{key}] is not supported yet. Remove it.")
-            elif key not in _TOP:
-                self.mistakes.unknown_key((key,), _TOP)
+            elif key not in known:
+                self.mistakes.unknown_key((key,), known)
         self._text("source", "")
 
     def _tables(self, family: str) -> dict[str, dict[str, Any]]:

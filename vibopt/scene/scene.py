@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from vibopt.devices import FAMILIES, Device
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
 from vibopt.scene.locate import Locator
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from vibopt.devices.structure import StructureTable
 
 MAXIMISE, MINIMISE = "maximise", "minimise"
+OWN_FIELDS = ("bodies", "bases", "structures", "absorbers", "links", "points", "mounts")
+"""Families of devices that are fields of a scene; all others are in `others`, and read by name all the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ class Scene:
     `find_all` names the excitation whose speeds are asked for; `notes` are readings and assumptions
     that are repeated in every output.  `asked` is the scene as it was asked, where places left open in it
     have been settled here.  `off` says by which factor numbers and parts of the machine as built differ from
-    what the file says, by path.
+    what the file says, by path.  `others` holds the devices of families without a field of their own, by family.
     """
 
     kind: ClassVar[str] = "scene"
@@ -97,6 +100,15 @@ class Scene:
     mounts: dict[str, MountTable] = field(default_factory=dict)
     asked: Scene | None = field(default=None, compare=False, repr=False)
     off: Mapping[str, float] = field(default_factory=dict)
+    others: Mapping[str, Mapping[str, Device]] = field(default_factory=dict)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, family: str) -> Mapping[str, Device]:
+            """Tables of a family of devices without a field of its own."""
+            if family in FAMILIES:
+                return self.others.get(family, {})
+            raise AttributeError(f"Scene has no {family}")
 
     @property
     def is_analysis(self) -> bool:

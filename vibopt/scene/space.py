@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from vibopt.responses import Response
+from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.values.vectors import AXES, Vector
 
@@ -16,12 +17,14 @@ def bodies_in_space(scene: Scene) -> tuple[str, ...]:
 
 def is_spatial(scene: Scene) -> bool:
     """Whether anything in the scene has a place in space."""
-    return bool(scene.mounts or scene.points or bodies_in_space(scene) or spatial_bases(scene))
+    placed = any(table.placed for _, _, table in devices(scene))
+    return bool(placed or scene.points or bodies_in_space(scene) or spatial_bases(scene))
 
 
 def spatial_bases(scene: Scene) -> tuple[str, ...]:
     """Bases that carry mounts, or move in a direction."""
-    ends = {end for table in scene.mounts.values() for end in table.between}
+    placed = [two for _, name, table in devices(scene) if table.placed for two in table.joins(name).values()]
+    ends = {end for two in placed for end in two}
     told = {one.on for one in scene.excitations.values() if getattr(one, "direction", None) is not None}
     return tuple(name for name in scene.bases if name in ends | told)
 

@@ -75,6 +75,8 @@ _ALL = (
         ((0.0, "mm/s"), (1.0, "m/s")),
     ),
     _dimension("acceleration", "an acceleration", "m/s²", "5 m/s²", "m/s², m/s^2, mm/s², in/s², g, gn, mg"),
+    _dimension("jerk", "a jerk", "m/s³", "20 m/s³", "m/s³, m/s^3, mm/s³, in/s³, ft/s³"),
+    _dimension("angular_jerk", "an angular jerk", "rad/s³", "20 rad/s³", "rad/s³, rad/s^3, deg/s³"),
     _dimension(
         "force",
         "a force",

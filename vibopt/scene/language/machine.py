@@ -66,6 +66,24 @@ class LinkWords(TypedDict, total=False):
     part: Mapping[str, object]
 
 
+class InerterWords(TypedDict, total=False):
+    """Keys of `[inerters.NAME]`: force over relative acceleration, in one of three ways.
+
+    inertance, torsional_inertance, mass_ratio
+        [kg]; about an axis [kg m^2]; or over the mass of the body `relative_to`.
+    at, direction
+        In space: where it stands, and which way it acts.
+    """
+
+    inertance: Given
+    torsional_inertance: Given
+    mass_ratio: Given
+    relative_to: str
+    at: Sequence[Bound]
+    direction: Way
+    tolerance: Bound
+
+
 class MountWords(TypedDict, total=False):
     """Keys of `[mounts.NAME]`; values are those of one mount.
 
@@ -239,6 +257,13 @@ class Machine(Responses):
         dynamic_to_static; between bodies that turn torsional_stiffness (or shaft) and torsional_damping.
         """
         self._add("links", name, dict(between=between, **words))
+
+    def inerter(self, name: str, *, between: Sequence[str], **words: Unpack[InerterWords]) -> None:
+        """A force proportional to the relative acceleration of two points.
+
+        Words: inertance, or mass_ratio (with relative_to); about an axis torsional_inertance; in space at, direction.
+        """
+        self._add("inerters", name, dict(between=between, **words))
 
     def point(self, name: str, *, on: str, at: Sequence[Bound]) -> None:
         """A place on a body in space, to be asked about and acted on."""

@@ -91,6 +91,14 @@ class Responses:
         """Acceleration of a body, absolute [m/s^2]."""
         return Measure("acceleration", of=of, **words)
 
+    def jerk(self, *, of: str, **words: Unpack[Along]) -> Measure:
+        """Rate of change of the acceleration of a body, absolute [m/s^3]."""
+        return Measure("jerk", of=of, **words)
+
+    def angular_jerk(self, *, of: str, **words: Unpack[About]) -> Measure:
+        """Rate of change of the angular acceleration of a body that turns, absolute [rad/s^3]."""
+        return Measure("angular_jerk", of=of, **words)
+
     def relative_displacement(self, *, across: str, **words: Unpack[Looked]) -> Measure:
         """Relative motion of the two ends of a link [m]."""
         return Measure("relative_displacement", across=across, **words)

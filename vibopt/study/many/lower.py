@@ -90,7 +90,11 @@ def question(program: Program) -> Question:
     RefusedError
         It is more than one mass with one variable or with a stiffness and a damping.
     """
-    if program.model.n_free != 1 or any(axis.values is not None for axis in program.axes):
+    if (
+        program.model.inerters.any()
+        or program.model.n_free != 1
+        or any(axis.values is not None for axis in program.axes)
+    ):
         raise RefusedError
     plane, order, goal = _kind(program)
     if not np.all(np.isfinite([*program.low, *program.high])) or any(a.open_low or a.open_high for a in program.axes):

@@ -1,0 +1,317 @@
+"""Laws of every kind in a registry: it is registered, says both routes and has energy; broken ones are caught."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import vibopt.devices
+import vibopt.excitations
+import vibopt.responses
+from every_question import machine
+from vibopt.design.build import machine_of
+from vibopt.devices import FAMILIES
+from vibopt.devices.device import Device
+from vibopt.devices.inerter import InerterTable
+from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.errors import InputError
+from vibopt.excitations import KINDS as EXCITATIONS
+from vibopt.excitations import Excitation
+from vibopt.forms import FloatArray
+from vibopt.mechanics.assembly import Assembly
+from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
+from vibopt.mechanics.modes import poles
+from vibopt.responses import KINDS as RESPONSES
+from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.scene.assemble import model_of
+from vibopt.scene.read import from_dict
+from vibopt.solve import solve
+from vibopt.units import DIMENSIONS
+
+REGISTRIES: dict[str, tuple[Any, type, Mapping[str, type]]] = {
+    "devices": (vibopt.devices, Device, FAMILIES),
+    "responses": (vibopt.responses, Response, RESPONSES),
+    "excitations": (vibopt.excitations, Excitation, EXCITATIONS),
+}
+
+
+def _all_of(base: type) -> Iterator[type]:
+    for one in base.__subclasses__():
+        yield from (one, *_all_of(one))
+
+
+def unregistered(package: Any, base: type, registry: Mapping[str, type], home: str) -> list[str]:
+    """Classes of a package that no other is made from, and that no file can name."""
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{package.__name__}.{module.name}")
+    kinds = [one for one in _all_of(base) if one.__module__.startswith(home) and not one.__subclasses__()]
+    return [one.__name__ for one in kinds if one not in registry.values()]
+
+
+def silent(kind: type[Device]) -> list[str]:
+    """Routes that a device does not say."""
+    return [route for route in ("add_to", "built") if getattr(kind, route) is getattr(Device, route)]
+
+
+@pytest.mark.parametrize("family", REGISTRIES)
+def test_every_kind_can_be_named(family: str) -> None:
+    package, base, registry = REGISTRIES[family]
+    assert unregistered(package, base, registry, package.__name__) == []
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_device_says_both_routes(family: str) -> None:
+    assert silent(FAMILIES[family]) == []
+
+
+@pytest.mark.parametrize("name", RESPONSES)
+def test_every_response_has_its_facts(name: str) -> None:
+    kind = RESPONSES[name]
+    assert kind.dimension in DIMENSIONS
+    assert kind.moves in ("line", "axis", "")
+    assert kind.in_space in ("direction", "axis", "whole", "place", "body", "")
+    for twin in (kind.twin, kind.noise_twin):
+        assert twin in ("", *RESPONSES)
+    if kind.twin:
+        assert {kind.moves, RESPONSES[kind.twin].moves} == {"line", "axis"}
+    if kind.noise_twin:
+        assert RESPONSES[kind.noise_twin].random
+    if kind.in_space in ("direction", "axis"):
+        assert kind.in_space in kind.model_fields
+    assert not (kind.of_group and not kind.of_mount)
+
+
+# Three mistakes of a new device, each caught
+
+
+class Ballast(Device):
+    """A mass on a point, of which nobody said how it is built."""
+
+    on: str
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Nothing."""
+
+
+class Backward(InerterTable):
+    """An inerter that pulls where it should push."""
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        super().built(assembly, name, Numbers(numbers.chosen, {f"inerters.{name}.inertance": -1.0}))
+
+
+class Forgotten(InerterTable):
+    """An inerter that only the optimiser knows."""
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        """Nothing."""
+
+
+def test_a_device_that_cannot_be_built_is_caught() -> None:
+    assert silent(Ballast) == ["built"]
+    with pytest.raises(NotImplementedError, match="Ballast cannot be built"):
+        Ballast(on="pump").built(Assembly(), "ballast", Numbers({}))
+
+
+def test_a_device_that_is_not_registered_is_caught() -> None:
+    assert "Ballast" in unregistered(vibopt.devices, Device, FAMILIES, __name__)
+
+
+@pytest.mark.parametrize("kind", [Backward, Forgotten])
+def test_a_device_whose_routes_differ_is_caught(kind: type[Device], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(FAMILIES, "inerters", kind)
+    document = {
+        "title": "pump",
+        "bodies": {"pump": {"mass": "120 kg"}},
+        "links": {"mount": {"between": ["pump", "ground"], "stiffness": "200 kN/m", "damping": "1 kN s/m"}},
+        "inerters": {"flywheel": {"between": ["pump", "ground"], "inertance": "40 kg"}},
+        "measures": {"mode": {"response": "natural_frequency"}},
+    }
+    design = solve(from_dict(document))
+    assert design.status == "check_failed"
+    other = {Backward: "50", Forgotten: "40.8248"}[kind]
+    assert design.claim == (
+        "the two routes to an answer do not agree: mode (natural_frequency) is 35.3553 rad/s in the model, "
+        f"{other} rad/s on the machine as built"
+    )
+
+
+def test_a_family_that_is_registered_is_read_checked_and_answered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One class and one line: no other place knows the families of a scene."""
+    monkeypatch.setitem(FAMILIES, "flywheels", Flywheel)
+    document = {
+        "title": "pump",
+        "bodies": {"pump": {"mass": "120 kg"}},
+        "links": {"mount": {"between": ["pump", "ground"], "stiffness": "200 kN/m"}},
+        "flywheels": {"wheel": {"between": ["pump", "ground"], "inertance": "40 kg"}},
+        "measures": {"mode": {"response": "natural_frequency"}},
+    }
+    design = solve(from_dict(document))
+    assert design.status == "met"
+    assert design.measures["mode"].value.value == pytest.approx(np.sqrt(200e3 / 160.0), rel=1e-12)
+
+
+class Flywheel(InerterTable):
+    """An inerter of another family."""
+
+    def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        super().add_to(builder, name, symbols)
+
+
+# Energy and symmetry
+
+
+def machines() -> dict[str, dict[str, Any]]:
+    """Documents that hold every family of devices, on a line, about an axis, in a plane and in space."""
+    made: dict[str, dict[str, Any]] = {}
+    for motion in ("space", "plane", "line"):
+        document = machine(motion, opened=False)
+        document["inerters"] = {"wheel": {"between": ["floor", "ground"], "inertance": "30 kg"}}
+        document["inerters"]["twister"] = {"between": ["disc", "ground"], "torsional_inertance": "0.4 kg m2"}
+        if motion != "line":
+            stands = {"at": ["0.5 m", "0.1 m", "0.2 m"], "direction": [0.6, 0, 0.8]}
+            document["inerters"]["leaning"] = {"between": ["pump", "floor"], "inertance": "60 kg", **stands}
+        document["absorbers"] = {"tmd": {"on": "floor", "mass_ratio": 0.05, "frequency": "8 Hz", "loss_factor": 0.2}}
+        made[motion] = document
+    modes = [{"frequency": "4 Hz", "damping_ratio": 0.02, "modal_mass": "3 t", "shape": {"mid": 1.0}}]
+    made["structure"] = {
+        "title": "on a floor",
+        "bodies": {"pump": {"mass": "180 kg"}},
+        "bases": {"base": {}},
+        "structures": {"slab": {"modes": modes}},
+        "links": {"mount": {"between": ["pump", "mid"], "stiffness": "90 kN/m", "damping": "0.4 kN s/m"}},
+        "inerters": {"wheel": {"between": ["pump", "mid"], "mass_ratio": 0.3, "relative_to": "pump"}},
+    }
+    for document in made.values():
+        document["measures"] = {"mode": {"response": "natural_frequency"}}
+    return made
+
+
+def test_every_family_is_in_some_machine() -> None:
+    assert {family for one in machines().values() for family in one} >= set(FAMILIES)
+
+
+@pytest.mark.parametrize("name", machines())
+def test_energy_is_kinetic_potential_and_lost_and_both_routes_have_it(name: str) -> None:
+    """M is positive, C, K and H take nothing from nobody; free motion is that of the machine as built."""
+    scene = from_dict(machines()[name])
+    model, built = model_of(scene), machine_of(scene, {})
+    p, n = model.values(np.zeros(0)), model.n_free
+    kinds = (INERTIA, DAMPING, STIFFNESS, HYSTERETIC)
+    own = [model.matrix(kind, p)[:n, :n] for kind in kinds]
+    for routes in (own, built.matrices()):
+        for index, one in enumerate(routes):
+            assert np.allclose(one, one.T, rtol=0.0, atol=1e-12 * np.abs(one).max())
+            least = np.linalg.eigvalsh(one).min()
+            assert least > 0.0 if index == 0 else least >= -1e-12 * np.abs(one).max()
+    one, other = (_sorted(found) for found in (poles(model, p), built.poles()))
+    assert np.abs(one - other).max() <= 1e-9 * np.abs(one).max()
+
+
+def _sorted(found: Any) -> FloatArray:
+    order = np.lexsort((np.round(found.real, 6), np.round(np.abs(found), 6)))
+    return np.asarray(found[order])
+
+
+# Every response, place, way, motion and excitation: both routes
+
+SHAKERS: dict[str, dict[str, Any]] = {
+    "force": {"kind": "force", "on": "pump", "amplitude": "90 N", "varies": "constant"},
+    "unbalance": {"kind": "unbalance", "on": "pump", "unbalance": "40 g m"},
+    "harmonics": {
+        "kind": "harmonics",
+        "on": "pump",
+        "harmonics": [{"order": 1, "amplitude": "90 N"}, {"order": 2, "amplitude": "20 N", "phase": "40 deg"}],
+        "varies": "constant",
+    },
+    "moment": {"kind": "moment", "on": "disc", "amplitude": "9 N m", "varies": "constant"},
+    "base_motion": {"kind": "base_motion", "on": "deck", "velocity": "3 mm/s", "varies": "constant"},
+    "road": {"kind": "road", "on": "deck", "amplitude": "2 mm", "wavelength": "4 m", "speed": "10..90 km/h"},
+    "white_noise": {"kind": "white_noise", "on": "floor", "density": "100 N²/Hz"},
+    "moment_harmonics": {"kind": "moment_harmonics", "on": "pump", "harmonics": [{"order": 2, "amplitude": "20 N m"}]},
+}
+Motion = Literal["space", "plane", "line"]
+
+
+def shaken(kind: str, motion: Motion) -> dict[str, Any]:
+    """The machine of everything under one excitation; what a base moves stands on it."""
+    document = machine(motion, opened=False)
+    shaker = {"speed": "2..40 Hz", **SHAKERS[kind]}
+    if kind == "white_noise":
+        del shaker["speed"]
+    inside = motion != "line"
+    if shaker["on"] == "pump" and inside:
+        shaker |= {"axis": "y"} if kind == "moment_harmonics" else {"direction": [0.6, 0, 0.8]}
+    document["excitations"] = {"shaker": shaker}
+    if shaker["on"] == "deck":
+        document["bases"] = {"deck": {}}
+        document["links"]["girder"]["between"] = ["floor", "deck"]
+    document["inerters"] = {"wheel": {"between": ["pump", "floor"], "inertance": "60 kg"}}
+    if inside:
+        document["inerters"]["wheel"] |= {"at": ["0.5 m", "0.1 m", "0.2 m"], "direction": [0.6, 0, 0.8]}
+    return document
+
+
+def test_every_excitation_shakes() -> None:
+    assert set(SHAKERS) == set(EXCITATIONS)
+
+
+def questions(kind: str) -> dict[str, dict[str, Any]]:
+    """Each response that the excitation can cause, at each place, along and about some ways."""
+    asked, combine = {}, {"combine": "peak"} if "harmonics" in kind else {}
+    random = EXCITATIONS[kind].random
+    for name, response in RESPONSES.items():
+        if not issubclass(response, RandomResponse if random else HarmonicResponse):
+            continue
+        for key in ("of", "into", "through", "across"):
+            for place in PLACES if key in response.model_fields else ():
+                for way in ({}, {"direction": [0.6, 0, 0.8]}, {"axis": "y"}):
+                    if set(way) <= set(response.model_fields):
+                        asked[f"q{len(asked)}"] = {"response": name, key: place, **way, **combine}
+    return asked
+
+
+PLACES = ("pump", "floor", "disc", "eye", "girder", "shaft", "foot.2", "wheel", "ground", "deck")
+
+
+@pytest.mark.parametrize("motion", ["line", "space", pytest.param("plane", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", SHAKERS)
+def test_every_response_to_every_excitation_has_one_value(kind: str, motion: Motion) -> None:
+    """The form of the optimiser and the measurement of the machine as built agree, or the file is refused in words."""
+    scene, document, asked = None, shaken(kind, motion), questions(kind)
+    if (kind, motion) in NOT_THERE:
+        with pytest.raises(InputError, match=NOT_THERE[kind, motion]):
+            from_dict({**document, "measures": asked})
+        return
+    while scene is None:
+        scene, asked = _asked(document, asked)
+    design = solve(scene, explain=False)
+    assert design.status == "met", design.claim
+    assert len(design.measures) >= 3
+
+
+NOT_THERE = {
+    ("moment_harmonics", "line"): 'is a moment, but pump moves along a line. Write kind = "harmonics" with amplitude',
+    ("white_noise", "space"): "white noise, which machines in space do not take yet",
+    ("white_noise", "plane"): "white noise, which machines in space do not take yet",
+    ("white_noise", "line"): "white noise, which machines in space do not take yet",
+}
+"""What an excitation cannot act on, in the words of the refusal: the machine of everything stands on mounts."""
+
+
+def _asked(document: dict[str, Any], asked: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """The scene, or the questions that no message names."""
+    try:
+        return from_dict({**document, "measures": asked}), asked
+    except InputError as error:
+        told = [message for message in error.messages if "only the first" not in message]
+        named = {one for message in told for one in re.findall(r"measures\.(q\d+)", message)}
+        assert named, f"a message names no question: {told[0]}"
+        return None, {name: one for name, one in asked.items() if name not in named}
