@@ -50,12 +50,12 @@ def columns(
         return None
 
 
-def _asked(scene: Scene) -> Question:
-    return question(closed(pose(scene)))
+def _asked(scene: Scene, like: Question | None = None) -> Question:
+    return question(closed(pose(scene)), like)
 
 
 def _numbers(scene: Scene, like: Question) -> Mapping[str, float]:
-    here = _asked(scene)
+    here = _asked(scene, like)
     if here.structure != like.structure:
         raise RefusedError
     return here.numbers

@@ -82,8 +82,8 @@ class Question:
         return (self.plane, self.order, self.low, self.high, self.goal, self.rows, tuple(self.numbers))
 
 
-def question(program: Program) -> Question:
-    """Read a program.
+def question(program: Program, like: Question | None = None) -> Question:
+    """Read a program; with `like`, one that differs from a program read before in its numbers alone.
 
     Raises
     ------
@@ -96,11 +96,13 @@ def question(program: Program) -> Question:
         or any(axis.values is not None for axis in program.axes)
     ):
         raise RefusedError
-    plane, order, goal = _kind(program)
+    plane, order, goal = _kind(program) if like is None else (like.plane, like.order, like.goal)
     if not np.all(np.isfinite([*program.low, *program.high])) or any(a.open_low or a.open_high for a in program.axes):
         raise RefusedError
     numbers = _machine(program.model, order, "", range(len(program.model.terms)))
     rows = [_row(program, limit, index, order, numbers) for index, limit in enumerate(program.limits)]
+    if like is None:
+        _verified(program, rows, numbers)
     low, high = (tuple(float(v[i]) for i in order) for v in (program.low, program.high))
     if not all(np.isfinite(v) for v in numbers.values()):
         raise RefusedError
@@ -195,11 +197,9 @@ def _harmonic(
         numbers.update(own)
     power = form.output.power + piece.power + (2 if inertia else 0)
     points = tuple(band.is_point for band in form.drives[0].bands)
-    row = RowKind(limit.name, "harmonic", sign, power, selected is not None, inertia, points)
     if power < 0 or (inertia and numbers["M1"]) or not points:
         raise RefusedError
-    _same(limit, form, row, numbers, index)
-    return row
+    return RowKind(limit.name, "harmonic", sign, power, selected is not None, inertia, points)
 
 
 def _numerator(model: Model, output: Output, line: Line) -> tuple[float, list[int] | None, bool]:
@@ -225,6 +225,12 @@ def _numerator(model: Model, output: Output, line: Line) -> tuple[float, list[in
     if read == joined and not output.row.any():
         return size, joined, True
     raise RefusedError
+
+
+def _verified(program: Program, rows: list[RowKind], numbers: Mapping[str, float]) -> None:
+    for index, (limit, row) in enumerate(zip(program.limits, rows, strict=True)):
+        if isinstance(limit.form, Modulus):
+            _same(limit, limit.form, row, numbers, index)
 
 
 def _same(limit: Limit, form: Modulus, row: RowKind, numbers: Mapping[str, float], index: int) -> None:
