@@ -95,16 +95,16 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
     document, now = job.document, job
     written: set[str] = set()
     for path, value in changes.items():
-        part = None if inside(document, path) is not None else _part(now, path)
+        part = None if inside(document, path) is not None else part_at(now, path)
         if part is not None and part.place in written:  # the text of its other numbers is not what it was
             now = cast(J, _read(document, Mistakes(job.name, None)))
-            part = _part(now, path)
+            part = part_at(now, path)
         document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
         written |= {part.place} if part is not None else set()
     return cast(J, _read(document, Mistakes(job.name, None)))
 
 
-def _part(job: Job, path: str) -> FactAt | None:
+def part_at(job: Job, path: str) -> FactAt | None:
     """The number at a path that is a part of a text."""
     return next((one for one in facts(job) if one.place and one.path == path), None)
 
@@ -140,7 +140,7 @@ def is_open(job: Job) -> bool:
     return bool(job.choices)
 
 
-def kept(job: B, found: Answer[Any]) -> B:
+def kept_plan(job: B, found: Answer[Any]) -> B:
     """The same job with what its answer chose as facts: solved again it is an analysis that measures that answer.
 
     Raises
@@ -223,6 +223,7 @@ def answer(
     progress: Progress | None = None,
     time_limit: float | None = None,
     explain: bool = True,
+    brief: bool = False,
 ) -> Answer[J]:
     """The answer to any job, with its evidence.
 
@@ -239,6 +240,8 @@ def answer(
         read: the same job has the same answer on any machine, idle or busy.
     explain
         Whether prices, and what clashes where nothing holds, are found out too.
+    brief
+        Without words that no point of a sweep shows.
 
     Raises
     ------
@@ -250,7 +253,7 @@ def answer(
             from vibopt.solve import solve
 
             by = _open_method(method) or method
-            return cast("Answer[J]", solve(job, method=by, progress=progress, explain=explain))
+            return cast("Answer[J]", solve(job, method=by, progress=progress, explain=explain, brief=brief))
         if method not in (None, *POSED):
             raise InputError(
                 f"{job.name}: --method {method}: goal and limits decide the method of a balancing job. Leave it out, "
@@ -278,6 +281,26 @@ def balanced(
         found = _balanced(job, thorough, method)
     ended = "" if limit is None or found.proven else limit.words
     return replace(found, claim=found.claim + ended) if ended else found
+
+
+def reasons(job: BalancingJob, found: Answer[Any]) -> tuple[Any, Any]:
+    """Why a balancing job has its model (name, words) and its method (name, whether it answered, why)."""
+    from vibopt.balancing import reasons as why
+
+    if is_rotor(job):
+        return why.of_rotor(job, found)
+    return why.of_known(job, found) if is_known(job) else why.of_engine(job, found)
+
+
+def verdict_of(found: Answer[Any]) -> str:
+    """The first line of an answer, without its proof."""
+    if is_scene(found.job):
+        from vibopt.design.words import verdict
+
+        return verdict(found)
+    from vibopt.balancing.said import verdict as of_balancing
+
+    return of_balancing(found)
 
 
 def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Answer[Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from vibopt.errors import InputError
-from vibopt.jobs import answer, from_text, is_scene, kept, open_job, with_changes
+from vibopt.jobs import answer, from_text, is_scene, kept_plan, open_job, with_changes
 from vibopt.scene.write import document_toml
 
 FILES = sorted((Path(__file__).parents[2] / "problems" / "balancing").glob("*.toml"))
@@ -50,7 +50,7 @@ def test_a_plan_as_a_file_of_its_own_measures_what_the_plan_promised(file: Path)
     job = open_job(file)
     assert not is_scene(job)
     found = answer(job, explain=False)
-    saved = from_text(document_toml(kept(job, found).document), "saved")
+    saved = from_text(document_toml(kept_plan(job, found).document), "saved")
     assert not is_scene(saved)
     assert not saved.choices
     again = answer(saved, explain=False)
@@ -151,7 +151,7 @@ def test_where_nothing_was_found_there_is_nothing_to_keep() -> None:
     job = from_text(f'{FAN}[limits.running]\nresponse = "residual"\nat_most = "0.001 mil"\n', "fan")
     assert not is_scene(job)
     with pytest.raises(InputError, match=r"fan: there is no design to keep: infeasible\. Solve the file first\."):
-        kept(job, answer(job))
+        kept_plan(job, answer(job))
 
 
 def test_a_decided_weight_is_a_number_of_the_file_like_any_other() -> None:

@@ -80,7 +80,7 @@ def test_the_place_is_among_the_variables_of_every_output() -> None:
 
 def test_the_studies_take_a_place_left_open() -> None:
     scene = from_dict(DOCUMENT)
-    assert explain(scene).design.places["absorbers.tmd.on"].value == "high"
+    assert explain(scene).answer.places["absorbers.tmd.on"].value == "high"
     kept = whatif(scene, {"bodies.low.mass": "120 t"}, keep_design=True)
     assert kept.after.scene.absorbers["tmd"].host == "high"
     assert whatif(scene, {"absorbers.tmd.on": "low"}).after.status == "optimal"

@@ -16,7 +16,7 @@ from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 from vibopt.study.margins import Margins
-from vibopt.study.saved import design_file
+from vibopt.study.saved import saved_text
 from vibopt.study.sweep import sweep
 from vibopt.study.thresholds import thresholds
 from vibopt.study.whatif import whatif
@@ -40,7 +40,7 @@ def test_a_saved_design_solved_again_measures_the_same(name: str, tmp_path: Path
     design = solve(read(PROBLEMS / name), explain=False)
     target = tmp_path / "deep" / "design.toml"
     target.parent.mkdir()
-    target.write_text(design_file(design, target), encoding="utf-8")
+    target.write_text(saved_text(design.scene, design, target), encoding="utf-8")
     again = solve(read(target))
     assert again.status == "met"
     assert again.scene.is_analysis
@@ -56,7 +56,7 @@ def test_a_saved_design_solved_again_measures_the_same(name: str, tmp_path: Path
 
 def test_a_saved_design_says_where_it_comes_from(tmp_path: Path) -> None:
     design = solve(read(PROBLEMS / "isolation" / "rao_9_34.toml"))
-    text = design_file(design, tmp_path / "x.toml", changes=["bodies.press.mass=300 kg"])
+    text = saved_text(design.scene, design, tmp_path / "x.toml", changes=["bodies.press.mass=300 kg"])
     assert text.splitlines()[:5] == [
         "# Design of rao_9_34.toml with bodies.press.mass=300 kg, saved by vibopt: nothing is left to choose.",
         "# Answer: optimal: greatest stiffness of mount is 6957 kN/m.",
@@ -76,14 +76,14 @@ def test_a_catalogue_is_named_as_seen_from_where_the_design_lies(tmp_path: Path)
     text = (PROBLEMS / "mounts" / "genset_front_and_rear.toml").read_text(encoding="utf-8")
     (shop / "genset.toml").write_text(text, encoding="utf-8")
     design = solve(read(shop / "genset.toml"), explain=False)
-    saved = design_file(design, job / "design.toml")
+    saved = saved_text(design.scene, design, job / "design.toml")
     assert 'catalogue = "../../shop/mounts.csv", name = "' in saved
 
 
 def test_without_a_design_nothing_is_saved(tmp_path: Path) -> None:
     scene = with_changes(read(PROBLEMS / "isolation" / "rao_9_34.toml"), {"limits.start_up.at_most": "5 mm"})
     with pytest.raises(InputError) as caught:
-        design_file(solve(scene, explain=False), tmp_path / "x.toml")
+        saved_text(scene, solve(scene, explain=False), tmp_path / "x.toml")
     assert str(caught.value) == ("rao_9_34.toml: there is no design to save: infeasible. x.toml is not written.")
 
 

@@ -167,7 +167,23 @@ class RotorJob:
     notes: tuple[str, ...] = ()
     document: Mapping[str, Any] = field(default_factory=dict)
     odd: tuple[int, ...] = ()
-    results: ClassVar[str] = "sensors."
+    results: ClassVar[tuple[str, ...]] = ("sensors.",)
+
+    @property
+    def aim(self) -> str:
+        """What is made least; "" where there is nothing to fit."""
+        return ("correction" if self.goal.goal == "correction" else "residual") if self.runs else ""
+
+    @property
+    def decided_at(self) -> tuple[str, ...]:
+        """Where the weights stand that are chosen freely, once they are decided."""
+        free = [plane for plane in self.planes if plane.is_open and not plane.shelf]
+        return tuple(f"planes.{one.name}.{one.kind_word}." for one in free)
+
+    def beyond(self, decided: RotorJob) -> list[str]:
+        """Planes whose decided weights are not among those that this job may choose, by path."""
+        pairs = zip(self.planes, decided.planes, strict=True)
+        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
 
     @property
     def choices(self) -> tuple[str, ...]:

@@ -122,6 +122,11 @@ class Plane:
         """Last steps of the paths of what is chosen in this plane."""
         return (self.dimension, "angle", *(("radius",) if len(self.radii) > 1 else ()))
 
+    def allows(self, fitted: tuple[Fitted, ...]) -> bool:
+        """Whether decided weights lie within the cap, and away from forbidden sectors."""
+        whole = sum(one.mass for one in fitted)
+        return whole <= self.cap * (1.0 + _HAIR) and all(self.may_sit_at(one.angle) for one in fitted if one.mass)
+
     def amount(self, u: complex | float) -> float:
         """Mass [kg] at the greatest radius (unbalance [kg m]) of an internal unbalance."""
         return abs(u) / self.radius

@@ -17,7 +17,7 @@ def todo(job: RotorJob, fitting: Fitting) -> tuple[str, ...]:
     """What to do, one sentence a line: the trim first where a verification run was made."""
     whole = tuple(one.words for one in fitting.planes)
     run = verification_run(job.runs)
-    if run is None or not job.choices:
+    if run is None:
         return (OFF, *whole)
     stays = f'The weights of run "{run.name}" stay on. What changes them into the best ones:'
     return (stays, *(_trim(job, run, k, one) for k, one in enumerate(fitting.planes)), ANEW, *whole)
@@ -26,11 +26,11 @@ def todo(job: RotorJob, fitting: Fitting) -> tuple[str, ...]:
 def trims(job: RotorJob, fitting: Fitting) -> dict[str, Entry]:
     """The trim of each plane by path, as one weight at its greatest radius."""
     run = verification_run(job.runs)
-    if run is None or not job.choices:
+    if run is None:
         return {}
     found = {}
     for index, (plane, answer) in enumerate(zip(job.planes, fitting.planes, strict=True)):
-        if plane.is_open:
+        if not plane.keep:
             u = _change(run, index, answer)
             angle = job.conventions.weight_angle(-u if plane.remove else u) if u else 0.0
             found[f"trim.{plane.name}.{plane.dimension}"] = Entry(plane.amount(u), plane.dimension, plane.unit)
@@ -52,7 +52,7 @@ def _change(run: Run, index: int, answer: PlaneAnswer) -> complex:
 
 def _trim(job: RotorJob, run: Run, index: int, answer: PlaneAnswer) -> str:
     plane, change = job.planes[index], _change(run, index, answer)
-    if change == 0j or not plane.is_open:
+    if change == 0j or plane.keep:
         return f"{plane.name}: leave as it is."
     if not (plane.holes or plane.shelf or len(plane.radii) > 1):
         return sentence(job, index, change)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes, force, limited, read_scene
+from vibopt.cli.options import Once, as_json, changes, force, limited, read_job
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
@@ -18,7 +18,7 @@ from vibopt.files.writing import checked_target, write_file
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.scene.scene import Scene
+    from vibopt.jobs import Job
     from vibopt.study.variants import Cell, Row, Variants
 
 BEST = "*"
@@ -44,10 +44,10 @@ def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | No
     from vibopt.cli.progress import Bar
     from vibopt.study.variants import compare as beside
 
-    scenes = _read(files, changes)
+    jobs = _read(files, changes)
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     with Bar() as bar:
-        result = beside(scenes, progress=bar)
+        result = beside(jobs, progress=bar)
     if table is not None:
         write_file(table, csv_text(result).encode())
     written = [str(table)] if table is not None else []
@@ -62,18 +62,18 @@ def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | No
     return result.exit_code
 
 
-def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Scene]:
-    """The scenes by name; the mistakes of all files together."""
+def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Job]:
+    """The jobs by name; the mistakes of all files together."""
     names = _names(files)
-    scenes, mistakes = {}, []
+    jobs, mistakes = {}, []
     for name, file in zip(names, files, strict=True):
         try:
-            scenes[name] = read_scene(file, "compare", changes, "Leave it out.")
+            jobs[name] = read_job(file, changes)
         except InputError as error:
             mistakes += [one if Path(file).name in one else f"{file}: {one}" for one in error.messages]
     if mistakes:
         raise InputError(mistakes)
-    return scenes
+    return jobs
 
 
 def _names(files: tuple[str, ...]) -> tuple[str, ...]:
@@ -86,11 +86,10 @@ def _names(files: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _plain(result: Variants, written: list[str]) -> dict[str, Any]:
-    from vibopt.answer.jsonable import as_json as design_json
     from vibopt.answer.jsonable import plain
 
     return {
-        "variants": {name: design_json(one) for name, one in zip(result.names, result.designs, strict=True)},
+        "variants": {name: one.to_json() for name, one in zip(result.names, result.designs, strict=True)},
         "rows": plain(result.rows),
         "written": written,
     }

@@ -12,7 +12,7 @@ from vibopt.cli.output import colour, say, say_json, width
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.jobs import BalancingJob
+    from vibopt.jobs import Job
     from vibopt.study.explain import Explanation
 
 
@@ -29,46 +29,30 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
     Exit code: that of the answer.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.jobs import is_scene
     from vibopt.study.explain import explain as explained
 
-    scene = read_job(file, changes)
-    if not is_scene(scene):
-        return _balancing(scene, method, thorough, as_json)
+    job = read_job(file, changes)
     with Bar() as bar:
-        result = explained(scene, method=method, progress=bar, thorough=thorough)
+        result = explained(job, method=method, progress=bar, thorough=thorough)
     if as_json:
         reasons = {"model": result.model, "methods": result.methods, "limits": result.limits}
         extra = {} if result.absorbers is None else {"absorbers": result.absorbers}
-        say_json({"status": result.design.status, **reasons, **extra, "design": result.design})
+        say_json({"status": result.answer.status, **reasons, **extra, "design": result.answer.to_json()})
     else:
         from vibopt.design.table import rendered
 
-        say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
-    return result.design.exit_code
+        say(rendered(lambda console: _tell(job, result, console), width=width(), colour=colour()))
+    return result.answer.exit_code
 
 
-def _balancing(job: BalancingJob, method: str | None, thorough: bool, as_json: bool) -> int:
-    """The answer of a balancing job gives its reasons itself; `thorough` adds the prices that solve leaves out."""
-    from vibopt.balancing.table import text_of
-    from vibopt.jobs import answer, balanced
-
-    found = answer(job, method=method) if method is not None else balanced(job, thorough=thorough)
-    if as_json:
-        say_json(found.to_json())
-    else:
-        say(text_of(found, width=width(), colour=colour()))
-    return found.exit_code
-
-
-def _tell(result: Explanation, console: Console) -> None:
+def _tell(job: Job, result: Explanation, console: Console) -> None:
     from vibopt.design.table import grid, paragraph, section
-    from vibopt.design.words import verdict
+    from vibopt.jobs import verdict_of
 
-    design = result.design
-    console.print(design.scene.title, style="bold")
-    console.print(verdict(design))
-    for text in (design.claim, design.reason):
+    found = result.answer
+    console.print(job.title, style="bold")
+    console.print(verdict_of(found))
+    for text in (found.claim, found.reason):
         if text:
             paragraph(console, text)
     section(console, "Model", grid([(one.name, one.words) for one in result.model], whole=(0,)))
@@ -79,10 +63,10 @@ def _tell(result: Explanation, console: Console) -> None:
     if result.absorbers is not None:
         for title, rows in result.absorbers.blocks:
             section(console, title, grid(rows, whole=(0,)))
-    if design.conflict is not None:
-        section(console, "Cannot hold together", ", ".join(design.conflict.limits))
-    if design.notes:
-        section(console, "Notes", grid([(one,) for one in design.notes]))
-    work = [(key, str(value)) for key, value in design.details.items() if isinstance(value, int)]
+    if found.conflict is not None:
+        section(console, "Cannot hold together", ", ".join(found.conflict.limits))
+    if found.notes:
+        section(console, "Notes", grid([(one,) for one in found.notes]))
+    work = [(key, str(value)) for key, value in found.details.items() if isinstance(value, int)]
     if work:
         section(console, "Work done", grid(work, whole=(0,)))

@@ -228,21 +228,10 @@ def _page(found: Answer[Any], job: Job, changes: tuple[str, ...]) -> str:
 
 def _done(found: Answer[Any], target: Path, as_json: bool) -> int:
     """Say what was written, and what it says."""
+    from vibopt.jobs import verdict_of
 
     if as_json:
         say_json({**found.to_json(), "written": [str(target)]})
     else:
-        say(f"{_verdict(found)}\nWritten: {target}")
+        say(f"{verdict_of(found)}\nWritten: {target}")
     return found.exit_code
-
-
-def _verdict(found: Answer[Any]) -> str:
-    from vibopt.jobs import is_scene
-
-    if is_scene(found.job):
-        from vibopt.design.words import verdict
-
-        return verdict(found)
-    from vibopt.balancing.said import verdict as balancing_verdict
-
-    return balancing_verdict(found)

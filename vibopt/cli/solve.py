@@ -61,14 +61,13 @@ def solve(
     job = read_job(file, changes)
     target = checked_target(save, PROBLEMS, force=force) if save is not None else None
     learnt = _coefficients(job, save_coefficients, force=force)
-    _only_scenes(job, {"--round": bool(rounding), "--save": target is not None})
     found: Answer[Any] = answer(job, method)
-    drawn = _rounded(found, rounding) if rounding else None
+    drawn = _rounded(found, job, rounding) if rounding else None
     if drawn is not None:
         found = drawn.design
     elif not no_prices:
         found = with_prices(found)
-    refused = "" if target is None else _save(found, drawn, target, changes)
+    refused = "" if target is None else _save(found, job, drawn, target, changes)
     for place, text in learnt.items():
         from vibopt.files.writing import write_file
 
@@ -82,35 +81,24 @@ def solve(
     return found.exit_code
 
 
-def _only_scenes(job: Job, asked: dict[str, bool]) -> None:
-    from vibopt.jobs import scene_only
-
-    for word, given in asked.items():
-        if given:
-            scene_only(job, word, "Leave it out.")
-
-
-def _rounded(found: Answer[Any], rounding: tuple[str, ...]) -> Rounded | None:
+def _rounded(found: Answer[Any], job: Job, rounding: tuple[str, ...]) -> Rounded | None:
     """The rounded design; None where there is no answer to be rounded, which the answer says itself."""
     from vibopt.cli.progress import Bar
-    from vibopt.jobs import is_scene
-    from vibopt.study.rounded import rounded
+    from vibopt.study.rounded import drawn
 
-    if not is_scene(found.job) or found.status in EMPTY:
+    if found.status in EMPTY:
         return None
     with Bar() as bar:
         bar("rounding", 0.0)
-        return rounded(found, rounding)
+        return drawn(job, found, rounding)
 
 
-def _save(found: Answer[Any], drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
+def _save(found: Answer[Any], job: Job, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
     """Write the design; why not, where there is none."""
-    from vibopt.jobs import is_scene
-    from vibopt.study.saved import design_file
+    from vibopt.study.saved import saved_text
 
-    assert is_scene(found.job)
     try:
-        text = design_file(found, target, kept=drawn.kept if drawn is not None else None, changes=changes)
+        text = saved_text(job, found, target, fixed=drawn.kept if drawn is not None else None, changes=changes)
     except InputError as error:
         return str(error)
     from vibopt.files.writing import write_file

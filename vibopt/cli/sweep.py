@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import UNPROVEN
-from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_scene
+from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_job
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
 from vibopt.errors import InputError
@@ -19,12 +19,15 @@ from vibopt.files.writing import checked_target, format_of, write_file
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vibopt.scene.scene import Scene
+    from vibopt.answer.entry import Entry
+    from vibopt.jobs import Job
     from vibopt.study.sweep import Sweep
 
 TABLES = (".csv", ".txt")
 FORMATS = (".svg", ".png", ".pdf")
 MOST_ROWS = 60
+_TURNED = (".mass", ".unbalance")
+"""Numbers that stand at an angle."""
 
 
 @click.command(cls=Once)
@@ -59,12 +62,12 @@ def sweep(
     path, low_high = split_range(vary)
     if path in changes_of(changes):
         raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
-    scene = read_scene(file, "sweep", changes, "Solve the file with several values of --set PATH=VALUE.")
+    job = read_job(file, changes)
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
     if table is not None and picture is not None and table.resolve() == picture.resolve():
         raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
-    result = _run(scene, path, low_high, points, table, keep_design=keep_design)
+    result = _run(job, path, low_high, points, table, keep_design=keep_design)
     if table is not None:
         write_file(table, csv_text(result).encode())
     if picture is not None:
@@ -85,17 +88,19 @@ def sweep(
     return 0 if result.complete else UNPROVEN
 
 
-def _run(scene: Scene, path: str, low_high: str, points: int, table: Path | None, *, keep_design: bool) -> Sweep:
+def _run(job: Job, path: str, low_high: str, points: int, table: Path | None, *, keep_design: bool) -> Sweep:
     """The sweep, with every point in the table as soon as it is known."""
     from vibopt.cli.progress import Bar
+    from vibopt.jobs import is_scene
+    from vibopt.study.seen import goal_word
     from vibopt.study.sweep import sweep as run
 
-    goal = scene.goal.name if scene.goal is not None and not keep_design else ""
-    growing = GrowingTable(table, scene, goal) if table is not None else None
+    goal = "" if keep_design and is_scene(job) else goal_word(job)
+    growing = GrowingTable(table, job, goal) if table is not None else None
     answered = growing.add if growing is not None else None
     try:
         with Bar() as bar:
-            return run(scene, path, low_high, points, keep_design=keep_design, progress=bar, answered=answered)
+            return run(job, path, low_high, points, keep_design=keep_design, progress=bar, answered=answered)
     except KeyboardInterrupt:
         if growing is not None and growing.points:
             count = len(growing.points)
@@ -120,13 +125,14 @@ def _points(result: Sweep) -> dict[str, Any]:
 def _list(result: Sweep, console: Console) -> None:
     from vibopt.design.table import grid
 
-    console.print(result.scene.title, style="bold")
+    console.print(result.job.title, style="bold")
     parts = list(dict.fromkeys(path for point in result.points for path in point.parts))
     paths = _columns(result)
     step = max(1, -(-len(result.points) // MOST_ROWS))
     rows = []
     for point in result.points[::step]:
-        values = [point.variables[path].shown if path in point.variables else "-" for path in paths]
+        entries = {**point.variables, **point.results}
+        values = [_value(entries, path) for path in paths]
         goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
         bought = [point.parts.get(path, "-") for path in parts]
         rows.append((point.value.shown, point.status, *goal, *bought, *values, _tight(point.margins)))
@@ -138,12 +144,36 @@ def _list(result: Sweep, console: Console) -> None:
         console.print(f"Every {step}th of {len(result.points)} points; --csv FILE writes all of them.")
 
 
+def _value(entries: Mapping[str, Entry], path: str) -> str:
+    """A number, with its angle where it has one."""
+    turned = entries.get(f"{path.rpartition('.')[0]}.angle")
+    if path not in entries:
+        return "-"
+    angle = f" @ {turned.shown}" if turned is not None and path.endswith(_TURNED) else ""
+    return f"{entries[path].shown}{angle}"
+
+
+def _large(entries: Mapping[str, Entry]) -> dict[str, Entry]:
+    """Numbers that are not rounding beside another of their kind."""
+    most: dict[str, float] = {}
+    for one in entries.values():
+        most[one.dimension] = max(most.get(one.dimension, 0.0), abs(one.value))
+    return {path: one for path, one in entries.items() if abs(one.value) > 1e-9 * most[one.dimension]}
+
+
 def _columns(result: Sweep) -> list[str]:
-    """Paths of the variables to list: none for a kept design, and not the one that is the goal itself."""
+    """Paths of the variables to list, and not the one that is the goal itself; of balancing jobs without any the rest.
+
+    Of a kept design of a scene there are none.
+    """
     from vibopt.design.shelf import tied
+    from vibopt.jobs import is_scene
     from vibopt.scene.positions import open_positions
 
-    scene = result.scene
+    scene = result.job
+    if not is_scene(scene):
+        named = [point.variables or _large(point.results) for point in result.points]
+        return [path for path in dict.fromkeys(path for one in named for path in one) if not path.endswith(".angle")]
     if result.keep_design:
         return []
     goal = scene.goal.response if scene.goal is not None else None

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibopt.files.writing import add_line, is_stream, write_file
+from vibopt.jobs import is_scene
 
 if TYPE_CHECKING:
     from vibopt.answer.entry import Entry
-    from vibopt.scene.facts import FactAt
-    from vibopt.scene.scene import Scene
+    from vibopt.jobs import Job
     from vibopt.study.sweep import Point, Sweep
+    from vibopt.values.fact_at import FactAt
 
 
 class Columns:
@@ -24,24 +25,26 @@ class Columns:
     ----------
     fact
         What is varied, in the unit of its range.
-    scene, goal
-        The scene, and the name of its goal in the sweep, "" for none.
+    job, goal
+        What is swept, and the name of its goal in the sweep, "" for none.
     points
         At least one.
     """
 
-    def __init__(self, fact: FactAt, scene: Scene, goal: str, points: Sequence[Point]) -> None:
+    def __init__(self, fact: FactAt, job: Job, goal: str, points: Sequence[Point]) -> None:
         self.fact = fact
         self.units = {path: one.si for point in points for path, one in point.variables.items()}
         self.names = list(dict.fromkeys(name for point in points for name in point.margins))
         self.parts = list(dict.fromkeys(path for point in points for path in point.parts))
         self.goal = next((point.goal for point in points if point.goal is not None), None)
-        asked = scene.goal.response if scene.goal is not None else None
+        asked = job.goal.response if is_scene(job) and job.goal is not None else None
         self.goal_unit = _unit((asked.unit if asked else "") or "", self.goal.si) if self.goal is not None else ""
         goals = [_head(goal or "goal", self.goal_unit)] if self.goal is not None else []
         self.heads = [_head(fact.path, _unit(fact.unit, points[0].value.si)), "status", *goals, *self.parts]
         self.heads += [_head(path, unit) for path, unit in self.units.items()]
         self.heads += [f"margin of {name}" for name in self.names]
+        self.results = {path: one.si for point in points for path, one in point.results.items()}
+        self.heads += [_head(path, unit) for path, unit in self.results.items()]
 
     def row(self, point: Point) -> list[float | str | None]:
         """The cells of a point."""
@@ -51,12 +54,13 @@ class Columns:
         chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in self.units]
         margins = ["" if name not in point.margins else number(point.margins[name]) for name in self.names]
         bought = [point.parts.get(path, "") for path in self.parts]
-        return [_number(point.value, self.fact.unit), point.status, *goals, *bought, *chosen, *margins]
+        left = ["" if path not in point.results else number(point.results[path].value) for path in self.results]
+        return [_number(point.value, self.fact.unit), point.status, *goals, *bought, *chosen, *margins, *left]
 
     def lack(self, point: Point) -> bool:
         """Whether a point needs a column that is not there."""
-        known = {*self.units, *self.names, *self.parts}
-        return not known >= {*point.variables, *point.margins, *point.parts} or (
+        known = {*self.units, *self.names, *self.parts, *self.results}
+        return not known >= {*point.variables, *point.margins, *point.parts, *point.results} or (
             self.goal is None and point.goal is not None
         )
 
@@ -68,12 +72,12 @@ class GrowingTable:
     ----------
     target
         The file; it is written with the first point.
-    scene, goal
+    job, goal
         As of `Columns`.
     """
 
-    def __init__(self, target: Path, scene: Scene, goal: str) -> None:
-        self.target, self.scene, self.goal = target, scene, goal
+    def __init__(self, target: Path, job: Job, goal: str) -> None:
+        self.target, self.job, self.goal = target, job, goal
         self.points: list[Point] = []
         self._columns: Columns | None = None
 
@@ -83,7 +87,7 @@ class GrowingTable:
         if is_stream(self.target):
             return
         if self._columns is None or self._columns.lack(point):
-            self._columns = Columns(fact, self.scene, self.goal, self.points)
+            self._columns = Columns(fact, self.job, self.goal, self.points)
             write_file(self.target, _text(self._columns, self.points).encode())
         else:
             add_line(self.target, _lines([self._columns.row(point)]))
@@ -92,7 +96,7 @@ class GrowingTable:
 def csv_text(result: Sweep) -> str:
     """All points of a sweep in rising order of the fact."""
     points = list(result.points)
-    return _text(Columns(result.fact, result.scene, result.goal, points), points)
+    return _text(Columns(result.fact, result.job, result.goal, points), points)
 
 
 def _text(columns: Columns, points: Sequence[Point]) -> str:

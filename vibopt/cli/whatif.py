@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes_of, file, keep_design, limited, read_scene, rounding
+from vibopt.cli.options import Once, as_json, changes_of, file, keep_design, limited, read_job, rounding
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from vibopt.answer.answer import Answer
     from vibopt.answer.entry import Checked, Entry
     from vibopt.design.design import Design
+    from vibopt.jobs import Job
     from vibopt.study.thresholds import Threshold
     from vibopt.study.whatif import WhatIf
 
@@ -34,10 +36,10 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tup
     from vibopt.cli.progress import Bar
     from vibopt.study.whatif import whatif as compare
 
-    scene = read_scene(file, "whatif", instead="Solve the file twice, the second time with --set PATH=VALUE.")
+    job = read_job(file)
     new = changes_of(changes)
     with Bar() as bar:
-        result = compare(scene, new, keep_design=keep_design, rounding=rounding, progress=bar)
+        result = compare(job, new, keep_design=keep_design, rounding=rounding, progress=bar)
     if as_json:
         say_json({"status": result.after.status, **_parts(result)})
     else:
@@ -58,15 +60,14 @@ def _tell(result: WhatIf, console: Console) -> None:
     """Changes, then both answers side by side, then what breaks."""
     from vibopt.design.table import grid, section
     from vibopt.design.words import listed
+    from vibopt.study.seen import reason
 
-    console.print(result.before.scene.title, style="bold")
-    rows = [(path, f"{_old(result.before, path)} -> {new}") for path, new in result.changes.items()]
+    console.print(result.job.title, style="bold")
+    rows = [(path, f"{_old(result.job, path)} -> {new}") for path, new in result.changes.items()]
     console.print(grid(rows))
     section(console, "Before and after", grid(_beside(result), ("", "Before", "After")))
     for name, one in (("before", result.before), ("after", result.after)):
-        if one.reason or one.conflict:
-            limits = one.conflict.limits if one.conflict else ()
-            words = one.reason or f"these cannot hold together: {', '.join(limits)}."
+        if words := reason(one):
             console.print(f"  {name}: {words}")
     if result.keep_design:
         names = listed([f'"{name}"' for name in result.breaks])
@@ -75,47 +76,46 @@ def _tell(result: WhatIf, console: Console) -> None:
             _say_thresholds(result, console)
 
 
-def _old(design: Design, path: str) -> str:
-    here: Any = design.scene.document
-    for step in path.split("."):
-        here = _inside(here, step)
-    return "not given" if here is None else str(here)
+def _old(job: Job, path: str) -> str:
+    """What stood at a path, also where it is a part of a text."""
+    from vibopt.jobs import part_at
+    from vibopt.scene.document import inside
+    from vibopt.study.points import shown_value
 
-
-def _inside(table: Any, step: str) -> Any:
-    """Entry of a table by its key, or of a list by its number from 1; of three coordinates also by x, y, z."""
-    if isinstance(table, dict):
-        return table.get(step)
-    if isinstance(table, list):
-        index = int(step) - 1 if step.isdigit() else "xyz".find(step) if step in ("x", "y", "z") else -1
-        return table[index] if 0 <= index < len(table) else None
-    return None
+    here = inside(job.document, path)
+    part = part_at(job, path) if here is None else None
+    return str(here) if here is not None else "not given" if part is None else shown_value(part, part.value).shown
 
 
 def _beside(result: WhatIf) -> list[tuple[str, ...]]:
-    before, after = result.before, result.after
-    rows: list[tuple[str, ...]] = [("verdict", before.status, after.status)]
-    if before.found is not None or after.found is not None:
-        rows.append((str(before.scene.find_all or after.scene.find_all), _intervals(before), _intervals(after)))
-    if (before.goal or after.goal) and not result.keep_design:
-        name = (before.goal or after.goal or ("", None))[0]
-        rows.append((name, *(one.goal[1].shown if one.goal else "-" for one in (before, after))))
-    if not result.keep_design:
-        places = list(dict.fromkeys((*before.places, *after.places)))
-        rows += [
-            (path, *(one.places[path].value if path in one.places else "-" for one in (before, after)))
-            for path in places
-        ]
-        paths = [one for one in dict.fromkeys((*before.variables, *after.variables)) if ".part." not in one]
-        rows += [
-            (path, *(one.variables[path].value.shown if path in one.variables else "-" for one in (before, after)))
-            for path in paths
-        ]
-    for family in ("limits", "measures"):
-        names = list(dict.fromkeys((*getattr(before, family), *getattr(after, family))))
-        both = [(name, [(one, getattr(one, family).get(name)) for one in (before, after)]) for name in names]
-        rows += [(name, *(_cell(*one, name) for one in cells)) for name, cells in both]
-    return rows
+    """One row for each thing that either answer has, those of the answer before first."""
+    from vibopt.jobs import with_changes
+
+    changed = with_changes(result.job, result.changes)
+    both = [_cells(job, one, result) for job, one in ((result.job, result.before), (changed, result.after))]
+    return [(name, *(one.get(name, "-") for one in both)) for name in dict.fromkeys((*both[0], *both[1]))]
+
+
+def _cells(job: Job, found: Answer[Any], result: WhatIf) -> dict[str, str]:
+    """What an answer is compared by; of a design that is kept not what was chosen."""
+    from vibopt.jobs import is_scene
+    from vibopt.study.freeze import MEASURED
+    from vibopt.study.seen import chosen, goal_of, results
+
+    cells = {"verdict": found.status}
+    if is_scene(job) and job.find_all is not None:
+        cells[job.find_all] = _intervals(found)
+    goal = goal_of(job, found)
+    became = [name for name in MEASURED.values() if result.keep_design and name in result.after.measures]
+    if goal is not None and found.goal is not None and not (became or (result.keep_design and is_scene(job))):
+        cells[found.goal[0]] = goal.shown
+    taken = {} if result.keep_design else chosen(job, found)
+    cells |= {path: one.shown for path, one in taken.items()}
+    if goal is not None:  # what a kept design measures was the goal before
+        cells |= dict.fromkeys(became, goal.shown)
+    rows = {**found.limits, **found.measures}
+    cells |= {name: _cell(one, told=found.found is None) for name, one in rows.items()}
+    return cells | ({} if taken or rows else {path: one.shown for path, one in results(job, found).items()})
 
 
 def _intervals(design: Design) -> str:
@@ -127,14 +127,11 @@ def _intervals(design: Design) -> str:
     return "\n".join(interval(*one) for one in design.found) or "none"
 
 
-def _cell(design: Design, checked: Checked | None, name: str) -> str:
+def _cell(checked: Checked, *, told: bool) -> str:
     """The worst and where; among speeds yet to be told apart no limit is broken."""
     from vibopt.design.words import value_at
-    from vibopt.study.freeze import MEASURED
 
-    if checked is None:  # what a kept design measures was the goal before
-        return design.goal[1].shown if design.goal is not None and name in MEASURED.values() else "-"
-    state = checked.state if checked.limit is not None and design.found is None else ""
+    state = checked.state if checked.limit is not None and told else ""
     return f"{value_at(checked)}{f', {state}' if state else ''}"
 
 

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.entry import Checked
 from vibopt.design.design import Design
 from vibopt.design.words import model_words
 from vibopt.forms import Monomials
+from vibopt.jobs import answer, balanced, is_scene, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.box import closed
 from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
 from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.prices import priced
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import BalancingJob, Job
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +45,8 @@ class Said:
 class Explanation:
     """The answer with its reasons.
 
-    design
-        The answer, with prices.
+    answer
+        With prices.
     model
         What of the model each question needs; the first entry speaks of the whole.
     methods
@@ -51,7 +57,7 @@ class Explanation:
         What to build, how exactly, and what happens without it; None where there are none.
     """
 
-    design: Design
+    answer: Answer[Any]
     model: tuple[Said, ...]
     methods: tuple[Considered, ...]
     limits: tuple[Said, ...]
@@ -59,14 +65,14 @@ class Explanation:
 
 
 def explain(
-    scene: Scene, *, method: str | None = None, progress: Progress | None = None, thorough: bool = False
+    job: Job, *, method: str | None = None, progress: Progress | None = None, thorough: bool = False
 ) -> Explanation:
-    """Answer a scene and say why the answer is what it is.
+    """Answer[Any] a job and say why the answer is what it is.
 
     Parameters
     ----------
-    scene
-        A scene without mistakes.
+    job
+        A scene or a balancing job without mistakes.
     method
         Name of a method to force; None lets vibopt choose.
     progress
@@ -74,7 +80,9 @@ def explain(
     thorough
         Compute all that can be said, whatever the work.
     """
-    design = solve(scene, method=method, progress=progress, thorough=thorough)
+    if not is_scene(job):
+        return _balancing(job, method, thorough)
+    design = solve(job, method=method, progress=progress, thorough=thorough)
     design = priced(design, until=True, thorough=thorough)
     program = pose(design.scene)
     return Explanation(
@@ -84,6 +92,24 @@ def explain(
         tuple(Said(name, _limit(design, name)) for name in design.limits),
         study_absorbers(design, thorough=thorough),
     )
+
+
+def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explanation:
+    """What a balancing job is modelled by, the methods it could have, and what its limits cost."""
+    found = balanced(job, thorough=thorough) if method is None else answer(job, method=method)
+    limits = tuple(Said(name, _row(one)) for name, one in found.limits.items())
+    caps = tuple(Said(path, f"ACTIVE, {one.words}") for path, one in found.prices.items())
+    model, methods = reasons(job, found)
+    said, considered = tuple(Said(*one) for one in model), tuple(Considered(*one) for one in methods)
+    return Explanation(found, said, considered, (*limits, *caps))
+
+
+def _row(one: Checked) -> str:
+    """What a limit of a balancing job does to its answer."""
+    if not one.met:
+        return "BROKEN"
+    price = f", {one.price.words}" if one.price is not None and one.price.words else ""
+    return f"ACTIVE{price}" if one.active else f"{one.margin_shown or 'room'} to spare{price}"
 
 
 def _model(design: Design, program: Program) -> list[Said]:

@@ -27,9 +27,10 @@ _EDGE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A chosen number as a fact of the frozen scene."""
+    """A chosen number as a fact of the frozen job, and the least number of steps that it may be."""
 
     fact: FactAt
+    least: int = 1
 
     @property
     def path(self) -> str:
@@ -70,8 +71,8 @@ class Grid:
 
     @property
     def nearest(self) -> str:
-        """The nearest value that is not zero, as a text."""
-        return self._text(max(self.exact_count.to_integral_value(), Decimal(1)))
+        """The nearest value, which is not zero where it must not be, as a text."""
+        return self._text(max(self.exact_count.to_integral_value(), Decimal(self.number.least)))
 
     def around(self, reach: int) -> tuple[str, ...]:
         """Values below and above, so many each way, as texts; an exact value that stands on the grid counts once."""
@@ -81,7 +82,7 @@ class Grid:
         below, above = (self.exact_count.to_integral_value(way) for way in (ROUND_FLOOR, ROUND_CEILING))
         first, last = below - (reach - 1), above + (reach - 1)
         counts = [first + k for k in range(int(last - first) + 1)]
-        return tuple(self._text(one) for one in counts if one > 0)
+        return tuple(self._text(one) for one in counts if one >= self.number.least)
 
     def _text(self, count: Decimal) -> str:
         return f"{(count * self.step).normalize():f} {self.unit}".strip()
@@ -115,14 +116,19 @@ def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
     Raises
     ------
     InputError
-        A text that is neither a number of digits nor PATH=STEP, or a path or step that does not fit.
+        A text that is neither a number of digits nor a step for all of a kind nor PATH=STEP, or one that does not fit.
     """
     digits: int | None = None
     steps: dict[str, str] = {}
+    kinds: dict[str, str] = {}
     for text in asked:
         path, sign, step = (part.strip() for part in text.partition("="))
         if sign:
             steps[_known(own, path)] = step
+            continue
+        alike = [one.name for one in own if _is_step(path, one.fact)]
+        if alike:
+            kinds |= dict.fromkeys(alike, path)
             continue
         if not path.isdigit() or not 1 <= int(path) <= DIGITS:
             raise InputError(
@@ -130,8 +136,17 @@ def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
                 f'--round {own[0].name}="{_example(own[0])}".'
             )
         digits = int(path)
+    steps = kinds | steps
     made = [_stepped(one, steps[one.name]) for one in own if one.name in steps]
     return made + [_to_digits(one, digits) for one in own if digits is not None and one.name not in steps]
+
+
+def _is_step(text: str, fact: FactAt) -> bool:
+    """Whether a text is an amount of the kind of a number."""
+    try:
+        return bool(fact.unit) and bool(read_quantity(text, fact.dimension).unit)
+    except QuantityError:
+        return False
 
 
 def _known(own: Sequence[Number], path: str) -> str:
@@ -168,7 +183,7 @@ def _stepped(one: Number, text: str) -> Grid:
     if step <= 0:
         raise InputError(f'--round {one.name}="{text}": a step is greater than zero. Write "{_example(one)}".')
     exact = Decimal(repr(float(to_unit(fact.value, said.unit, fact.dimension) if said.unit else fact.value)))
-    if exact < step:
+    if exact < step and one.least:
         raise InputError(
             f'--round {one.name}="{text}": the step is greater than the value, {exact:.4g} {said.unit}. Write a '
             f'smaller one, "{_example(one)}".'

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from vibopt.answer.entry import Entry
-from vibopt.design.design import Design
+from vibopt.answer.entry import Entry, Word
 from vibopt.forms import FloatArray
-from vibopt.scene.facts import FactAt
-from vibopt.scene.scene import Scene
+from vibopt.jobs import is_scene
+from vibopt.study.seen import chosen, goal_of, results
 from vibopt.units import to_unit
+from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
 
 DECIBEL = "dB"
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Answer at one value of the varied fact; `margins` by limit name, places and parts by path."""
+    """Answer at one value of the varied fact; `margins` by limit name, the rest by path.
+
+    `parts` are words that were chosen; `results` is what a balancing job measures beside its limits.
+    """
 
     value: Entry
     status: str
@@ -28,6 +35,7 @@ class Point:
     variables: Mapping[str, Entry]
     margins: Mapping[str, float]
     parts: Mapping[str, str] = field(default_factory=dict)
+    results: Mapping[str, Entry] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,7 @@ class Points(Sequence[Point]):
         Points that were answered one by one, by index; they come before the columns.
     """
 
-    scene: Scene
+    job: Job
     fact: FactAt
     values: FloatArray
     columns: Columns
@@ -96,7 +104,8 @@ class Points(Sequence[Point]):
     def _point(self, index: int) -> Point:
         if index in self.single:
             return self.single[index]
-        columns, scene = self.columns, self.scene
+        columns, scene = self.columns, self.job
+        assert is_scene(scene)
         found = columns.status[index] != "infeasible"
         goal = None
         if found and columns.goal is not None and scene.goal is not None:
@@ -130,13 +139,15 @@ def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
         return np.where(values > 0.0, np.round(20.0 * np.log10(values), 12), np.nan)
 
 
-def point_of(fact: FactAt, value: float, answer: Design) -> Point:
+def point_of(fact: FactAt, value: float, job: Job, found: Answer[Any]) -> Point:
     """The point that one answer makes."""
+    taken = chosen(job, found)
     return Point(
         value=shown_value(fact, value),
-        status=answer.status,
-        goal=answer.goal[1] if answer.goal is not None else None,
-        variables={path: one.value for path, one in answer.variables.items()},
-        margins={name: one.margin for name, one in answer.limits.items()},
-        parts={path: one.value for path, one in answer.places.items()},
+        status=found.status,
+        goal=goal_of(job, found),
+        variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
+        margins={name: one.margin for name, one in found.limits.items()},
+        parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
+        results=results(job, found),
     )

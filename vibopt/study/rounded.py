@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
 from vibopt.design.checked import chosen_of
 from vibopt.design.design import Design
 from vibopt.errors import InputError
-from vibopt.scene.scene import MINIMISE, Scene
+from vibopt.jobs import is_scene
+from vibopt.scene.scene import MINIMISE
 from vibopt.study.freeze import frozen, goal_as_shown
 from vibopt.study.grids import DIGITS, Grid, Number, grids, numbers
 from vibopt.study.nearby import REACHES, Near, goal_on, roomiest, roomy_designs, search
 from vibopt.units import plain
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
 
 _SAME = 1e-12
 _BEYOND = 100.0
@@ -55,9 +60,9 @@ class Rounded:
         Digits with which all limits hold, where they do not as asked; None where none was found.
     """
 
-    design: Design
-    kept: Scene
-    exact: Design
+    design: Answer[Any]
+    kept: Job
+    exact: Answer[Any]
     values: Mapping[str, Value]
     worse_by: float | None
     tried: int
@@ -65,6 +70,15 @@ class Rounded:
     broken: str = ""
     by: float = 0.0
     enough: int | None = None
+
+
+def drawn(job: Job, found: Answer[Any], asked: Sequence[str]) -> Rounded:
+    """What rounding does to an answer of any kind; parameters and errors as of `rounded`."""
+    if is_scene(job):
+        return rounded(found, asked)
+    from vibopt.study.rounded_plan import rounded_plan
+
+    return rounded_plan(job, found, asked)
 
 
 def rounded(design: Design, asked: Sequence[str]) -> Rounded:

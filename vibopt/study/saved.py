@@ -5,33 +5,34 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vibopt.design.design import Design
-from vibopt.design.words import verdict
+from vibopt.answer.answer import EMPTY
 from vibopt.errors import InputError
 from vibopt.files.marks import with_check
+from vibopt.jobs import is_open, is_scene, verdict_of
 from vibopt.scene.document import FileText
-from vibopt.scene.positions import asked_positions
-from vibopt.scene.scene import Scene
-from vibopt.scene.settle import open_places
 from vibopt.scene.write import document_toml
-from vibopt.study.freeze import frozen
+from vibopt.study.seen import chosen, kept
 
-_NO_DESIGN = ("infeasible", "unbounded", "unproven", "check_failed")
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
 
 
-def design_file(design: Design, target: FilePath, *, kept: Scene | None = None, changes: Sequence[str] = ()) -> str:
-    """The text of a problem file that says a design, as it must read at `target`.
+def saved_text(
+    job: Job, found: Answer[Any], target: FilePath, *, fixed: Job | None = None, changes: Sequence[str] = ()
+) -> str:
+    """The text of a problem file that says what an answer chose, as it must read at `target`.
 
     Parameters
     ----------
-    design
-        An answer with a design, or an analysis, which is saved as it stands.
+    job, found
+        A job and its answer; an analysis is saved as it stands.
     target
-        Where the file will lie; matrix files and catalogues are named as seen from there.
-    kept
-        The scene with the values to write, where they are not exactly those of the design (rounded values).
+        Where the file will lie; the files that it names are named as seen from there.
+    fixed
+        The job with the values to write, where they are not exactly those of the answer (rounded values).
     changes
         What was changed before solving, as "path=value"; said in the comments.
 
@@ -40,21 +41,16 @@ def design_file(design: Design, target: FilePath, *, kept: Scene | None = None, 
     InputError
         There is no design to save.
     """
-    scene = design.scene
-    if scene.find_all is not None:
-        raise InputError(f"{scene.name}: find_all answers with speeds, so there is no design to save.")
-    open_one = bool(scene.variables or open_places(scene) or asked_positions(scene))
-    if design.status in _NO_DESIGN or (open_one and not design.variables and not design.places):
-        raise InputError(f"{scene.name}: there is no design to save: {design.status}. {target.name} is not written.")
-    if open_one and design.status == "violated":
-        broken = ", ".join(name for name, one in design.limits.items() if not one.met)
-        raise InputError(
-            f"{scene.name}: the rounded design breaks {broken}. {target.name} is not written; round finer."
-        )
-    if kept is None:
-        kept = frozen(scene, design.x) if scene.variables or design.places or asked_positions(scene) else scene
-    document = moved({key: one for key, one in kept.document.items() if key != "expected"}, target)
-    return with_check(f"{_comments(design, changes)}\n\n{document_toml(document)}")
+    if is_scene(job) and job.find_all is not None:
+        raise InputError(f"{job.name}: find_all answers with speeds, so there is no design to save.")
+    if found.status in EMPTY or (is_open(job) and not chosen(job, found)):
+        raise InputError(f"{job.name}: there is no design to save: {found.status}. {target.name} is not written.")
+    if is_open(job) and found.status == "violated":
+        broken = ", ".join(name for name, one in found.limits.items() if not one.met) or "what may be chosen"
+        raise InputError(f"{job.name}: the rounded design breaks {broken}. {target.name} is not written; round finer.")
+    whole = fixed if fixed is not None else kept(job, found)
+    document = moved({key: one for key, one in whole.document.items() if key != "expected"}, target)
+    return with_check(f"{_comments(job, found, changes)}\n\n{document_toml(document)}")
 
 
 def moved(document: Mapping[str, Any], target: FilePath) -> dict[str, Any]:
@@ -83,15 +79,14 @@ def _seen_from(folder: FilePath, file: FileText) -> str:
         return there.as_posix()
 
 
-def _comments(design: Design, changes: Sequence[str]) -> str:
+def _comments(job: Job, found: Answer[Any], changes: Sequence[str]) -> str:
     """From which file and which answer a design comes."""
-    scene = design.scene
-    words = f"Design of {scene.name}" + (f" with {', '.join(changes)}" if changes else "")
-    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict(design)}."]
-    lines += [f"Claim: {design.claim}."] if design.claim else []
-    chosen = [*design.places, *(path for path in design.variables if ".part." not in path)]
-    lines += [f"Chosen: {', '.join(chosen)}."] if chosen else []
+    words = f"Design of {job.name}" + (f" with {', '.join(changes)}" if changes else "")
+    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer[Any]: {verdict_of(found)}."]
+    lines += [f"Claim: {found.claim}."] if found.claim else []
+    taken = list(chosen(job, found))
+    lines += [f"Chosen: {', '.join(taken)}."] if taken else []
     return "\n".join(f"# {' '.join(line.split())}" for line in lines)
 
 
-__all__ = ["design_file", "moved"]
+__all__ = ["moved", "saved_text"]

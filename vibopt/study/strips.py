@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import isfinite, nan
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from vibopt.answer.entry import Entry
 from vibopt.design.strips import Line, Strip, Strips
 from vibopt.design.words import place_of, spoken
+from vibopt.jobs import is_open, is_scene
 from vibopt.study.edges import stretches
 from vibopt.study.points import DECIBEL, Point, in_unit
 from vibopt.study.sweep import Sweep
@@ -31,20 +32,24 @@ def strips(sweep: Sweep) -> Strips:
     points = list(sweep.points)
     x = in_unit(np.array([point.value.value for point in points]), fact.unit, fact.dimension)
     unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
-    chosen = bool(sweep.scene.variables) and not sweep.keep_design
+    chosen = is_open(sweep.job) and not sweep.keep_design
     return Strips(
-        title=sweep.scene.title,
+        title=sweep.job.title,
         x_label=f"{sweep.path} [{unit}]" if unit else sweep.path,
         x=x,
         log_x=sweep.by_ratios,
-        strips=tuple(_answers(sweep, points)) if chosen else (_margins(points),),
+        strips=tuple(_answers(sweep, points) if chosen else _measured(points)),
         shaded=tuple(_shaded(sweep)) if chosen else (),
     )
 
 
 def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
     """The goal, then each variable that is not the goal itself."""
-    scene = sweep.scene
+    scene = sweep.job
+    if not is_scene(scene):
+        yield from _numbers({sweep.goal or "goal": [point.goal for point in points]})
+        yield from _numbers(_by_path([point.variables for point in points]))
+        return
     goal = [point.goal for point in points]
     drawn = ""
     if scene.goal is not None and any(goal):
@@ -63,8 +68,34 @@ def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> 
     finite = si[np.isfinite(si)]
     shown = unit or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
     y = in_unit(si, shown, dimension)
-    log = bool(shown != DECIBEL and len(finite) and finite.min() > 0.0 and finite.max() > 30.0 * finite.min())
+    log = bool(
+        shown != DECIBEL
+        and dimension != "angle"
+        and len(finite)
+        and finite.min() > 0.0
+        and finite.max() > 30.0 * finite.min()
+    )
     return Strip(f"{name}\n[{shown}]" if shown else name, (Line(name, y),), log)
+
+
+def _by_path(points: list[Mapping[str, Entry]]) -> dict[str, list[Entry | None]]:
+    return {path: [one.get(path) for one in points] for path in dict.fromkeys(path for one in points for path in one)}
+
+
+def _numbers(values: Mapping[str, list[Entry | None]]) -> Iterable[Strip]:
+    """A strip of each number that some points have, in the user's unit."""
+    for name, entries in values.items():
+        first = next((one for one in entries if one is not None), None)
+        if first is not None:
+            yield _strip(name, entries, first.dimension, first.unit)
+
+
+def _measured(points: list[Point]) -> Iterable[Strip]:
+    """Margins of the limits; without limits what was measured."""
+    if any(point.margins for point in points) or not any(point.results for point in points):
+        yield _margins(points)
+    else:
+        yield from _numbers(_by_path([point.results for point in points]))
 
 
 def _margins(points: list[Point]) -> Strip:

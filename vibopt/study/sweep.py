@@ -4,22 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.errors import InputError, QuantityError
 from vibopt.forms import FloatArray
-from vibopt.scene.facts import FactAt, fact_at, read_fact
-from vibopt.scene.positions import is_open, open_positions
-from vibopt.scene.read import with_changes
+from vibopt.jobs import answer, fact_at, is_open, is_scene, with_changes
+from vibopt.scene.positions import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.solve import solve
 from vibopt.solve.method import Progress
-from vibopt.study.freeze import frozen
 from vibopt.study.many.answers import columns
 from vibopt.study.points import DECIBEL, Columns, Point, Points, point_of
-from vibopt.units import Quantity, is_range, read_range, to_unit
+from vibopt.study.seen import goal_word, kept
+from vibopt.units import Quantity, is_range, to_unit
+from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
 
 Answered = Callable[[FactAt, Point], None]
 MOST_POINTS = 100_000
@@ -35,10 +38,10 @@ class Sweep:
     fact
         What is varied, in the unit of the range asked for.
     goal
-        Name of the goal, "" for a frozen design or an analysis.
+        Name of the goal, "" for an analysis.
     """
 
-    scene: Scene
+    job: Job
     fact: FactAt
     points: Sequence[Point]
     goal: str
@@ -63,7 +66,7 @@ class Sweep:
 
 
 def sweep(
-    scene: Scene,
+    job: Job,
     vary: str,
     low_high: str,
     points: int = 50,
@@ -72,12 +75,12 @@ def sweep(
     progress: Progress | None = None,
     answered: Answered | None = None,
 ) -> Sweep:
-    """Answer the scene at evenly spaced values of one fact.
+    """Answer a job at evenly spaced values of one fact.
 
     Parameters
     ----------
-    scene
-        The scene as it is.
+    job
+        A scene or a balancing job as it is.
     vary
         Path of a fact, "limits.start_up.at_most".
     low_high
@@ -86,7 +89,7 @@ def sweep(
     points
         How many values, both ends included.
     keep_design
-        Keep the design of the scene as it is, and measure it.
+        Keep the design of the job as it is, and measure it.
     progress
         Called now and then with a stage and the part that is done (0 to 1).
     answered
@@ -98,31 +101,25 @@ def sweep(
     InputError
         No such fact, a range that cannot be read, no design to keep, or a scene that asks for speeds.
     """
-    if scene.find_all is not None:
+    if is_scene(job) and job.find_all is not None:
         raise InputError(
-            f"{scene.name}: sweep needs a goal or limits to measure; find_all answers with speeds: use whatif instead."
+            f"{job.name}: sweep needs a goal or limits to measure; find_all answers with speeds: use whatif instead."
         )
-    fact = fact_at(scene, vary)
+    fact = fact_at(job, vary)
     low, high = _ends(fact, low_high, points)
     fact = replace(fact, unit=high.unit)
     values = np.array(_values(fact, low.value, high.value, points))
-    base = scene
-    if keep_design and is_open(scene):
-        design = solve(scene)
-        if not (design.variables or design.places):
-            raise InputError(f"{scene.name}: there is no design to keep: {design.status}. Solve the scene first.")
-        base = frozen(design.scene, design.x)
-    name = scene.goal.name if scene.goal is not None and not keep_design else ""
-    return Sweep(scene, fact, _answered(base, fact, values, progress, answered), name, keep_design)
+    base = kept(job, answer(job, explain=False)) if keep_design and is_open(job) else job
+    return Sweep(job, fact, _answered(base, fact, values, progress, answered), goal_word(base), keep_design)
 
 
 def answer_at(sweep: Sweep, value: float) -> Point:
     """The answer at one more value of the fact [SI], of a sweep that keeps no design."""
-    return _one(sweep.scene, sweep.fact, value)
+    return _one(sweep.job, sweep.fact, value)
 
 
 def _answered(
-    scene: Scene, fact: FactAt, values: FloatArray, progress: Progress | None, answered: Answered | None
+    job: Job, fact: FactAt, values: FloatArray, progress: Progress | None, answered: Answered | None
 ) -> Points:
     """All points together where that is possible, and one by one where it is not."""
 
@@ -130,24 +127,23 @@ def _answered(
         if progress is not None:
             progress("sweep", part)
 
-    apart = len(values) < FEWEST_TOGETHER or bool(uncertain(scene)) or bool(open_positions(scene))
-    together = None if apart else columns(scene, fact, values, tell)
+    together = None if len(values) < FEWEST_TOGETHER else _together(job, fact, values, tell)
     single: dict[int, Point] = {}
 
     def alone(index: int) -> None:
-        single[index] = _one(scene, fact, values[index])
+        single[index] = _one(job, fact, values[index])
         if answered is not None:
             answered(fact, single[index])
 
     if together is not None:
         for index in (len(values) // 2, len(values) - 1):
             alone(index)
-        if not all(_agree(scene, together, index, point) for index, point in single.items()):
+        if not all(is_scene(job) and _agree(job, together, index, point) for index, point in single.items()):
             together = None
     if together is None:
-        together = Columns([""] * len(values), np.full((len(scene.variables), len(values)), np.nan), None, {})
+        together = Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     rest = [index for index, status in enumerate(together.status) if not status and index not in single]
-    points = Points(scene, fact, values, together, single)
+    points = Points(job, fact, values, together, single)
     if rest and answered is not None:
         for index, status in enumerate(together.status):
             if status and index not in single:
@@ -158,9 +154,16 @@ def _answered(
     return points
 
 
-def _one(scene: Scene, fact: FactAt, value: float) -> Point:
-    design = solve(with_changes(scene, fact.changes(float(value))), explain=False, brief=True)
-    return point_of(fact, float(value), design)
+def _together(job: Job, fact: FactAt, values: FloatArray, tell: Callable[[float], None]) -> Columns | None:
+    """All points in one batch; None where that is not possible."""
+    if not is_scene(job) or uncertain(job) or open_positions(job):
+        return None
+    return columns(job, fact, values, tell)
+
+
+def _one(job: Job, fact: FactAt, value: float) -> Point:
+    here = with_changes(job, fact.changes(float(value)))
+    return point_of(fact, float(value), here, answer(here, explain=False, brief=True))
 
 
 def _agree(scene: Scene, together: Columns, index: int, point: Point) -> bool:
@@ -188,7 +191,7 @@ def _ends(fact: FactAt, low_high: str, points: int) -> tuple[Quantity, Quantity]
     if not is_range(low_high):
         raise InputError(f'--vary {fact.path}="{low_high}" is no range. Write "5 mm..30 mm".')
     try:
-        low, high = read_range(low_high, fact.dimension, amplitude=fact.amplitude)
+        low, high = fact.ends(low_high)
     except QuantityError as error:
         raise InputError(f'--vary {fact.path}="{low_high}" {error}') from None
     if high.unit == DECIBEL and low.value <= 0.0:
@@ -201,7 +204,7 @@ def _values(fact: FactAt, low: float, high: float, points: int) -> list[float]:
     if fact.unit == DECIBEL:
         ends = [to_unit(end, DECIBEL, fact.dimension) for end in (low, high)]
         levels = np.linspace(ends[0], ends[1], points)
-        return [read_fact(fact, f"{level:.12g} {DECIBEL}") for level in levels]
+        return [fact.read(f"{level:.12g} {DECIBEL}") for level in levels]
     spaced = np.geomspace if _by_ratios(fact.unit, low, high) else np.linspace
     return [float(v) for v in spaced(low, high, points)]
 

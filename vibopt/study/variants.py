@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from vibopt.design.design import Design
+from vibopt.design.words import listed
 from vibopt.errors import InputError
-from vibopt.scene.scene import Scene
-from vibopt.solve import solve
+from vibopt.jobs import answer, is_scene, noun_of
 from vibopt.solve.method import Progress
+from vibopt.study.variant_plans import rows_of_plans
 from vibopt.study.variant_rows import Cell, Row, rows_of
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +23,7 @@ class Variants:
     """Several answers beside each other, by the names of the variants."""
 
     names: tuple[str, ...]
-    designs: tuple[Design, ...]
+    designs: tuple[Answer[Any], ...]
     rows: tuple[Row, ...]
 
     @property
@@ -28,37 +33,48 @@ class Variants:
         return 0 if 0 in codes else codes[0]
 
 
-def compare(scenes: Mapping[str, Scene], progress: Progress | None = None) -> Variants:
-    """Answer each scene and set the answers beside each other.
+def compare(jobs: Mapping[str, Job], progress: Progress | None = None) -> Variants:
+    """Answer[Any] each job and set the answers beside each other.
 
     Parameters
     ----------
-    scenes
-        By the name of the variant; a scene with choices is solved, one without is measured.
+    jobs
+        By the name of the variant, all of one kind; one with choices is solved, one without is measured.
     progress
         Called with a stage and the part that is done.
 
     Raises
     ------
     InputError
-        Fewer than two variants, or one that asks for speeds.
+        Fewer than two variants, one that asks for speeds, or jobs of several kinds.
 
     Notes
     -----
     Every goal of any variant is measured on all variants that have its places, so saved designs, which have nothing
     left to choose, are compared by it too.
     """
-    if len(scenes) < 2:
-        raise InputError("compare needs at least two variants. Name two problem files or saved designs.")
-    for name, scene in scenes.items():
-        if scene.find_all is not None:
-            raise InputError(f"{name}: find_all answers with speeds, which compare does not set beside each other.")
-    designs = []
-    for index, scene in enumerate(scenes.values()):
+    _check(jobs)
+    found: list[Answer[Any]] = []
+    for index, job in enumerate(jobs.values()):
         if progress is not None:
-            progress("variants", index / len(scenes))
-        designs.append(solve(scene))
-    return Variants(tuple(scenes), tuple(designs), tuple(rows_of(designs)))
+            progress("variants", index / len(jobs))
+        found.append(answer(job))
+    plans = [one for one in jobs.values() if not is_scene(one)]
+    return Variants(tuple(jobs), tuple(found), tuple(rows_of_plans(plans, found) if plans else rows_of(found)))
+
+
+def _check(jobs: Mapping[str, Job]) -> None:
+    if len(jobs) < 2:
+        raise InputError("compare needs at least two variants. Name two problem files or saved designs.")
+    for name, job in jobs.items():
+        if is_scene(job) and job.find_all is not None:
+            raise InputError(f"{name}: find_all answers with speeds, which compare does not set beside each other.")
+    kinds: dict[str, str] = {}
+    for name, job in jobs.items():
+        kinds.setdefault(noun_of(job), name)
+    if len(kinds) > 1:
+        said = listed([f"{name} is {noun}" for noun, name in kinds.items()])
+        raise InputError(f"{said}: what is measured on one does not exist on another. Compare jobs of one kind.")
 
 
 __all__ = ["Cell", "Row", "Variants", "compare"]

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vibopt.design.design import Design
 from vibopt.errors import InputError
-from vibopt.scene.positions import is_open
-from vibopt.scene.read import with_changes
-from vibopt.scene.scene import Scene
-from vibopt.solve import solve
+from vibopt.jobs import answer, is_scene, with_changes
 from vibopt.solve.method import Progress
-from vibopt.study.freeze import frozen
-from vibopt.study.rounded import rounded
+from vibopt.study.rounded import drawn
+from vibopt.study.seen import chosen_from, kept
 from vibopt.study.thresholds import Threshold, thresholds
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
 
 
 @dataclass(frozen=True)
 class WhatIf:
     """Two answers to compare.
 
+    job
+        As it was before the changes.
     changes
         Values set, by path.
     before, after
@@ -29,32 +31,33 @@ class WhatIf:
     breaks
         Limits that held before and break after (`keep_design` only).
     thresholds
-        Where the frozen design fails, fact by fact (`keep_design` only): from the changed facts on when
+        Where the frozen design of a scene fails, fact by fact (`keep_design` only): from the changed facts on when
         they leave every limit met, else from the facts as they were; none where neither meets every limit.
     """
 
+    job: Job
     changes: Mapping[str, Any]
-    before: Design
-    after: Design
+    before: Answer[Any]
+    after: Answer[Any]
     keep_design: bool
     breaks: tuple[str, ...] = ()
     thresholds: tuple[Threshold, ...] = ()
 
 
 def whatif(
-    scene: Scene,
+    job: Job,
     changes: Mapping[str, Any],
     *,
     keep_design: bool = False,
     rounding: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> WhatIf:
-    """Answer a scene before and after some changes.
+    """Answer[Any] a job before and after some changes.
 
     Parameters
     ----------
-    scene
-        The scene as it is.
+    job
+        The scene or balancing job as it is.
     changes
         Values by path, as in the file: {"limits.start_up.at_most": "8 mm"}.
     keep_design
@@ -69,26 +72,37 @@ def whatif(
     InputError
         A path or value that does not fit, or no design to keep.
     """
-    changed = with_changes(scene, changes)
-    if keep_design and (scene.find_all is not None or changed.find_all is not None):
-        raise InputError(
-            f"{scene.name}: find_all answers with speeds, so there is no design to keep: "
-            "use whatif without --keep-design instead."
-        )
+    changed = with_changes(job, changes)
     if rounding and not keep_design:
         raise InputError("--round goes with --keep-design: what is chosen anew has no rounded values to keep. Add it.")
-    before = solve(scene, progress=progress)
     if not keep_design:
-        return WhatIf(changes, before, solve(changed, progress=progress), keep_design)
-    if is_open(scene) and not (before.variables or before.places):
-        raise InputError(f"{scene.name}: there is no design to keep: {before.status}. Solve the scene first.")
-    kept = frozen(before.scene, before.x) if is_open(scene) else scene
+        before = answer(job, progress=progress)
+        return WhatIf(job, changes, before, answer(changed, progress=progress), keep_design)
+    _check(job, changed, changes)
+    before = answer(job, progress=progress)
+    fixed = kept(job, before)
     if rounding:
-        drawn = rounded(before, rounding)
-        before, kept = drawn.design, drawn.kept
-    after = solve(with_changes(kept, changes))
+        done = drawn(job, before, rounding)
+        before, fixed = done.design, done.kept
+    after = answer(with_changes(fixed, changes))
     held = {name for name, one in before.limits.items() if one.met}
     breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)
-    base = with_changes(kept, changes) if after.status == "met" else kept
-    sound = after.status == "met" or len(held) == len(before.limits)
-    return WhatIf(changes, before, after, keep_design, breaks, tuple(thresholds(base, progress)) if sound else ())
+    base = with_changes(fixed, changes) if after.status == "met" else fixed
+    sound = is_scene(base) and (after.status == "met" or len(held) == len(before.limits))
+    found = thresholds(base, progress) if sound and is_scene(base) else ()
+    return WhatIf(job, changes, before, after, keep_design, breaks, tuple(found))
+
+
+def _check(job: Job, changed: Job, changes: Mapping[str, Any]) -> None:
+    """Whether there can be a design to keep, and the changes do not speak of how it was chosen."""
+    if any(is_scene(one) and one.find_all is not None for one in (job, changed)):
+        raise InputError(
+            f"{job.name}: find_all answers with speeds, so there is no design to keep: "
+            "use whatif without --keep-design instead."
+        )
+    for path in changes:
+        if chosen_from(job, path):
+            raise InputError(
+                f"{path} says from what a design is chosen, and with --keep-design none is. Leave this change out, or "
+                "leave --keep-design out."
+            )

@@ -22,6 +22,7 @@ from vibopt.balancing.words import show_angle
 from vibopt.scene.mistakes import Mistakes
 from vibopt.values import Choice, Fact
 
+_HAIR = 1e-9
 RECIPROCATING, ROTATING = "counterweight_share", "rotating_share"
 KEYS = (
     "title", "statement", "source", "engine", "cylinders", "counterweights", "balance_shafts", "limits", "measures",
@@ -131,7 +132,29 @@ class EngineJob:
     reference: float = 0.0
     spaced: bool = False
     document: Mapping[str, Any] = field(default_factory=dict)
-    results: ClassVar[str] = "orders."
+    results: ClassVar[tuple[str, ...]] = ("orders.1.", "orders.2.", "all_orders.")
+
+    @property
+    def aim(self) -> str:
+        """What is made least; "" for an analysis."""
+        return self.goal.minimise if self.goal is not None else ""
+
+    @property
+    def decided_at(self) -> tuple[str, ...]:
+        """Where the numbers stand that are chosen freely, once they are decided."""
+        free = [f"{one.family}.{one.name}" for one in self.weights if one.fixed is None]
+        shares = [f"engine.{one.name}" for one in self.shares if one.is_free]
+        return (*shares, *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")))
+
+    def beyond(self, decided: EngineJob) -> list[str]:
+        """Shares and weights that are decided beyond what this job may choose, by path."""
+        shares = zip(self.shares, decided.shares, strict=True)
+        weights = zip(self.weights, decided.weights, strict=True)
+        found = [f"engine.{mine.name}" for mine, its in shares if not mine.low - _HAIR <= its.low <= mine.high + _HAIR]
+        return found + [
+            f"{mine.family}.{mine.name}" for mine, its in weights
+            if mine.fixed is None and abs(its.fixed or 0.0) > mine.cap * (1.0 + _HAIR)
+        ]  # fmt: skip
 
     @property
     def choices(self) -> tuple[str, ...]:

@@ -91,9 +91,25 @@ class KnownJob:
         return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
 
     @property
-    def results(self) -> str:
+    def aim(self) -> str:
+        """What is made least; "" for an analysis."""
+        return self.goal.minimise if self.goal is not None else ""
+
+    @property
+    def decided_at(self) -> tuple[str, ...]:
+        """Where the weights stand that are chosen freely, once they are decided."""
+        free = [one.plane for one in self.spots if one.plane.is_open and not one.plane.shelf]
+        return tuple(f"planes.{one.name}.{one.kind_word}." for one in free)
+
+    def beyond(self, decided: KnownJob) -> list[str]:
+        """Planes whose decided weights are not among those that this job may choose, by path."""
+        pairs = [(mine.plane, its.plane) for mine, its in zip(self.spots, decided.spots, strict=True)]
+        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
+
+    @property
+    def results(self) -> tuple[str, ...]:
         """What the paths of that begin which the answer measures."""
-        return "residual." if self.spots else "as_found."
+        return ("residual." if self.spots else "as_found.",)
 
 
 def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:

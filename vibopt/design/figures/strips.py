@@ -53,6 +53,7 @@ def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
             label=line.name if named else None,
         )
     if strip.log:
+        axes.set_yscale("log")  # before the span is asked for: a linear one would begin below zero
         scale(axes, "y", True, *axes.get_ylim())
     if strip.bad_below is not None:
         axes.axhline(strip.bad_below, color=RED, lw=1.4, zorder=3)

@@ -1,0 +1,80 @@
+"""What studies see of an answer to a job of any kind: what it chose, what it measured, and what it made best."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry, Value, Word
+from vibopt.errors import InputError
+from vibopt.jobs import is_open, is_scene, kept_plan
+from vibopt.study.freeze import frozen
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+
+_CHOOSING = ("shelf", "most_weights", "split", "forbidden")
+_NOTHING = ("infeasible", "unbounded", "check_failed")
+"""Answers to balancing jobs that fit nothing."""
+
+
+def goal_of(job: Job, found: Answer[Any]) -> Entry | None:
+    """What was made best; None where nothing was."""
+    empty = found.goal is None or (not is_scene(job) and found.status in _NOTHING)
+    return None if empty or found.goal is None else found.goal[1]
+
+
+def goal_word(job: Job) -> str:
+    """What is made best, as the file says it; "" for an analysis."""
+    return (job.goal.name if job.goal is not None else "") if is_scene(job) else job.aim
+
+
+def chosen(job: Job, found: Answer[Any]) -> dict[str, Value]:
+    """What the answer chose, by path: places and parts first, then numbers."""
+    if is_scene(job):
+        places: dict[str, Value] = dict(found.places)
+        return places | {path: one.value for path, one in found.variables.items() if ".part." not in path}
+    entries = {} if found.status in _NOTHING else found.entries()
+    return {path: entries[path] for path in job.choices if path in entries}
+
+
+def results(job: Job, found: Answer[Any]) -> dict[str, Entry]:
+    """What the answer to a balancing job measured beside its limits: readings, reactions or orders that are left."""
+    if is_scene(job) or found.status in _NOTHING:
+        return {}
+    entries = {path: one for path, one in found.entries().items() if path.startswith(job.results)}
+    return {
+        path: one
+        for path, one in entries.items()
+        if isinstance(one, Entry) and one.dimension != "angle" and not (path.endswith(".found") or ".at " in path)
+    }
+
+
+def reason(found: Answer[Any]) -> str:
+    """Why an answer cannot be used; "" where it can."""
+    if found.exit_code == 0 or found.reason or found.conflict is None:
+        return found.reason
+    return f"these cannot hold together: {', '.join(found.conflict.limits)}."
+
+
+def chosen_from(job: Job, path: str) -> bool:
+    """Whether a path of the file of a balancing job says only from what its weights are chosen."""
+    steps = path.split(".")
+    if is_scene(job) or len(steps) < 3 or steps[0] != "planes":
+        return False
+    open_here = any(one.startswith(f"planes.{steps[1]}.") for one in job.choices)
+    return open_here and steps[2] in ("weight", "unbalance", *_CHOOSING)
+
+
+def kept(job: Job, found: Answer[Any]) -> Job:
+    """The same job with what its answer chose as facts; InputError where it chose nothing."""
+    if not is_open(job):
+        return job
+    if not is_scene(job):
+        return kept_plan(job, found)
+    if not (found.variables or found.places):
+        raise InputError(f"{job.name}: there is no design to keep: {found.status}. Solve the scene first.")
+    return frozen(found.scene, found.x)
+
+
+__all__ = ["Word", "chosen", "chosen_from", "goal_of", "goal_word", "kept", "reason", "results"]
