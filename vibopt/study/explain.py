@@ -67,7 +67,7 @@ class Explanation:
 def explain(
     job: Job, *, method: str | None = None, progress: Progress | None = None, thorough: bool = False
 ) -> Explanation:
-    """Answer[Any] a job and say why the answer is what it is.
+    """Answer a job and say why the answer is what it is.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def _seen_from(folder: FilePath, file: FileText) -> str:
 def _comments(job: Job, found: Answer[Any], changes: Sequence[str]) -> str:
     """From which file and which answer a design comes."""
     words = f"Design of {job.name}" + (f" with {', '.join(changes)}" if changes else "")
-    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer[Any]: {verdict_of(found)}."]
+    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict_of(found)}."]
     lines += [f"Claim: {found.claim}."] if found.claim else []
     taken = list(chosen(job, found))
     lines += [f"Chosen: {', '.join(taken)}."] if taken else []

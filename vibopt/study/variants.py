@@ -34,7 +34,7 @@ class Variants:
 
 
 def compare(jobs: Mapping[str, Job], progress: Progress | None = None) -> Variants:
-    """Answer[Any] each job and set the answers beside each other.
+    """Answer each job and set the answers beside each other.
 
     Parameters
     ----------

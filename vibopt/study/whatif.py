@@ -52,7 +52,7 @@ def whatif(
     rounding: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> WhatIf:
-    """Answer[Any] a job before and after some changes.
+    """Answer a job before and after some changes.
 
     Parameters
     ----------
