@@ -15,6 +15,7 @@ class LoneMachine(Machine):
 
     The force on the body is balanced by its inertia and its joints: (S - m w^2) x = F + sum s_j y_j, with the
     dynamic stiffness s of each joint, S their sum, and y the motion of a joint's other end.
+    Numbers that are arrays, of mass and joints, are many machines at once.
     """
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:

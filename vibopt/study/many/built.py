@@ -1,47 +1,31 @@
-"""Many one-mass machines as built, straight from the scene: numbers of links, speeds and amplitudes of what shakes."""
+"""Many one-mass machines as built, straight from the scene, with the speeds and amplitudes of what shakes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vibopt.forms import FloatArray
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.lone import LoneMachine
+from vibopt.mechanics.machine import Joint
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.study.many.lower import RefusedError
 from vibopt.values.fields import Choice, Fact
 
-
-@dataclass(frozen=True, slots=True)
-class Link:
-    """A group of mounts: ends, and per machine k [N/m], c [N s/m], imaginary and static stiffness [N/m]."""
-
-    ends: tuple[str, str]
-    stiffness: FloatArray
-    damping: FloatArray
-    hysteretic: FloatArray
-    static: FloatArray
-    count: FloatArray
-    ratio: FloatArray
-    loss: FloatArray
-
-
-@dataclass(frozen=True)
-class Machines:
-    """One body on links, many times: mass [kg], links by name."""
-
-    body: str
-    mass: FloatArray
-    links: Mapping[str, Link]
-
-    def total(self, quantity: str, names: list[str] | None = None) -> FloatArray:
-        """Sum of "stiffness", "damping", "hysteretic" or "static" over links (None: over all)."""
-        chosen = [link for name, link in self.links.items() if names is None or name in names]
-        return np.asarray(sum((getattr(link, quantity) for link in chosen), np.zeros(())))
+_NUMBERS = {
+    "stiffness": 0.0,
+    "damping": 0.0,
+    "damping_ratio": 0.0,
+    "loss_factor": 0.0,
+    "count": 1.0,
+    "dynamic_to_static": 1.0,
+}
+"""Of a link, with what holds where the file says nothing."""
 
 
 def is_plain(scene: Scene) -> bool:
@@ -59,8 +43,10 @@ def is_plain(scene: Scene) -> bool:
     )
 
 
-def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
-    """The machines of a scene whose values at the paths in `known` (variables, the varied fact) are given [SI].
+def machines(scene: Scene, known: Mapping[str, FloatArray]) -> LoneMachine:
+    """The machines of a scene as one, whose numbers are arrays, shape () or (count,).
+
+    Values at the paths in `known` (variables, the varied fact) are given [SI].
 
     Raises
     ------
@@ -70,7 +56,7 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
     if not is_plain(scene):
         raise RefusedError
 
-    def number(path: str, value: Fact | Choice | None, default: float = 0.0) -> FloatArray:
+    def number(path: str, value: Fact | Choice | None, default: float = 0.0) -> Any:
         if path in known:
             return known[path]
         if isinstance(value, Choice):
@@ -81,31 +67,28 @@ def machines(scene: Scene, known: Mapping[str, FloatArray]) -> Machines:
     mass = number(f"bodies.{body}.mass", scene.bodies[body].quantity[1])
     if f"bodies.{body}.weight" in known:
         mass = known[f"bodies.{body}.weight"] / GRAVITY
-    links = {}
+    joints = []
     for name, table in scene.links.items():
         if table.part is not None:  # its rating is a limit that no table of limits names
             raise RefusedError
-        given = {
-            key: number(
-                f"links.{name}.{key}", getattr(table, key), 1.0 if key in ("count", "dynamic_to_static") else 0.0
-            )
-            for key in ("stiffness", "damping", "damping_ratio", "loss_factor", "count", "dynamic_to_static")
-        }
-        stiffness = given["count"] * given["stiffness"]
-        critical = 2.0 * np.sqrt(stiffness * mass)
-        viscous = given["count"] * given["damping"]
-        held = np.where(critical > 0.0, critical, np.inf)
-        links[name] = Link(
-            ends=table.between,
-            stiffness=stiffness,
-            damping=np.where(viscous > 0.0, viscous, given["damping_ratio"] * critical),
-            hysteretic=stiffness * given["loss_factor"],
-            static=stiffness / given["dynamic_to_static"],
-            count=given["count"],
-            ratio=np.where(given["damping_ratio"] > 0.0, given["damping_ratio"], viscous / held),
-            loss=given["loss_factor"],
+        stiffness, damping, ratio, loss, count, softer = (
+            number(f"links.{name}.{key}", getattr(table, key), default) for key, default in _NUMBERS.items()
         )
-    return Machines(body, mass, links)
+        stiffness, viscous = count * stiffness, count * damping
+        critical = 2.0 * np.sqrt(stiffness * mass)
+        joints.append(
+            Joint(
+                name=name,
+                ends=table.between,
+                stiffness=stiffness,
+                damping=np.where(viscous > 0.0, viscous, ratio * critical),
+                loss_factor=loss,
+                static_stiffness=stiffness / softer,
+                count=count,
+                damping_ratio=np.where(ratio > 0.0, ratio, viscous / np.where(critical > 0.0, critical, np.inf)),
+            )
+        )
+    return LoneMachine({body: mass}, tuple(joints), tuple(scene.bases), {body: mass})
 
 
 def shaking(scene: Scene) -> dict[str, float]:

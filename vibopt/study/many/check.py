@@ -1,7 +1,7 @@
 """Many answers measured on the machines as built, by another road than the one that found them.
 
-Motion is complex arithmetic on K - w^2 M + i (w C + H), the force on a support is read off the balance of
-inertia, and the worst speeds come afresh from the equation of the peaks in w / w_n.  No form is asked.
+Motion and forces are those of `LoneMachine` with arrays as its numbers, read by the responses themselves, and the
+worst speeds come afresh from the equation of the peaks in w / w_n.  No form is asked.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.lone import LoneMachine
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.damping import DampingOfModes, LossFactor
 from vibopt.responses.motion import Displacement, RelativeDisplacement
@@ -19,7 +20,6 @@ from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.responses.transmitted import Transmissibility, TransmittedForce
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
-from vibopt.study.many.built import Link, Machines
 from vibopt.study.many.lower import RefusedError
 from vibopt.study.many.numbers import Numbers
 
@@ -27,7 +27,7 @@ _BETWEEN = np.array([0.11, 0.37, 0.63, 0.89])
 """Further places in a band, as parts of it, at which nothing may be worse than the worst."""
 
 
-def margins(scene: Scene, built: Machines, shaken: Numbers, count: int) -> dict[str, FloatArray]:
+def margins(scene: Scene, built: LoneMachine, shaken: Numbers, count: int) -> dict[str, FloatArray]:
     """Part of each bound that is left over (negative: broken), by the names that a `Design` uses.
 
     Raises
@@ -49,7 +49,7 @@ def margins(scene: Scene, built: Machines, shaken: Numbers, count: int) -> dict[
 
 
 def measured(
-    scene: Scene, built: Machines, shaken: Numbers, name: str, response: Response, side: str, count: int
+    scene: Scene, built: LoneMachine, shaken: Numbers, name: str, response: Response, side: str, count: int
 ) -> FloatArray:
     """Worst value of a response on each machine [SI], shape (count,)."""
     if not isinstance(response, HarmonicResponse):
@@ -59,42 +59,48 @@ def measured(
     return 1.0 - value if response.complement else value
 
 
-def plain(built: Machines, response: Response) -> FloatArray:
+def plain(built: LoneMachine, response: Response) -> FloatArray:
     """A response without speeds on each machine [SI]."""
-    mass, stiffness = built.mass, built.total("stiffness")
-    own = built.links.get(getattr(response, "of", None) or "")
-    if isinstance(response, Mass | TotalMass):
+    mass, stiffness = _mass(built), _total(built, "stiffness")
+    if isinstance(response, TotalMass):
         return mass
     if isinstance(response, NaturalFrequency) and response.mode == 1 and response.outside is None:
         return np.sqrt(stiffness / mass)
     if isinstance(response, StaticDeflection):
         with np.errstate(divide="ignore"):
-            return np.asarray(mass * GRAVITY / built.total("static"))
+            return np.asarray(mass * GRAVITY / _total(built, "static_stiffness"))
     if isinstance(response, DampingOfModes) and response.of is None and response.mode == 1:
-        if np.any(built.total("hysteretic")) or not np.all(stiffness > 0.0):
+        if np.any(_hysteretic(built)) or not np.all(stiffness > 0.0):
             raise RefusedError
-        return built.total("damping") / (2.0 * np.sqrt(stiffness * mass))
-    return _of_link(response, own)
-
-
-def _of_link(response: Response, own: Link | None) -> FloatArray:
-    if own is None:
-        raise RefusedError
-    if isinstance(response, Stiffness):
-        return own.stiffness / own.count
-    if isinstance(response, Damping):
-        return own.damping / own.count
-    if isinstance(response, Count):
-        return own.count
-    if isinstance(response, LossFactor):
-        return own.loss
-    if isinstance(response, DampingOfModes):
-        return own.ratio
+        return _total(built, "damping") / (2.0 * np.sqrt(stiffness * mass))
+    if isinstance(response, Mass | Stiffness | Damping | Count | LossFactor | DampingOfModes) and response.of:
+        return np.asarray(response.measure_static(built))
     raise RefusedError
 
 
+def _mass(built: LoneMachine) -> FloatArray:
+    return np.asarray(next(iter(built.masses.values())))
+
+
+def _total(built: LoneMachine, quantity: str, names: list[str] | None = None) -> FloatArray:
+    """Sum of a number over joints (None: over all)."""
+    chosen = [one for one in built.joints if names is None or one.name in names]
+    return np.asarray(sum((getattr(one, quantity) for one in chosen), np.zeros(())))
+
+
+def _hysteretic(built: LoneMachine, names: list[str] | None = None) -> FloatArray:
+    chosen = [one for one in built.joints if names is None or one.name in names]
+    return np.asarray(sum((one.stiffness * one.loss_factor for one in chosen), np.zeros(())))
+
+
 def _worst(
-    scene: Scene, built: Machines, shaken: Numbers, name: str, response: HarmonicResponse, want_least: bool, count: int
+    scene: Scene,
+    built: LoneMachine,
+    shaken: Numbers,
+    name: str,
+    response: HarmonicResponse,
+    want_least: bool,
+    count: int,
 ) -> FloatArray:
     """Greatest (or least) amplitude over the bands of a limit, shape (count,)."""
     power = next(int(key.rsplit(".", 1)[1]) for key in shaken if key.startswith(f"{name}.amplitude."))
@@ -107,7 +113,7 @@ def _worst(
 
 
 def _speeds(
-    built: Machines, shaken: Numbers, name: str, response: HarmonicResponse, place: str, power: int, count: int
+    built: LoneMachine, shaken: Numbers, name: str, response: HarmonicResponse, place: str, power: int, count: int
 ) -> FloatArray:
     """Frequencies to look at [rad/s], shape (n, count): ends, peaks and a few places between."""
     bands = [key for key in shaken if key.startswith(f"{name}.low")]
@@ -127,49 +133,14 @@ def _speeds(
     return np.concatenate(found)
 
 
-def _reading(built: Machines, response: HarmonicResponse, place: str, omega: FloatArray) -> ComplexArray:
+def _reading(built: LoneMachine, response: HarmonicResponse, place: str, omega: FloatArray) -> ComplexArray:
     """What is read per unit of what shakes, complex, shape of `omega`."""
-    inertia = built.mass * omega**2
-    held = built.total("stiffness") - inertia + 1j * (omega * built.total("damping") + built.total("hysteretic"))
-    on_body = place == built.body
-    force = (
-        1.0 + 0.0j
-        if on_body
-        else sum((_impedance(one, omega) for one in _at(built, place)), np.zeros(omega.shape, complex))
-    )
-    x: ComplexArray = np.asarray(force / held)
-    if isinstance(response, Displacement):
-        return np.asarray(x * omega**response.power)
-    if isinstance(response, RelativeDisplacement):
-        return np.asarray(x - (1.0 if place in built.links[response.across].ends and not on_body else 0.0))
-    if isinstance(response, Transmissibility) and response.of is not None:
-        return x
-    if isinstance(response, TransmittedForce | Transmissibility) and response.into is not None:
-        return _force_into(built, response.into, x, inertia, omega, place)
-    raise RefusedError
+    shaken = {place: np.ones(omega.shape, dtype=complex)}
+    on_body = place in built.masses
+    return response.measure(built, built.shake(omega, shaken if on_body else {}, {} if on_body else shaken))
 
 
-def _force_into(
-    built: Machines, into: str, x: ComplexArray, inertia: FloatArray, omega: FloatArray, place: str
-) -> ComplexArray:
-    """By the balance of inertia where the place is the body or its only support, else link by link."""
-    on_body = place == built.body
-    outside = 1.0 if on_body else 0.0
-    if into == built.body or all(into in link.ends for link in built.links.values()):
-        return np.asarray(outside + inertia * x)
-    moved = 1.0 if into == place else 0.0
-    return sum((_impedance(one, omega) * (x - moved) for one in _at(built, into)), np.zeros(omega.shape, complex))
-
-
-def _at(built: Machines, place: str) -> list[Link]:
-    return [link for link in built.links.values() if place in link.ends]
-
-
-def _impedance(link: Link, omega: FloatArray) -> ComplexArray:
-    return np.asarray(link.stiffness + 1j * (omega * link.damping + link.hysteretic))
-
-
-def peaks(built: Machines, response: HarmonicResponse, place: str, power: int, count: int) -> FloatArray:
+def peaks(built: LoneMachine, response: HarmonicResponse, place: str, power: int, count: int) -> FloatArray:
     """Frequencies of all stationary points [rad/s] and the natural frequency, shape (n, count); 0 where not real.
 
     With u = (w / w_n)^2 the square of the reading is u^p (a + b u) / ((1 - u)^2 + z u + h), and its
@@ -177,16 +148,16 @@ def peaks(built: Machines, response: HarmonicResponse, place: str, power: int, c
     """
     names, more = _numerator(built, response, place)
     p = power + more + (response.power if isinstance(response, Displacement) else 0)
-    k = np.broadcast_to(built.total("stiffness"), (count,))
+    k = np.broadcast_to(_total(built, "stiffness"), (count,))
     if not np.all(k > 0.0):
         raise RefusedError
-    natural = k / built.mass
-    z = built.total("damping") ** 2 / (built.mass * k)
-    h = (built.total("hysteretic") / k) ** 2
+    natural = k / _mass(built)
+    z = _total(built, "damping") ** 2 / (_mass(built) * k)
+    h = (_hysteretic(built) / k) ** 2
     a, b = np.ones(count), np.zeros(count)
     if names is not None:
-        a = a * (built.total("stiffness", names) ** 2 + built.total("hysteretic", names) ** 2) / k**2
-        b = b + built.total("damping", names) ** 2 / (built.mass * k)
+        a = a * (_total(built, "stiffness", names) ** 2 + _hysteretic(built, names) ** 2) / k**2
+        b = b + _total(built, "damping", names) ** 2 / (_mass(built) * k)
     line, rest = z - 2.0, 1.0 + h
     coefficients = (
         (p - 1) * b, p * (a + b * line) - 2.0 * a, p * (a * line + b * rest) + b * rest - a * line, p * a * rest
@@ -218,15 +189,17 @@ def _roots(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatA
     return np.asarray(real)
 
 
-def _numerator(built: Machines, response: HarmonicResponse, place: str) -> tuple[list[str] | None, int]:
+def _numerator(built: LoneMachine, response: HarmonicResponse, place: str) -> tuple[list[str] | None, int]:
     """Links whose impedance is the numerator (None: a constant), and the extra power of w from inertia."""
-    names = list(built.links)
-    joined = [name for name in names if place in built.links[name].ends]
-    into = getattr(response, "into", None)
-    if place == built.body:
+    kinds = Displacement | RelativeDisplacement | Transmissibility | TransmittedForce
+    if not isinstance(response, kinds) or getattr(response, "through", None) is not None:
+        raise RefusedError
+    into, names = getattr(response, "into", None), [one.name for one in built.joints]
+    if place in built.masses:
         if into is None:
             return None, 0
-        return (names if into == built.body else [n for n in names if into in built.links[n].ends]), 0
+        return (names if into == place else [one.name for one in built.joints if into in one.ends]), 0
+    joined = [one.name for one in built.joints if place in one.ends]
     if into is None and not isinstance(response, RelativeDisplacement):
         return joined, 0
     if joined != names:
