@@ -7,6 +7,7 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from vibopt.forms import (
     RootMeanSquare,
     StaticForce,
 )
+from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
@@ -27,11 +29,14 @@ from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.screen import promising, screenable
 from vibopt.solve.sharpen import SLOPES, Exact, Point, Sharpener
 from vibopt.solve.starts import corners, log_box, starts
 from vibopt.work import Budget, late, worked
 
 TOLERANCE = 1e-9
+_SCALED = {"stiffness", "damping"}
+"""Numbers of a device that go with the mass that hangs on it."""
 _SAME = 1e-6
 _ROUNDING, _PLACES = 1e-9, 6
 _IPOPT = 50.0
@@ -127,19 +132,13 @@ class _Run:
         self.built = self.iterations = 0
 
     def answer(self) -> Found:
-        begun = self._starts()
-        reached = self._sampled(begun) if sampleable(self.program) else list(begun)
-        if sampleable(self.program) and not any(self._promising(y) for y in reached):
-            reached = self._sampled(begun, elastic=True)
-        good = (
-            self._good(self._sharpened(reached))
-            or self._good(self._sharpened(reached, rescue=True))
-            or self._good(reached)
-            or self._good(self._sharpened(self._likely(begun), rescue=True))
-        )
+        begun, good = self._straight()
+        if not good:
+            begun = self._starts()
+            good = self._searched(begun)
         if not good:
             return self._nothing(len(begun))
-        good += self._more(good, begun)
+        good += self._mirrored(good)
         goal, y = _first(good)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
@@ -156,6 +155,49 @@ class _Run:
             claim += "; no other spring and damper of one link alone is better, which is proven"
         return Found("feasible", x, claim, self.method.name, details=details)
 
+    def _straight(self) -> tuple[list[FloatArray], list[tuple[float, tuple[float, ...]]]]:
+        """Sharpened at once from the most promising of many designs, where many can be looked at for little."""
+        if self.method.given or not screenable(self.program):
+            return [], []
+        begun = promising(self.program, _BATCHES * self.method.count)
+        ends = self._sharpened(begun, enough=_AGREED)
+        return begun[: len(ends)], self._good(ends)
+
+    def _mirrored(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
+        """What the best leads to with the numbers of two like devices exchanged, as long as that is better.
+
+        Absorbers on one body have a local optimum for each order of their tunings, and starts may see one of them only.
+        """
+        found: list[tuple[float, tuple[float, ...]]] = []
+        waiting = [] if self.method.brief else _likes(self.program)
+        while waiting and not self.budget.over:
+            first, second, shift = waiting.pop(0)
+            goal, best = min([*good, *found])
+            y = np.array(best)
+            y[first], y[second] = y[second] + shift, y[first] - shift
+            y = np.clip(y, self.low, self.high)
+            same = abs(self.judge.goal(self._x(y)).value - goal) <= _ROUNDING * abs(goal)
+            if not np.isfinite(goal) or same:  # the like of it is the same machine
+                continue
+            better = [one for one in self._good(self._sharpened([y])) if one[0] < goal - _SAME * abs(goal)]
+            waiting = _likes(self.program) if better else waiting
+            found += better
+        return found
+
+    def _searched(self, begun: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
+        """What all starts lead to that meets every limit: by sampled speeds first, then sharpened."""
+        reached = self._sampled(begun) if sampleable(self.program) else list(begun)
+        if sampleable(self.program) and not any(self._promising(y) for y in reached):
+            reached = self._sampled(begun, elastic=True)
+        reached = sorted(reached, key=self._missed)
+        good = (
+            self._good(self._sharpened(reached))
+            or self._good(self._sharpened(reached, rescue=True))
+            or self._good(reached)
+            or self._good(self._sharpened(self._likely(begun), rescue=True))
+        )
+        return good + self._more(good, begun) if good else good
+
     def _more(
         self, good: list[tuple[float, tuple[float, ...]]], begun: list[FloatArray]
     ) -> list[tuple[float, tuple[float, ...]]]:
@@ -171,7 +213,7 @@ class _Run:
                 np.clip(y, self.low, self.high) for y in starts(self.program, (batch + 1) * count)[batch * count :]
             ]
             begun += fresh
-            found += self._good(self._sharpened(self._sampled(fresh)))
+            found += self._good(self._sharpened(sorted(self._sampled(fresh), key=self._missed)))
         return found
 
     def _good(self, points: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
@@ -228,11 +270,13 @@ class _Run:
     def _promising(self, y: FloatArray) -> bool:
         return self._missed(y) < 0.5
 
-    def _sharpened(self, reached: list[FloatArray], *, rescue: bool = False) -> list[FloatArray]:
-        """Every distinct design brought to its exact local optimum, one per start."""
+    def _sharpened(
+        self, reached: list[FloatArray], *, rescue: bool = False, enough: float = np.inf
+    ) -> list[FloatArray]:
+        """Every distinct design brought to its exact local optimum, one per start, until `enough` agree on the best."""
         done: list[tuple[FloatArray, FloatArray]] = []
         found: list[FloatArray] = []
-        for y in sorted(reached, key=self._missed):
+        for y in reached:
             known = next((end for begin, end in done if np.abs(begin - y).max() < _ALIKE), None)
             if known is None and self.method.brief and self._beaten(y, found):
                 continue
@@ -242,7 +286,15 @@ class _Run:
                 known = self._sharp(y, rescue)
                 done.append((y, known))
             found.append(known)
+            if len(found) >= enough and self._agreed(found) >= enough:
+                break
         return found
+
+    def _agreed(self, found: list[FloatArray]) -> int:
+        """How many designs agree on the best of all."""
+        goals = [goal for goal, _ in self._good(found)]
+        best = min(goals, default=np.inf)
+        return sum(one - best <= _SAME * abs(best) for one in goals) if np.isfinite(best) else 0
 
     def _beaten(self, y: FloatArray, found: list[FloatArray]) -> bool:
         """Whether a design found is no worse than y, which holds at some speeds only, or y is far from holding."""
@@ -290,6 +342,36 @@ class _Run:
             "exact measurements": self.budget.spent,
             "sampled speeds": sum(len(one) for one in self.samples.speeds.values()),
         }
+
+
+def _likes(program: Program) -> list[tuple[list[int], list[int], float]]:
+    """Variables of every two devices of a family with the same numbers to be chosen, in the same order.
+
+    And the log of the ratio of the masses that hang on them, where the numbers are to be taken in its proportion.
+    """
+    owners: dict[str, dict[str, int]] = {}
+    for index, axis in enumerate(program.axes):
+        owner, _, word = axis.path.rpartition(".")
+        owners.setdefault(owner, {})[word] = index
+    return [
+        (
+            [a[word] for word in a],
+            [b[word] for word in a],
+            _ratio(program.model, one, other) if _SCALED & set(a) else 0.0,
+        )
+        for (one, a), (other, b) in combinations(owners.items(), 2)
+        if a.keys() == b.keys() and one.split(".")[0] == other.split(".")[0] and len(a) > 1
+    ]
+
+
+def _ratio(model: Model, one: str, other: str) -> float:
+    """Log of the ratio of the masses at those ends of two links that they do not share; 0 where there are none."""
+    ends = [set(model.ends.get(path.partition(".")[2], ())) for path in (one, other)]
+    held = [
+        sum(term.scale for term in model.terms if term.kind == INERTIA and term.owner in mine - its)
+        for mine, its in (ends, ends[::-1])
+    ]
+    return float(np.log(held[0] / held[1])) if min(held) > 0.0 else 0.0
 
 
 def _agreement(count: int) -> str:

@@ -10,14 +10,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus, Monomials
-from vibopt.program.few import applies, few_sampled
+from vibopt.forms import FloatArray, Modulus
+from vibopt.program.few import few_sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.plane.conics import monomials
 from vibopt.solve.plane.rows import Interval, LinkPlane
+from vibopt.solve.screen import is_cheap
 from vibopt.solve.starts import halton, log_box, starts
 from vibopt.solve.worst_speeds import local_extremes
 from vibopt.work import Budget, worked
@@ -94,7 +95,7 @@ class _Run:
         self.judge = Judge(self.program)
         self.parts = self.program.parts
         self.speeds = [_first(part) for part in self.parts]
-        self._cheap = all(_is_cheap(part) for part in self.parts)
+        self._cheap = all(is_cheap(part) for part in self.parts)
 
     @property
     def slices(self) -> int:
@@ -306,14 +307,6 @@ class _Run:
         goal = self.value * (aim.sense if aim is not None else 1.0)
         bound = self.value - self.gap * abs(self.value) if status == "optimal" and aim is not None else float("nan")
         return Found(status, self.best, claim, self.name, bound, {**self._details(), "goal": goal})
-
-
-def _is_cheap(part: Limit | Aim) -> bool:
-    """Whether many speeds of many designs can be looked at in no time."""
-    if isinstance(part.form, Monomials):
-        return True
-    greatest = part.sense > 0 if isinstance(part, Aim) else part.side == "at_most"
-    return greatest and isinstance(part.form, Modulus) and applies(part.model, part.form)
 
 
 def _is_new(speed: float, known: list[float]) -> bool:

@@ -1,0 +1,75 @@
+"""Many designs looked at for little, to begin a search at the few that promise most."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Form, Modulus, Monomials
+from vibopt.program.few import applies, few_sampled
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.worst import monomials, worst
+from vibopt.solve.starts import log_box, starts
+
+_TRIED, _ASKED = 512, 64
+"""Designs looked at, and those of them at which forms that take longer are asked."""
+_APART = 0.05
+"""Distance of two beginnings, in parts of the range of logs."""
+_WEIGHT = 10.0
+
+
+def is_cheap(part: Limit | Aim) -> bool:
+    """Whether many speeds of many designs can be looked at in no time."""
+    if isinstance(part.form, Monomials):
+        return True
+    greatest = part.sense > 0 if isinstance(part, Aim) else part.side == "at_most"
+    return greatest and isinstance(part.form, Modulus) and applies(part.model, part.form)
+
+
+def screenable(program: Program) -> bool:
+    """Whether the goal and every limit over speeds are cheap, so that what promises most can be told."""
+    asked: list[Limit | Aim] = [part for part in program.limits if isinstance(part.form, Modulus)]
+    return program.aim is not None and all(is_cheap(part) for part in [*asked, *program.aim.pieces])
+
+
+def promising(program: Program, count: int) -> list[FloatArray]:
+    """Up to `count` designs y = log x (n_vars,), apart from each other, that promise most comes first."""
+    low, high = log_box(program)
+    y = np.clip(starts(program, _TRIED), low, high)
+    cheap = [part for part in program.parts if is_cheap(part)]
+    slow = [part for part in program.parts if not is_cheap(part)]
+    merit = _merit(cheap, np.exp(y))
+    asked = np.argsort(merit, kind="stable")[:_ASKED]
+    if slow:
+        merit[asked] += np.array([_merit(slow, np.exp(one)[None, :])[0] for one in y[asked]])
+        asked = asked[np.argsort(merit[asked], kind="stable")]
+    chosen: list[FloatArray] = []
+    span = np.where(high > low, high - low, np.inf)
+    for one in y[asked]:
+        if len(chosen) < count and all((np.abs(one - other) / span).max() > _APART for other in chosen):
+            chosen.append(one)
+    return chosen
+
+
+def _merit(parts: list[Limit | Aim], x: FloatArray) -> FloatArray:
+    """Log of the goal, and what limits are missed by, of designs (n, n_vars); shape (n,)."""
+    missed, goal = np.zeros(len(x)), np.full(len(x), -np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for part in parts:
+            log = np.log(_values(part, x))
+            if isinstance(part, Aim):
+                goal = np.maximum(goal, part.sense * np.nan_to_num(log, nan=700.0, posinf=700.0, neginf=-700.0))
+            elif part.side != "outside":
+                by = (1.0 if part.side == "at_most" else -1.0) * (log - np.log(max(part.bound, 1e-300)))
+                missed = np.maximum(missed, np.nan_to_num(by, nan=700.0, posinf=700.0, neginf=0.0))
+    return _WEIGHT * missed + np.where(np.isneginf(goal), 0.0, goal)
+
+
+def _values(part: Limit | Aim, x: FloatArray) -> FloatArray:
+    """Values of a form at designs (n, n_vars), no greater than the worst; shape (n,)."""
+    form: Form = part.form
+    if isinstance(form, Monomials):
+        return monomials(form, x)
+    few = few_sampled(part.model, form, x) if isinstance(form, Modulus) and is_cheap(part) else None
+    if few is not None:
+        return few
+    return np.array([worst(part.model, form, one).value for one in x])
