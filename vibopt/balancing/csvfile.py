@@ -62,14 +62,15 @@ def _plain(columns: Sequence[Column | None], sensors: Sequence[str], mistakes: C
         column = columns[min(both)]
         mistakes.columns[name] = f", {column.place}" if column else ""
     taken = {*sizes, *angles}
-    others = tuple((index, column) for index, column in enumerate(columns) if index not in taken)
-    return Plain(tuple(sensors), units, turns, _cells_at(sizes), _cells_at(angles), others)
+    others = [index for index in range(len(columns)) if index not in taken]
+    rest = tuple(columns[index] for index in others)
+    return Plain(tuple(sensors), units, turns, _cells_at(sizes), _cells_at(angles), _cells_at(others), rest)
 
 
 def _cells_at(places: Sequence[int]) -> Callable[[Row], tuple[str, ...]]:
     """The cells of a row at some places, in this order."""
-    if len(places) == 1:
-        return lambda row: (row[places[0]],)
+    if len(places) < 2:
+        return lambda row: tuple(row[place] for place in places)
     return itemgetter(*places)
 
 

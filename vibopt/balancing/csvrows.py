@@ -91,14 +91,15 @@ Row = Sequence[str]
 
 @dataclass(frozen=True, slots=True)
 class Plain:
-    """Readings whose sizes and angles have columns of their own, with their units; `others` are the other columns."""
+    """Readings whose sizes and angles have columns of their own, with their units; `others` are the other `columns`."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     turns: tuple[str, ...]
     amounts: Callable[[Row], tuple[str, ...]]
     angles: Callable[[Row], tuple[str, ...]]
-    others: tuple[tuple[int, Column | None], ...]
+    others: Callable[[Row], tuple[str, ...]]
+    columns: tuple[Column | None, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,9 +155,11 @@ def run_of(index: int, row: int, cells: Sequence[str], said: Cells, mistakes: Cs
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
     mistakes.places[("runs", index)] = (row, "")
     readings = said.readings(cells)
-    every = said.plain.others if readings is not None and said.plain is not None else enumerate(said.columns)
-    for at, column in every:
-        raw = cells[at] if at < len(cells) else ""
+    if readings is not None and said.plain is not None:
+        every = zip(said.plain.others(cells), said.plain.columns, strict=True)
+    else:
+        every = zip(cells, said.columns, strict=False)
+    for raw, column in every:
         if not raw or column is None or not raw.strip("-–—"):
             continue
         place = (row, f", {column.place}")

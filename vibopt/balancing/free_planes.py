@@ -34,7 +34,7 @@ class Free:
 
 def free_planes(question: Question) -> Free:
     """Merge pairs, drop planes with a cap of zero and planes that no reading sees."""
-    plain = not question.pairs and not question.sectors and not question.is_discrete
+    plain = not question.pairs and not any(question.sectors) and not question.is_discrete
     if plain and np.all(question.caps > 0) and np.all(np.any(question.H != 0, axis=0)):
         return Free(np.eye(question.n_planes, dtype=complex), question)
     whole = _spread(question)

@@ -92,7 +92,8 @@ class Identified:
 
 def identify(job: RotorJob) -> Identified:
     """y0 and H from the runs of a job with phase."""
-    learnt = tuple(_learn(job, speed) for speed in range(len(job.speeds)))
+    inverses = _Inverses()
+    learnt = tuple(_learn(job, speed, inverses) for speed in range(len(job.speeds)))
     y0, H = zip(*(_model(one, job) for one in learnt), strict=True)
     return Identified(np.concatenate(y0), np.concatenate(H), learnt)
 
@@ -109,7 +110,22 @@ def with_readings(
     return np.concatenate(y0), np.concatenate(H)
 
 
-def _learn(job: RotorJob, speed: int) -> Learnt:
+class _Inverses:
+    """Pseudo-inverses of X; at most speeds the same weights are tried, so that few of them are worked out."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[bytes, int, float], ComplexArray] = {}
+
+    def of(self, X: ComplexArray, same: float) -> ComplexArray:
+        """X⁺ with its columns at one size; singular values below `same` of the greatest are none."""
+        key = (X.tobytes(), X.shape[1], same)
+        if key not in self._known:
+            size = np.abs(X).max(axis=0)
+            self._known[key] = np.linalg.pinv(X / size, rcond=same) / size[:, None]
+        return self._known[key]
+
+
+def _learn(job: RotorJob, speed: int, inverses: _Inverses) -> Learnt:
     runs = job.runs_at(speed)
     n_sensors, n_planes = len(job.sensors), len(job.planes)
     known = np.zeros((n_sensors, n_planes), dtype=complex)
@@ -124,8 +140,7 @@ def _learn(job: RotorJob, speed: int) -> Learnt:
     same = SAME if ready.intersection(planes) else EXACT
     readings = np.array([run.readings for run in runs]) - job.runout - W @ known.T
     X = np.concatenate([np.ones((len(runs), 1)), W[:, list(planes)]], axis=1)
-    size = np.abs(X).max(axis=0)
-    pseudo = np.linalg.pinv(X / size, rcond=same) / size[:, None]
+    pseudo = inverses.of(X, same)
     return Learnt(runs, planes, pseudo, known, readings, readings - X @ (pseudo @ readings))
 
 

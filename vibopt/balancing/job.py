@@ -79,7 +79,7 @@ class Run:
     stayed: bool = False
     verification: bool = False
 
-    @property
+    @cached_property
     def is_initial(self) -> bool:
         """Whether nothing is fitted."""
         return not self.weights.any()

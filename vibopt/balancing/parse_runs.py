@@ -119,11 +119,14 @@ def read_runs(
 
 def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
     raws = []
+    speeds: dict[str, RunTable] = {}
     for index, given in enumerate(tables):
         path: Path = ("runs", index)
-        table = read_table(RunTable, given, path, mistakes)
+        table = _like(given, speeds) or read_table(RunTable, given, path, mistakes)
         if table is None:
             continue
+        if isinstance(given.get("speed"), str):
+            speeds[given["speed"]] = table
         weights = _mapping((*path, "weights"), table.weights, mistakes, 'weights = { left = "10 g @ 270 deg" }')
         readings = _mapping((*path, "readings"), table.readings, mistakes, 'readings = { a = "8.6 mil pp @ 63 deg" }')
         if not readings and table.readings is None:
@@ -133,6 +136,18 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
             )
         raws.append(Raw(table, path, mistakes, weights, readings))
     return raws
+
+
+def _like(given: Any, speeds: Mapping[str, RunTable]) -> RunTable | None:
+    """The table of a run that has nothing but a name of its own and a speed that was read before; None for others."""
+    if type(given) is not dict or not given.keys() <= {"name", "speed", "weights", "readings"}:
+        return None
+    name, like = given.get("name"), speeds.get(str(given.get("speed")))
+    if like is None or not isinstance(given["speed"], str) or not isinstance(name, str | None):
+        return None
+    return RunTable.model_construct(
+        name=name, speed=like.speed, weights=given.get("weights"), readings=given.get("readings")
+    )
 
 
 def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Mapping[str, Any]:

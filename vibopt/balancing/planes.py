@@ -228,7 +228,7 @@ def _at_radius(text: str) -> tuple[str, str, str]:
 
 def _size(text: str, radius: str, plane: Plane) -> float:
     """Unbalance [kg m] of an amount, at its own radius or that of the plane."""
-    unbalance = _maybe(text, "unbalance")
+    unbalance = _maybe(text, "unbalance") if _maybe(text, "mass") is None else None
     if unbalance is not None:
         size = unbalance * (1.0 if plane.kind == UNBALANCE or plane.radii else inf)
         if size == inf:

@@ -20,7 +20,7 @@ from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
-from vibopt.balancing.pose import Posed, pose
+from vibopt.balancing.pose import Posed, caps, pose
 from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Solved
 from vibopt.balancing.remedies import last_one, remedies, warning
@@ -80,7 +80,8 @@ def _plan(
 ) -> Answer[RotorJob]:  # fmt: skip
     u = solved.u
     assert u is not None
-    plain = pose(replace(job, goal=replace(job.goal, robust="")), identified)
+    nominal_only = not job.goal.robust and np.array_equal(posed.question.caps, caps(job))
+    plain = posed if nominal_only else pose(replace(job, goal=replace(job.goal, robust="")), identified)
     nominal = plain.question
     goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
     found = conditioning(nominal, job.free)

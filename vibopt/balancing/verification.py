@@ -27,22 +27,22 @@ from vibopt.units.spelling import split_detector
 
 APART = 0.05
 """Part of the greatest difference of runs below which they refine no ready coefficient."""
-SAMPLES = 12
+SAMPLES = 8
 """Of one turn; a signal of one harmonic is known from three."""
 PlanText = tuple[tuple[int, str, bool], ...]
 """What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
-_NUMBER = r"[ \t]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[ \t]*"
+_NUMBER = r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*"
 _AMOUNT = re.compile(rf"{_NUMBER}(.*)")
 _WEIGHT = re.compile(r"(.*?)(?:\s+at\s+(.*?))?\s*(?:\s+in\s+hole\s+(\d+)|@(.*))", re.IGNORECASE | re.DOTALL)
 
 
 def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
-    """Amplitudes that the simulated rotor shows with the plan fitted, per row [SI peak]."""
+    """Amplitudes that the simulated rotor shows with the plan fitted, per row [SI peak]; nan for strange texts."""
     target = np.zeros(len(job.planes), dtype=complex)
     for plane, text, taken in plan:
         target[plane] += _weight(job, plane, text) * (-1.0 if taken else 1.0)
     states = _states(job)
-    sizes, peaks = _cosines(job, [run.written for run in job.runs if run.written is not None], job.sensors)
+    sizes, peaks = _cosines(job, [run.written for run in job.runs], job.sensors)
     shown = []
     for speed in range(len(job.speeds)):
         places = list(job.places_at(speed))
@@ -54,18 +54,20 @@ def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
 def _states(job: RotorJob) -> ComplexArray:
     """Everything fitted during each run, read again from its text (n_runs, n_planes) [kg m]."""
     states = np.zeros((len(job.runs), len(job.planes)), dtype=complex)
+    known = {one: _weight(job, *one) for one in {one for run in job.runs for one in run.fitted}}
     for index, run in enumerate(job.runs):
         if run.stayed and index:
             states[index] = states[index - 1]
         for plane, text in run.fitted:
-            states[index, plane] += _weight(job, plane, text)
+            states[index, plane] += known[plane, text]
     return states
 
 
 def _weight(job: RotorJob, plane: int, text: str) -> complex:
     """Unbalance of a weight as written [kg m], its angle where it sits on the shaft, in the sense of rotation."""
     parts = _WEIGHT.fullmatch(_plain(text))
-    assert parts is not None, f"a weight that was read before cannot be read again: {text}"
+    if parts is None:
+        return complex("nan")
     amount, radius, hole, angle = parts.groups()
     size = _unbalance(amount, radius, job.planes[plane])
     turned = job.planes[plane].holes[int(hole) - 1] if hole else _value(angle, "angle")
@@ -84,7 +86,8 @@ def _unbalance(amount: str, radius: str | None, plane: Plane) -> float:
 def _value(text: str, dimension: str) -> float:
     """SI value of a number with its unit."""
     found = _AMOUNT.fullmatch(text)
-    assert found is not None, f"a value that was read before cannot be read again: {text}"
+    if found is None:
+        return float("nan")
     return float(found[1]) * _unit(found[2].strip(), dimension)
 
 
@@ -98,11 +101,15 @@ def _plain(text: str) -> str:
     return text.replace("−", "-").replace("\n", " ")
 
 
-def _cosines(job: RotorJob, written: Sequence[Written], sensors: Sequence[Sensor]) -> tuple[FloatArray, FloatArray]:
+def _cosines(
+    job: RotorJob, written: Sequence[Written | None], sensors: Sequence[Sensor]
+) -> tuple[FloatArray, FloatArray]:
     """Sizes [SI peak] of readings and shaft angles of their peaks since the reference pulse (n_runs, n_sensors)."""
-    size, angle = np.empty((2, len(written), len(sensors)))
+    size, angle = np.full((2, len(written), len(sensors)), np.nan)
     scales: dict[Any, tuple[FloatArray, FloatArray]] = {}
     for row, one in enumerate(written):
+        if one is None:
+            continue
         if (units := (one.units, one.turns)) not in scales:
             own = [_reading_unit(job, sensor, unit) for sensor, unit in zip(sensors, one.units, strict=True)]
             scales[units] = np.array(own), np.array([_unit(turn, "angle") if turn else 1.0 for turn in one.turns])
@@ -151,10 +158,11 @@ def _signal(
     turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
     shifted = turn + np.angle(shares)[:, None]
     signals = sizes[:, :, None] * np.cos(shifted[:, None, :] - peaks[:, :, None])
-    for column, sensor in enumerate(job.sensors):
-        own = job.document.get("sensors", {}).get(sensor.name, {}).get("runout")
-        if own is not None and (written := Written.of([str(own)])):
-            size, peak = _cosines(job, [written], [sensor])
+    declared = job.document.get("sensors", {})
+    for column in [place for place, sensor in enumerate(job.sensors) if sensor.name in declared]:
+        own = Written.of([str(declared[job.sensors[column].name].get("runout", ""))])
+        if own is not None:
+            size, peak = _cosines(job, [own], [job.sensors[column]])
             signals[:, column] -= size * np.cos(shifted - peak)
     for plane in _ready(job, speed):
         signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)

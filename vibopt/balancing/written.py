@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.forms import FloatArray
 
-_NUMBER = r"[ \t]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[ \t]*"
+_NUMBER = r"[^\S\n]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[^\S\n]*"
 _PHASOR = re.compile(rf"^{_NUMBER}([^@\n]*)(?:@{_NUMBER}([^\n]*))?$", re.MULTILINE)
 
 

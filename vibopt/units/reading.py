@@ -1,6 +1,7 @@
 """Reading a value: text with a unit, or a bare number where a ratio or a count is meant."""
 
 import re
+from functools import lru_cache
 from math import inf, isfinite, sqrt
 from numbers import Real
 
@@ -49,8 +50,7 @@ def read_quantity(given: object, dimension: str, *, amplitude: bool = False, pla
         Anything that is not exactly one finite value of this dimension.
     """
     if isinstance(given, str):
-        number, unit = split_value(given, dimension)
-        return _quantity(number, unit, dimension, amplitude, place)
+        return _of_text(str(given), dimension, amplitude, place)
     if isinstance(given, bool):
         raise QuantityError(f"is true or false, but {complaints.needs(dimension, place)}")
     if not isinstance(given, Real):
@@ -58,6 +58,12 @@ def read_quantity(given: object, dimension: str, *, amplitude: bool = False, pla
     if isinstance(given, float) and not isfinite(given):
         raise QuantityError(complaints.NOT_FINITE)
     return _quantity(str(given), "", dimension, amplitude, place)
+
+
+@lru_cache(maxsize=4096)
+def _of_text(text: str, dimension: str, amplitude: bool, place: str | None) -> Quantity:
+    number, unit = split_value(text, dimension)
+    return _quantity(number, unit, dimension, amplitude, place)
 
 
 def split_value(text: str, dimension: str) -> tuple[str, str]:
