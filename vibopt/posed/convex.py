@@ -31,6 +31,8 @@ from vibopt.work import late
 
 EXACT = 1e-9
 _SPREAD, _ROUNDS = 9, 30
+_FAR = 3.0
+"""Logs between the answer and the sizes of its variables from which it is scaled anew."""
 
 
 class NotConvexError(Exception):
@@ -61,15 +63,13 @@ class Convex:
         self.cp = cp
         self.sizes = np.array([natural_size(self.program, axis) for axis in self.program.axes])
         self.squared = self._dampers()
-        self.heads = self.sizes ** np.where(np.isin(np.arange(len(self.sizes)), self.squared), 2.0, 1.0)
         names = [f"{axis.path}^2" if i in self.squared else axis.path for i, axis in enumerate(self.program.axes)]
         self.own = [cp.Variable(name=name) for name in names]
-        self.x = [one if self.si else one * head for one, head in zip(self.own, self.heads.tolist(), strict=True)]
-        self.problem = self._stated()
+        self.restated()
 
     def design(self) -> FloatArray:
         """The values of the solved problem, (n_vars,)."""
-        found = np.array([float(one.value) for one in self.x])
+        found = np.maximum(np.array([float(one.value) for one in self.x]), 0.0)
         found[self.squared] = np.sqrt(np.maximum(found[self.squared], 0.0))
         return np.asarray(np.clip(found, self.program.low, self.program.high))
 
@@ -82,6 +82,8 @@ class Convex:
                 return run, np.inf
             bound = run.bound if self.margin == 0.0 else bound
             x = self.design()
+            if self.rounds == 1 and not self.si and self._rescaled(x):
+                continue
             missed = max((judge.limit(limit, x)[0] for limit in self.program.limits), default=0.0)
             if missed <= EXACT or late("the exchange of speeds"):
                 break
@@ -92,8 +94,19 @@ class Convex:
             self.restated()
         return conic.Conic(run.status, bound), missed
 
+    def _rescaled(self, x: FloatArray) -> bool:
+        """Whether the answer is far from the sizes that the program was scaled by, which are then those of it."""
+        near = np.clip(x, 1e-9 * self.sizes, 1e9 * self.sizes)
+        if np.abs(np.log(near / self.sizes)).max(initial=0.0) < _FAR:
+            return False
+        self.sizes = near
+        self.restated()
+        return True
+
     def restated(self) -> Any:
-        """The problem with all speeds found so far."""
+        """The problem with all speeds found so far, scaled by `sizes`."""
+        self.heads = self.sizes ** np.where(np.isin(np.arange(len(self.sizes)), self.squared), 2.0, 1.0)
+        self.x = [one if self.si else one * head for one, head in zip(self.own, self.heads.tolist(), strict=True)]
         self.problem = self._stated()
         return self.problem
 
@@ -375,15 +388,17 @@ class Convex:
         line = drive.lines[0]
         if not form.output.signs.any():
             return [(limit, line, band) for band in drive.bands]
-        signs = form.output.signs[(limit.model.kinds != INERTIA) & limit.model.vectors.any(axis=1)]
-        if form.output.row.any() or np.ptp(signs) > 0.0:
+        ends = limit.model.vectors[:, 0]
+        reads = form.output.signs[(limit.model.kinds != INERTIA) & (ends != 0.0)]
+        levers = np.abs(ends[(limit.model.kinds != INERTIA) & (ends != 0.0)])
+        if form.output.row.any() or np.ptp(reads) > 0.0 or np.ptp(levers) > EXACT * levers.max():
             raise NotConvexError(f"{limit.name} is the force of some links only")
         known = self.speeds.setdefault(limit.name, [])
         if not known:
             for band in drive.bands:
                 some = [band.high] if band.is_point else np.linspace(band.low, band.high, _SPREAD).tolist()
                 known += [speed for speed in some if speed > 0.0]
-        forces = np.abs(line.amplitude.at(np.array(known)) * line.vector[0])
+        forces = np.abs(line.amplitude.at(np.array(known)) * line.vector[0] / levers[0])
         bound = limit.bound * (1.0 - self.margin)
         for speed, force in zip(line.order * np.array(known), forces, strict=True):
             if force <= bound:
@@ -402,8 +417,8 @@ class Convex:
         piece = line.amplitude.pieces[0]
         if len(line.amplitude.pieces) > 1 or piece.slope or piece.power not in (0, 2):
             raise NotConvexError(f"{limit.name} has a force that is neither constant nor that of an unbalance")
-        pull = abs(piece.constant * line.vector[0] / limit.model.vectors[limit.model.kinds == INERTIA][0, 0])
-        pull /= limit.bound * (1.0 - self.margin)
+        assert isinstance(limit.form, Modulus)
+        pull = abs(piece.constant * line.vector[0] * limit.form.output.row[0]) / (limit.bound * (1.0 - self.margin))
         speed, name = line.order * band.high, f"limits.{limit.name}"
         if band.is_point:
             self._beside(limit, stiff, damping, mass * speed**2, pull * (band.high**2 if piece.power else 1.0), speed)

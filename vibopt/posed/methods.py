@@ -14,7 +14,7 @@ from vibopt.errors import InputError
 from vibopt.forms import ComplexArray
 from vibopt.posed import conic, engine
 from vibopt.posed.job import PROVEN, posed
-from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.posed.nonlinear import ENDS, NonlinearProgram
 from vibopt.posed.weights import Named, convex, smooth
 from vibopt.work import worked
 
@@ -116,18 +116,31 @@ def _ipopt(named: Named) -> Solved:
         values, word = ran(program, margin)
         u = np.array([values.get(path, 0.0) for path in named.planes], dtype=complex)
         if _kept(named, u):
-            claim = f"a local optimum by IPOPT ({word}); that nothing better exists is not proven"
-            return Solved(u, "feasible", claim, question.value(u))
+            return Solved(u, "feasible", _claim(word), question.value(u))
     return Solved(None, "unproven", f"IPOPT ends without a correction that keeps the limits: {word}")
 
 
+def _claim(word: str) -> str:
+    if word in ENDS:
+        return f"a local optimum by IPOPT ({word}); that nothing better exists is not proven"
+    return f"IPOPT stops on the way ({word}); every limit holds, and better ones may be near"
+
+
 def ran(program: NonlinearProgram, margin: float = 0.0) -> tuple[dict[str, Any], str]:
-    """What IPOPT ends at from the program's own start, and its word; bounds of rows are drawn in by `margin`."""
+    """What IPOPT ends at from the program's own start, and its word; bounds of rows are drawn in by `margin`.
+
+    Where it gives up it is asked once more from there.
+    """
     solver = program.nlpsol()
-    worked(_IPOPT)
     inward = np.where(program.lbg == program.ubg, 0.0, margin)
-    found = solver(**{**program.bounds, "ubg": program.ubg - inward})
-    return program.values(found["x"]), str(solver.stats()["return_status"])
+    asked, word = {**program.bounds, "ubg": program.ubg - inward}, ""
+    for _ in range(2):
+        worked(_IPOPT)
+        asked["x0"] = np.array(solver(**asked)["x"]).ravel()
+        word = str(solver.stats()["return_status"])
+        if word in ENDS or not np.isfinite(asked["x0"]).all():
+            break
+    return program.values(asked["x0"]), word
 
 
 def _engine_by_ipopt(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
@@ -141,6 +154,5 @@ def _engine_by_ipopt(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Leas
         flat = [part for z in found[len(box.shares) :] for part in (z.real, z.imag)]
         x = into_box(np.array([*found[: len(box.shares)], *flat], dtype=float), box)
         if all(one.value(x) <= one.limit * (1.0 + KEPT) for one in limits):
-            claim = f"a local optimum by IPOPT ({word}); that nothing better exists is not proven"
-            return Least(x, goal.value(x), -np.inf, "feasible", claim)
+            return Least(x, goal.value(x), -np.inf, "feasible", _claim(word))
     return Least(None, np.nan, -np.inf, "unproven", f"IPOPT ends without weights that keep the limits: {word}")

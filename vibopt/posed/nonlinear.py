@@ -17,6 +17,8 @@ OPTIONS: dict[str, Any] = {
     "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
 }  # fmt: skip
 """How IPOPT is asked; quiet, and to ten digits."""
+ENDS = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+"""Words with which IPOPT calls a point a local optimum."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.posed.convex import EXACT, Convex, not_convex
 from vibopt.posed.job import PROVEN, Posed, refused
+from vibopt.posed.nonlinear import ENDS
 from vibopt.posed.smooth import Exchange, not_smooth
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -106,9 +107,8 @@ class Ipopt:
         if y is None:
             claim = f"IPOPT ends where a limit is missed by {missed:.1e} of its bound ({exchange.words})"
             return Found("unproven", None, claim, self.name, details=details)
-        claim = (
-            f"a local optimum by IPOPT ({exchange.words}), its peaks exact after {exchange.rounds} exchanges of speeds"
-        )
+        end = "a local optimum by IPOPT" if exchange.words in ENDS else "IPOPT stops on the way"
+        claim = f"{end} ({exchange.words}), its peaks exact after {exchange.rounds} exchanges of speeds"
         return Found("feasible", exchange.x(y), claim, self.name, details=details)
 
 
@@ -133,7 +133,7 @@ class Cvxpy:
             return Found("unproven", None, claim, self.name, details=details)
         x = stated.design()
         value = stated.value(x)
-        gap = max(value - run.bound, 0.0) / max(abs(value), 1e-3)
+        gap = max(value - run.bound, 0.0) / max(abs(value), 1e-9)
         status = "optimal" if gap <= PROVEN else "feasible"
         claim = f"the convex program in cvxpy, gap {gap:.1e} by our own dual bound"
         return Found(status, x, claim, self.name, details=details)

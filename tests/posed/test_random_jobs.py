@@ -1,0 +1,171 @@
+"""Random rotors and random lone masses: the programs in the open against the exact methods."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.balancing.continuous import solve_continuous
+from vibopt.balancing.question import Question
+from vibopt.errors import InputError
+from vibopt.posed import methods
+from vibopt.posed.weights import Named
+
+# isort: split
+from lone_mass import LoneMass, lone_masses
+
+law = settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+TIPS = ("sum", "correction")
+"""Goals made of lengths, which have no slope where they vanish: IPOPT may stall there."""
+
+
+@st.composite
+def questions(draw: st.DrawFn) -> Question:
+    """Coefficients with caps, limits, a total, a forbidden sector or a pair, each now and then."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    n, p = draw(st.integers(1, 9)), draw(st.integers(1, 3))
+    y0, H = (rng.normal(size=(n, k)) + 1j * rng.normal(size=(n, k)) for k in (1, p))
+    middle, half = rng.uniform(0.0, 6.28), rng.uniform(0.1, 2.9)
+    sectors = (((middle - half, middle + half),), *((),) * (p - 1)) if draw(st.booleans()) else ()
+    return Question(
+        y0=y0[:, 0], H=H, importance=rng.uniform(0.2, 3.0, n),
+        limits=np.where(rng.random(n) < 0.3, rng.uniform(0.6, 3.0, n), np.inf),
+        caps=rng.uniform(0.05, 1.0, p) if draw(st.booleans()) else np.full(p, np.inf),
+        total_cap=float(rng.uniform(0.1, 2.0)) if draw(st.booleans()) else np.inf, sectors=sectors,
+        goal=draw(st.sampled_from(("rms", "worst", "sum", "huber", "correction"))),
+        huber=float(rng.uniform(0.2, 2.0)), mass_per_unbalance=rng.uniform(0.5, 2.0, p),
+    )  # fmt: skip
+
+
+@law
+@given(questions())
+def test_cvxpy_corrects_random_rotors_as_the_exact_method_does(question: Question) -> None:
+    named = Named.plain(question)
+    assume(not named.not_smooth() and not named.not_convex())
+    ours, theirs = solve_continuous(question), methods._cvxpy(named)
+    if ours.u is None:
+        assert theirs.u is None
+        assert theirs.least_factor == pytest.approx(ours.least_factor, rel=1e-6)
+        return
+    room = 1e-7 * max(ours.value, 1e-3 * named.size)
+    assert abs(theirs.value - ours.value) <= room
+    assert theirs.bound <= ours.value + room
+
+
+@law
+@given(questions())
+def test_ipopt_corrects_random_rotors_and_is_never_better_than_what_is_proven(question: Question) -> None:
+    named = Named.plain(question)
+    assume(not named.not_smooth())
+    ours, theirs = solve_continuous(question), methods._ipopt(named)
+    if ours.u is None or theirs.u is None:
+        assert ours.status == "infeasible" or "stops" in theirs.claim or "without" in theirs.claim
+        assert theirs.u is None
+        return
+    room = 1e-7 * max(ours.value, 1e-3 * named.size)
+    assert theirs.value >= ours.value - room
+    if question.goal not in TIPS and theirs.claim.startswith("a local optimum") and not question.sectors:
+        assert theirs.value <= ours.value + 10.0 * room
+
+
+@settings(law, max_examples=60)
+@given(case=lone_masses())
+def test_lone_masses_have_one_answer_by_every_program(case: LoneMass) -> None:
+    scene = vo.from_dict(case.document, name="lone.toml")
+    assume(scene.goal is not None)
+    ours = vo.solve(scene, explain=False)
+    assume(ours.status in ("optimal", "feasible") and ours.goal is not None)
+    assert scene.goal is not None
+    assert ours.goal is not None
+    sense = -1.0 if scene.goal.sense == "maximise" else 1.0
+    best = float(ours.goal[1].value)
+    for method in ("cvxpy", "ipopt"):
+        try:
+            theirs = vo.solve(scene, method=method, explain=False)
+        except InputError:
+            continue
+        if theirs.goal is None or theirs.status not in ("optimal", "feasible"):
+            assert method == "ipopt"
+            continue
+        off = sense * (float(theirs.goal[1].value) - best) / max(abs(best), 1e-12)
+        assert off >= -1e-6, f"{method} is better than what is called {ours.status}"
+        if theirs.status == "optimal":
+            assert off <= 1e-6
+
+
+def test_one_of_several_machines_in_a_hall_is_stated_in_its_own_coordinate() -> None:
+    """The model is reduced to one coordinate with a scale of its own; the answer is that of the machine alone."""
+    alone = """[bodies.press]
+mass = "300 kg"
+[links.mount]
+between = ["press", "ground"]
+stiffness = { from = "10 kN/m", to = "1 GN/m" }
+damping = { from = "10 N s/m", to = "1 MN s/m" }
+[excitations.shaft]
+kind = "force"
+on = "press"
+amplitude = "30 kN"
+speed = "3000 rpm"
+varies = "constant"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "10 kN"
+[limits.start_up]
+response = "displacement"
+of = "press"
+over = "0..3000 rpm"
+at_most = "20 mm"
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+    other = """[bodies.other]
+mass = "110 kg"
+[links.feet]
+between = ["other", "ground"]
+stiffness = "2 MN/m"
+damping = "1 kN s/m"
+"""
+    scenes = [
+        vo.from_text(text, name="hall.toml")
+        for text in (alone, alone.replace("[links.mount]", f"{other}[links.mount]"))
+    ]
+    for scene in scenes:
+        design = vo.solve(scene, method="cvxpy")
+        assert design.status == "optimal"
+        assert design.goal is not None
+        assert design.goal[1].value == pytest.approx(6956917.160715138961, rel=1e-8)
+
+
+def test_one_answer_that_is_far_from_the_natural_size_is_scaled_anew() -> None:
+    scene = vo.from_text(
+        """[bodies.body]
+mass = "300 kg"
+[links.mount]
+between = ["body", "ground"]
+stiffness = "8 MN/m"
+damping = { from = "0.001 N s/m", to = "1 MN s/m" }
+[excitations.shaft]
+kind = "force"
+on = "body"
+amplitude = "300 N"
+speed = "3000 rpm"
+varies = "constant"
+[limits.start_up]
+response = "displacement"
+of = "body"
+over = "0..3000 rpm"
+at_most = "20 mm"
+[goal]
+minimise = "damping"
+of = "mount"
+""", name="light.toml")  # fmt: skip
+    best = vo.solve(scene).goal
+    found = vo.solve(scene, method="cvxpy").goal
+    assert best is not None
+    assert found is not None
+    assert found[1].value == pytest.approx(best[1].value, rel=1e-6)
