@@ -39,7 +39,6 @@ Progress = Callable[[str, float], None]
 POSED = ("cvxpy", "ipopt")
 """Methods that solve the program in the open (`vibopt.posed`)."""
 SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
-_SCENE_TABLES = ("bodies", "bases", "structures", "absorbers", "links", "excitations")
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
 NO_NAME = "No file is named: the name is empty. Name a problem file (.toml)."
 
@@ -209,7 +208,9 @@ def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | No
 
 def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
     """A balancing job never mixes with bodies and links."""
-    mixed = [key for key in document if key in _SCENE_TABLES]
+    from vibopt.devices import FAMILIES
+
+    mixed = [key for key in document if key in (*FAMILIES, "excitations")]
     if mixed:
         listed = ", ".join(f"[{key}]" for key in mixed)
         mistakes.add((mixed[0],), f"a balancing job does not mix with {listed}. Put each into a file of its own.")

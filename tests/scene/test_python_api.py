@@ -52,6 +52,8 @@ def twin(document: dict[str, Any], name: str) -> vo.Scene:
         machine.absorber(one, **words)
     for one, words in document["links"].items():
         machine.link(one, **words)
+    for one, words in document.get("inerters", {}).items():
+        machine.inerter(one, **words)
     for one, words in document.get("excitations", {}).items():
         rest = dict(words)
         getattr(machine, rest.pop("kind"))(one, **rest)

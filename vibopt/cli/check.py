@@ -19,6 +19,7 @@ _COUNTED = {
     "structures": ("structure", "structures"),
     "absorbers": ("absorber", "absorbers"),
     "links": ("link", "links"),
+    "inerters": ("inerter", "inerters"),
     "mounts": ("group of mounts", "groups of mounts"),
     "excitations": ("excitation", "excitations"),
     "limits": ("limit", "limits"),

@@ -30,9 +30,9 @@ from vibopt.design.words import (
     verdict,
     worst_rows,
 )
+from vibopt.devices import FAMILIES
 
 TEMPLATE = Path(__file__).with_name("template.html.j2")
-FAMILIES = ("bodies", "bases", "structures", "links", "absorbers", "excitations", "limits", "measures")
 
 _REFERENCE = re.compile(r'(\bid="|url\(#|href="#)')
 
@@ -154,7 +154,7 @@ def inline(svg: str, prefix: str, title: str) -> str:
 def facts(document: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:
     """What the file gives, table by table, in its own words."""
     tables = []
-    for family in FAMILIES:
+    for family in (*FAMILIES, "excitations", "limits", "measures"):
         for name, table in document.get(family, {}).items():
             tables.append((f"{family}.{name}", [(key, _said(value)) for key, value in table.items()]))
     if isinstance(document.get("goal"), Mapping):

@@ -1,4 +1,23 @@
-"""Devices: what a scene is made of.  Each leaves names and terms on the model."""
+"""Devices: what a scene is made of.  One kind a file, and a line here.
+
+A new device:
+
+1. `devices/NAME.py`: a `Device` whose fields are the keys of its table, `number(...)` with dimension and sign, and
+   what makes no sense together refused in a sentence (`word`).
+2. `links_in`, `joins`, `moving_in`, `supports_in`, `springs`: the names that it brings; `parts`: what a `tolerance`
+   of the whole table makes uncertain; class attributes: what checks must know (`between_points`, `in_space`,
+   `passes`, ...).
+3. `add_to(builder, name, symbols)`, the first route: coordinates, points, and terms b b^T whose coefficients are
+   products of powers (`add_link`, `add_stiffness`, `add_damping`, `add_hysteretic`, `add_inertance`,
+   `add_inertia`).
+4. `built(assembly, name, numbers)`, the second route: masses, and forces between points by how far, how fast and
+   how suddenly these move apart (`Joint`, `Spring3`, or one with a `dynamic` and `four` of its own), from the
+   file's own words by other formulas.
+5. A line below; a word in `tests/generator/machines.py`, so that random scenes have it; a table in the README.
+
+`tests/laws/test_kinds.py` then holds it: both routes said, registered, symmetric, of positive energy, one value by
+both routes under every excitation; an answer whose routes differ is `check_failed`.
+"""
 
 from vibopt.devices.device import Device
 from vibopt.values.kinds import Kinds

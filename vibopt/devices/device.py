@@ -85,6 +85,10 @@ class Device(Table):
         """Tolerance of its stiffness from a catalogue; of different parts it differs."""
         return None
 
+    def has(self, word: str) -> bool:
+        """Whether it has a property of that name."""
+        return getattr(self, word, None) is not None
+
     def parts(self) -> dict[str, str]:
         """What a tolerance of the whole table makes uncertain: names of parts, each with the key that says it."""
         return {}

@@ -1,4 +1,15 @@
-"""Excitations: what shakes the machine.  One kind a file."""
+"""Excitations: what shakes the machine.  One kind a file, and a line here.
+
+A new excitation:
+
+1. `excitations/NAME.py`: an `Excitation` with its keys and class attributes: a force on bodies or a motion of bases
+   (`family`), a moment and its like along a line (`moment`), known at every speed (`inherent`), without a speed
+   (`random`).
+2. `lines(direction)`: its harmonics, each with an order, a complex direction and an amplitude against the speed; in
+   space `acts`: what it acts on, by name.
+3. A line below; an entry in `tests/laws/test_kinds.py::SHAKERS` and in `tests/generator/shaking.py`; a row in the
+   README.
+"""
 
 from vibopt.excitations.kind import Excitation
 from vibopt.values.kinds import Kinds

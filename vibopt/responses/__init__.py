@@ -1,4 +1,18 @@
-"""Responses: what can be limited, measured or made best.  One kind a file."""
+"""Responses: what can be limited, measured or made best.  One kind a file, and a line here.
+
+A new response:
+
+1. `responses/NAME.py`: a `Response`, or a `HarmonicResponse` where something shakes; its keys, `places()` and class
+   attributes: dimension, whether it is an amplitude, of what moves along a line or about an axis (`moves`, `twin`),
+   how it is asked of a body in space (`in_space`) or of a mount, how many `modes` it needs.
+2. `form(model, ...)` (of a harmonic one `output(model)`), the first route: one of the forms of `vibopt.forms`.
+3. `measure_static(machine)` (of a harmonic one `measure(machine, motion)`), the second route: by other physics
+   where there is some.
+4. A line below, and a dimension in `units/dimensions.py` where it has a new one; a row in the README.
+
+`tests/laws/test_kinds.py` and `test_every_question.py` then ask it of every place, way, motion and excitation by
+both routes; `tests/generator` asks it of random scenes.
+"""
 
 from vibopt.responses.kind import HarmonicResponse, RandomResponse, Response
 from vibopt.values.kinds import Kinds

@@ -21,6 +21,7 @@ class DampingOfModes(Response):
     of: str | None = None
     mode: int = 1
     dimension: ClassVar[str] = "ratio"
+    of_link: ClassVar[bool] = True
 
     @model_validator(mode="after")
     def _words(self) -> DampingOfModes:

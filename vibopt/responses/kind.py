@@ -67,8 +67,8 @@ class Response(Table):
     in_space
         Asked of a body in space: "direction" or "axis" of a body or point, that must be said; "whole", of a body that
         says so itself; "place" of a body or point; "body" of a body alone; "" not at all.
-    of_mount, of_group
-        Whether a mount in space can be asked for it, and only all of a group alike.
+    of_link, of_mount, of_group
+        Whether it is a property of a link; a mount in space can be asked for it, and only all of a group alike.
     """
 
     response: str
@@ -88,6 +88,7 @@ class Response(Table):
     twin: ClassVar[str] = ""
     noise_twin: ClassVar[str] = ""
     in_space: ClassVar[str] = ""
+    of_link: ClassVar[bool] = False
     of_mount: ClassVar[bool] = False
     of_group: ClassVar[bool] = False
 

@@ -60,6 +60,7 @@ class OfLink(Response):
     """A property of one single mount of a link."""
 
     of: str
+    of_link: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "link")}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+from vibopt.devices import Device
 from vibopt.responses import Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.scene import places
@@ -86,7 +89,7 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
         missing = _missing_of_link(scene, key, name)
     elif name in scene.absorbers:
         missing = _missing_of_absorber(scene, key, name)
-    elif any(name == one and table.between_points for _, one, table in places.devices(scene)):
+    elif response.of_link and any(name in table.joins(one) and not table.has(key) for _, one, table in _others(scene)):
         missing = f"that has no {key}. Ask for something else."
     if missing:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but {missing}")
@@ -109,6 +112,11 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
     mode, many = getattr(response, "mode", 1), max(places.freedoms(scene), 1)
     if mode > many:
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {many}.")
+
+
+def _others(scene: Scene) -> Iterator[tuple[str, str, Device]]:
+    """What acts between two points beside links."""
+    return (one for one in places.devices(scene) if one[2].between_points)
 
 
 def _missing_of_link(scene: Scene, key: str, name: str) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypedDict, Unpack
 
-from vibopt.errors import InputError
+from vibopt.devices import FAMILIES
+from vibopt.errors import InputError, way_out
 from vibopt.scene.language.limit import Limit, Measure
 from vibopt.scene.language.responses import Responses
 from vibopt.scene.language.values import Bound, Given, Speeds, Way, plain_table
@@ -348,6 +349,12 @@ class Machine(Responses):
     def white_noise(self, name: str, *, on: str, density: Bound) -> None:
         """White noise: a force on a body ("100 N²/Hz") or the acceleration of a base, one-sided density per Hz."""
         self._add("excitations", name, {"kind": "white_noise", "on": on, "density": density})
+
+    def device(self, family: str, name: str, **words: object) -> None:
+        """A device of any family, by the words of a file: what `[FAMILY.NAME]` and its keys say."""
+        if family not in FAMILIES:
+            raise InputError(f'"{family}" is no family of devices.{way_out(family, list(FAMILIES))}')
+        self._add(family, name, words)
 
     def scene(
         self,

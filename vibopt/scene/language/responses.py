@@ -6,9 +6,12 @@ does not have is refused by the reader of scenes, with a suggestion.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TypedDict, Unpack
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from vibopt.errors import way_out
+from vibopt.responses import KINDS
 from vibopt.scene.language.limit import Measure
 from vibopt.scene.language.values import Speeds, Way
 
@@ -63,7 +66,14 @@ class Random(Shown, total=False):
 
 
 class Responses:
-    """What can be limited, measured or made best."""
+    """What can be limited, measured or made best; kinds without a method of their own go by their words in a file."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, kind: str) -> Callable[..., Measure]:
+            if kind not in KINDS:
+                raise AttributeError(f"there is no {kind}.{way_out(kind, list(KINDS))}")
+            return partial(Measure, kind)
 
     def transmitted_force(
         self, *, into: str | None = None, through: str | None = None, **words: Unpack[Along]
