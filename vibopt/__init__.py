@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vibopt.errors import VibOptError as VibOptError
     from vibopt.jobs import read as read
     from vibopt.jobs import solve as solve
+    from vibopt.jobs import with_changes as with_changes
     from vibopt.posed.job import posed as posed
     from vibopt.scene.language import Limit as Limit
     from vibopt.scene.language import Machine as Machine
@@ -28,11 +29,12 @@ if TYPE_CHECKING:
     from vibopt.scene.language import one_of as one_of
     from vibopt.scene.read import from_dict as from_dict
     from vibopt.scene.read import from_text as from_text
-    from vibopt.scene.read import with_changes as with_changes
     from vibopt.scene.scene import Scene as Scene
     from vibopt.scene.write import to_toml as to_toml
     from vibopt.scene.write import write as write
+    from vibopt.study.explain import explain as explain
     from vibopt.study.sweep import sweep as sweep
+    from vibopt.study.variants import compare as compare
     from vibopt.study.whatif import whatif as whatif
 
 _HOMES = {
@@ -48,12 +50,14 @@ _HOMES = {
         "minimise",
         "one_of",
     ),
-    "vibopt.jobs": ("read", "solve"),
+    "vibopt.jobs": ("read", "solve", "with_changes"),
     "vibopt.posed.job": ("posed",),
-    "vibopt.scene.read": ("from_dict", "from_text", "with_changes"),
+    "vibopt.scene.read": ("from_dict", "from_text"),
     "vibopt.scene.scene": ("Scene",),
     "vibopt.scene.write": ("to_toml", "write"),
+    "vibopt.study.explain": ("explain",),
     "vibopt.study.sweep": ("sweep",),
+    "vibopt.study.variants": ("compare",),
     "vibopt.study.whatif": ("whatif",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

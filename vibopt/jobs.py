@@ -350,11 +350,11 @@ NOUNS = {SCENE: "a machine", ROTOR: "a measured rotor", KNOWN: "a shaft with kno
 
 
 def scene_only(job: Job, verb: str, instead: str = "") -> Scene:
-    """The job, if it is a scene; InputError with the way out where a verb makes no sense for balancing jobs yet."""
+    """The job, if it is a scene; InputError with the way out where a verb makes no sense for balancing jobs."""
     if is_scene(job):
         return job
     way = f" {instead}" if instead else ""
-    raise InputError(f"{job.name}: {verb} is not supported for balancing jobs yet.{way}")
+    raise InputError(f"{job.name}: {verb} is for a machine on its mounts, and this is {noun_of(job)}.{way}")
 
 
 read, solve = open_job, answer

@@ -148,7 +148,8 @@ def test_plot_and_report_write_their_files(run: Run, job: str, tmp_path: Path) -
     refused = run("plot", job, "-o", str(picture), "--map")
     assert (refused.code, refused.err) == (
         2,
-        "job.toml: --map is not supported for balancing jobs yet. Leave it out.\n",
+        "job.toml: a map has two numbers of a machine as its axes; what a measured rotor chooses are vectors. Leave "
+        "--map out: the plot shows each by its size and angle.\n",
     )
 
 

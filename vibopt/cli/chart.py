@@ -159,7 +159,7 @@ def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:
 
 def _with_goal(file: str) -> Scene:
     """The scene of a file, which must leave something to choose."""
-    scene = read_scene(file, "chart")
+    scene = read_scene(file, "chart", instead="--family balancing charts stock cases of balancing.")
     if not scene.variables:
         raise InputError(f"{file}: nothing is to be chosen here, so there are no methods to compare. Name a design.")
     return scene

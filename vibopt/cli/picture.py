@@ -91,7 +91,12 @@ def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes
     if is_scene(found.job):
         return _picture(found, as_map, form)
     if as_map is not None:
-        raise InputError(f"{job.name}: --map is not supported for balancing jobs yet. Leave it out.")
+        from vibopt.jobs import noun_of
+
+        raise InputError(
+            f"{job.name}: a map has two numbers of a machine as its axes; what {noun_of(job)} chooses are vectors. "
+            "Leave --map out: the plot shows each by its size and angle."
+        )
     from vibopt.balancing.figures import figure_of
     from vibopt.design.figures import saved
 

@@ -1,4 +1,4 @@
-"""A scene back as a problem file, in TOML that reads as the same scene."""
+"""A job back as a problem file, in TOML that reads as the same job."""
 
 from __future__ import annotations
 
@@ -8,15 +8,22 @@ from collections.abc import Iterator, Mapping
 from datetime import date, time
 from numbers import Integral, Real
 from pathlib import Path as FilePath
+from typing import Any, Protocol
 
 from vibopt.errors import InputError
-from vibopt.scene.scene import Scene
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def write(scene: Scene, path: str | FilePath) -> None:
-    """Writes a scene as a problem file, over one that is there; comments of the file it was read from are lost.
+class Documented(Protocol):
+    """A scene or a balancing job."""
+
+    @property
+    def document(self) -> Mapping[str, Any]: ...
+
+
+def write(job: Documented, path: str | FilePath) -> None:
+    """Writes a job as a problem file, over one that is there; comments of the file it was read from are lost.
 
     Raises
     ------
@@ -25,12 +32,12 @@ def write(scene: Scene, path: str | FilePath) -> None:
     """
     from vibopt.files.writing import replace_file
 
-    replace_file(FilePath(path), to_toml(scene).encode())
+    replace_file(FilePath(path), to_toml(job).encode())
 
 
-def to_toml(scene: Scene) -> str:
-    """The text of a problem file for a scene: every value as it was written, none converted."""
-    return document_toml(scene.document)
+def to_toml(job: Documented) -> str:
+    """The text of a problem file for a job: every value as it was written, none converted."""
+    return document_toml(job.document)
 
 
 def document_toml(document: Mapping[str, object]) -> str:
