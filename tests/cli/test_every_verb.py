@@ -189,8 +189,8 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
         ),
         (
             ("sweep", FILES["engine"], "--vary", "engine.rod=1 kg..2 kg"),
-            '--vary engine.rod="1 kg..2 kg" has the upper end "2 kg", which is a mass, but a length is needed here. Write '
-            'a length, for example "20 mm".',
+            '--vary engine.rod="1 kg..2 kg" has the upper end "2 kg", which is a mass, but a length is needed here. '
+            'Write a length, for example "20 mm".',
         ),
         (
             ("sweep", FILES["engine"], "--vary", "engine.rod=20 mm..120 mm", "--points", "2"),
