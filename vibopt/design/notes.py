@@ -120,8 +120,6 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """How noises add up, and why a root mean square is infinite."""
-    from vibopt.design.noise import why_infinite
-
     asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
     asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
     if scene.goal is not None:
@@ -132,6 +130,8 @@ def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         notes.append("White noises are taken as independent: their mean squares add.")
     machine = machine_of(scene, chosen) if random else None
     for where, one in random.items():
+        from vibopt.design.noise import why_infinite
+
         why = why_infinite(scene, machine, one) if machine is not None else ""
         if why:
             notes.append(f"{where}: {one.response} is infinite, for {why}.")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.answer.entry import Checked, Entry, Word
-from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
 from vibopt.values.fields import Choice, Fact
+
+if TYPE_CHECKING:
+    from vibopt.devices.part import Part
 
 TOLERANCE = 1e-9
 """Part of a rating by which a load may miss it: rounding, and no more."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from vibopt.devices.part import Bound
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.values import Table, Value
+
+if TYPE_CHECKING:
+    from vibopt.devices.part import Bound
 
 Ends = tuple[str, str]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, ValidationInfo, WithJsonSchema, model_validator
@@ -14,8 +14,10 @@ from pydantic_core import PydanticCustomError
 from vibopt.errors import InputError, way_out
 from vibopt.forms import FloatArray
 from vibopt.values import Choice, Fact, Table, Value, number, word
-from vibopt.values.catalogue import Catalogue, catalogue_of
 from vibopt.values.fields import complaint
+
+if TYPE_CHECKING:
+    from vibopt.values.catalogue import Catalogue
 
 DYNAMIC = ("stiffness", "damping", "loss_factor", "damping_ratio")
 """Columns that are keys of a link as well: they stand there as if they had been written there."""
@@ -57,6 +59,13 @@ class Bound:
 def sentences(texts: tuple[str, ...]) -> PydanticCustomError:
     """An error of several sentences, each of its own behind `<file> line N: `."""
     return PydanticCustomError("sentences", "{text}", {"text": "\n".join(texts)})
+
+
+def catalogue_of(file: FilePath) -> Catalogue:
+    """The parts of a file."""
+    from vibopt.values.catalogue import catalogue_of as read
+
+    return read(file)
 
 
 def _catalogue(given: object, info: ValidationInfo) -> FilePath:

@@ -21,7 +21,7 @@ from vibopt.values.vectors import AXES, Vector
 
 if TYPE_CHECKING:
     from vibopt.devices.device import Device
-from vibopt.devices.mount import MountTable
+    from vibopt.devices.mount import MountTable
 
 _RANK = 1e-9
 

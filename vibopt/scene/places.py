@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import wraps
-from typing import Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from vibopt.devices import FAMILIES, Device
-from vibopt.devices.part import Bound
 from vibopt.mechanics.builder import GROUND
 from vibopt.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from vibopt.devices.part import Bound
 
 _Asked = TypeVar("_Asked", bound=Callable[..., Any])
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from vibopt.devices.sites import Sites
 from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene, Variable
 from vibopt.scene.settle import open_places
@@ -45,6 +44,8 @@ def is_open(scene: Scene) -> bool:
 
 def _spans(scene: Scene, name: str, table: MountTable) -> list[tuple[str, Span]]:
     """Paths as `--set` takes them: a place of a list has a number, a lone place has none."""
+    from vibopt.devices.sites import Sites
+
     found = []
     if not isinstance(table.at, Sites):
         for path, place in zip(_places(scene, name, table), table.at, strict=True):
@@ -71,6 +72,8 @@ def positioned(scene: Scene, values: Sequence[float]) -> Scene:
 
 
 def _with(scene: Scene, name: str, table: MountTable, chosen: dict[str, float]) -> MountTable:
+    from vibopt.devices.sites import Sites
+
     def settled(path: str, place: OpenVector) -> OpenVector:
         x, y, z = (chosen.get(f"{path}.{axis}", one) for axis, one in zip(AXES, place, strict=True))
         return x, y, z
