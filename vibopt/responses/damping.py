@@ -70,8 +70,7 @@ def ratios_of(poles: ComplexArray) -> list[float]:
 class LossFactor(OfLink):
     """`response = "loss_factor"`: of a link."""
 
-    of_mount: ClassVar[bool] = True
-    of_group: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "alike"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         imaginary = [t for t in model.terms if t.owner == self.of and t.kind == HYSTERETIC]

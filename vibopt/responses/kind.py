@@ -67,8 +67,13 @@ class Response(Table):
     in_space
         Asked of a body in space: "direction" or "axis" of a body or point, that must be said; "whole", of a body that
         says so itself; "place" of a body or point; "body" of a body alone; "" not at all.
-    of_link, of_mount, of_group
-        Whether it is a property of a link; a mount in space can be asked for it, and only all of a group alike.
+    of_link
+        Whether it is a property of a link.
+    of_mount
+        Asked of mounts in space: "each" of a group, "axis" of each along its own, "axes" along all three of each,
+        "alike" where one answers for the group, "group" of it as a whole; "" not at all.
+    other_bound
+        What else may bound it, in brackets.
     """
 
     response: str
@@ -89,8 +94,8 @@ class Response(Table):
     noise_twin: ClassVar[str] = ""
     in_space: ClassVar[str] = ""
     of_link: ClassVar[bool] = False
-    of_mount: ClassVar[bool] = False
-    of_group: ClassVar[bool] = False
+    of_mount: ClassVar[str] = ""
+    other_bound: ClassVar[str] = ""
 
     @model_validator(mode="before")
     @classmethod

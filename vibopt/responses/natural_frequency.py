@@ -62,6 +62,7 @@ class NaturalFrequency(Response):
     mode: int = 1
     outside: Any = None
     dimension: ClassVar[str] = "angular_rate"
+    other_bound: ClassVar[str] = " (or outside)"
     unit_without: ClassVar[str] = "Hz"
 
     @model_validator(mode="before")

@@ -72,8 +72,7 @@ class Stiffness(OfLink):
     dimension: ClassVar[str] = "stiffness"
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "torsional_stiffness"
-    of_mount: ClassVar[bool] = True
-    of_group: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "alike"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return _single(model, self.of, owned_by(model, self.of, STIFFNESS))
@@ -89,8 +88,7 @@ class Damping(OfLink):
     dimension: ClassVar[str] = "damping"
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "torsional_damping"
-    of_mount: ClassVar[bool] = True
-    of_group: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "alike"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return _single(model, self.of, owned_by(model, self.of, DAMPING))
@@ -104,8 +102,7 @@ class Count(OfLink):
     """`response = "count"`: number of mounts in a link."""
 
     dimension: ClassVar[str] = "count"
-    of_mount: ClassVar[bool] = True
-    of_group: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "group"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         count = model.counts[self.of]

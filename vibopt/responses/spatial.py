@@ -34,8 +34,9 @@ class StaticLoadOfMount(Response):
     of: str
     direction: Direction | None = None
     dimension: ClassVar[str] = "force"
+    other_bound: ClassVar[str] = " (or give the mount its rating)"
     moves: ClassVar[str] = "line"
-    of_mount: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "each"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mount")}
@@ -102,9 +103,10 @@ class Travel(HarmonicResponse):
     of: str
     direction: Direction | None = None
     dimension: ClassVar[str] = "length"
+    other_bound: ClassVar[str] = " (or give the mount its gap)"
     amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
-    of_mount: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "axes"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mount")}

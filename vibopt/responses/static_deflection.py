@@ -25,7 +25,7 @@ class StaticDeflection(Response):
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "rotation"
     in_space: ClassVar[str] = "place"
-    of_mount: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "axis"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body or link")}

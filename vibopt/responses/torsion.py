@@ -66,8 +66,7 @@ class TorsionalStiffness(Stiffness):
     dimension: ClassVar[str] = "torsional_stiffness"
     moves: ClassVar[str] = "axis"
     twin: ClassVar[str] = "stiffness"
-    of_mount: ClassVar[bool] = False
-    of_group: ClassVar[bool] = False
+    of_mount: ClassVar[str] = ""
 
 
 class TorsionalDamping(Damping):
@@ -76,8 +75,7 @@ class TorsionalDamping(Damping):
     dimension: ClassVar[str] = "torsional_damping"
     moves: ClassVar[str] = "axis"
     twin: ClassVar[str] = "damping"
-    of_mount: ClassVar[bool] = False
-    of_group: ClassVar[bool] = False
+    of_mount: ClassVar[str] = ""
 
 
 class Inertia(Response):

@@ -66,7 +66,7 @@ class TransmittedForce(Transmitted):
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "transmitted_moment"
     noise_twin: ClassVar[str] = "rms_force"
-    of_mount: ClassVar[bool] = True
+    of_mount: ClassVar[str] = "each"
 
     def output(self, model: Model) -> Output:
         if self.direction is None:

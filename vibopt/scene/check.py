@@ -23,13 +23,6 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 
-_OWN_BOUND = {
-    "natural_frequency": " (or outside)",
-    "travel": " (or give the mount its gap)",
-    "static_load": " (or give the mount its rating)",
-}
-"""What else may bound a response."""
-
 
 def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of the whole to `mistakes`; `broken` tables have been reported already."""
@@ -67,7 +60,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     given = [key for key in ("at_most", "at_least", "outside") if getattr(response, key, None) is not None]
     name = ".".join(str(one) for one in path)
     if path[0] == "limits" and not given:
-        extra = _OWN_BOUND.get(response.response, "")
+        extra = response.other_bound
         mistakes.add(path, f"{name} has no bound. Add at_most or at_least{extra}, or move it to [measures.{path[1]}].")
     if path[0] == "measures" and given:
         mistakes.add(

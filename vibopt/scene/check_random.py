@@ -106,7 +106,7 @@ def check_lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None
 def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mistakes, broken: set[str]) -> None:
     """What is infinite whatever the design, and what no noise reaches."""
     check_lossy(scene, path, "response to white noise", mistakes)
-    names, key = names_for(scene, response), response.response
+    names, power = names_for(scene, response), getattr(response.steady, "power", None)
     if _through_inerter(scene, path, response, names, mistakes):
         return
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
@@ -119,7 +119,7 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
         return
     for name in names:
         noise = scene.excitations[name]
-        if key == "rms_acceleration" and noise.on == place:
+        if power is not None and power > 1 and noise.on == place:
             mistakes.add(
                 path,
                 f"{dotted(path)} is infinite whatever the design: white noise holds every frequency, and the force of "
@@ -127,7 +127,7 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
             )
         elif isinstance(noise, WhiteNoise) and noise.displaced:
             _at_once(scene, path, response, name, mistakes)
-        elif noise.family == "bases" and key in ("rms_displacement", "rms_velocity"):
+        elif noise.family == "bases" and power is not None and power < 2:
             mistakes.add(
                 path,
                 f"{dotted(path)} is infinite whatever the design: a base whose acceleration is white noise "
@@ -170,9 +170,9 @@ def _at_once(scene: Scene, path: Path, response: RandomResponse, name: str, mist
     A spring passes a displacement on to a mass as its second integral, a damper as its first.
     """
     falls = _falls(scene, scene.excitations[name].on)
-    key = response.response
-    if key in ("rms_displacement", "rms_velocity", "rms_acceleration"):
-        order = falls[response.places()["of"][0]] - ("rms_displacement", "rms_velocity", "rms_acceleration").index(key)
+    power = getattr(response.steady, "power", None)
+    if power is not None:
+        order = falls[response.places()["of"][0]] - power
     else:
         order = min(falls[end] - damped for end, damped in _read_links(scene, response))
     if order < 1:

@@ -319,7 +319,7 @@ def _of_mount(scene: Scene, path: Path, response: Response, name: str, group: st
         mistakes.add(path, f"{where} asks for the {key} of {name}, which is a mount. Ask for something else.")
     elif key in ("damping", "loss_factor") and getattr(scene.mounts[group], key) is None:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but mounts.{group} has no {key}. Add it.")
-    if response.of_group and name != group:
+    if response.of_mount in ("alike", "group") and name != group:
         mistakes.add(
             path, f'{where} asks for the {key} of one mount, but all of a group are alike. Write of = "{group}".'
         )

@@ -7,8 +7,6 @@ from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.values.vectors import AXES, Vector
 
-_OWN = ("stiffness", "damping", "loss_factor")
-
 
 def bodies_in_space(scene: Scene) -> tuple[str, ...]:
     """Bodies that move in space or in a plane."""
@@ -49,13 +47,13 @@ def members(scene: Scene, response: Response) -> tuple[Response, ...]:
     for key in ("of", "through", "across"):
         name = getattr(response, key, None)
         singles = _singles(scene, name)
-        if not singles or response.response == "count":
+        if not singles or response.of_mount == "group":
             continue
-        if response.response in _OWN:
+        if response.of_mount == "alike":
             return (response.model_copy(update={key: f"{singles[0]}.z"}),)
-        if response.response == "travel" and getattr(response, "direction", None) is None:
+        if response.of_mount == "axes" and getattr(response, "direction", None) is None:
             return tuple(response.model_copy(update={key: f"{one}.{axis}"}) for one in singles for axis in AXES)
-        if response.response == "static_deflection":
+        if response.of_mount == "axis":
             return tuple(response.model_copy(update={key: f"{one}.z"}) for one in singles)
         return tuple(response.model_copy(update={key: one}) for one in singles)
     return (response,)
