@@ -21,7 +21,7 @@ MODULES = {
 
 FLOORS = (
     ("errors", "forms", "work"),
-    ("files", "units"),
+    ("cones", "files", "units"),
     ("values",),
     ("answer",),
     ("mechanics",),
@@ -42,6 +42,7 @@ FLOOR = {area: floor for floor, areas in enumerate(FLOORS) for area in areas}
 UNDER_BALANCING = (
     "vibopt.answer",
     "vibopt.balancing",
+    "vibopt.cones",
     "vibopt.errors",
     "vibopt.forms",
     "vibopt.units",
@@ -73,6 +74,7 @@ AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.charts")
 """Who may read a clock: the user's time limit, the timings that are shown, and charts, which are there to measure."""
 
 HOMES = {
+    "clarabel": ("vibopt.cones",),
     "casadi": ("vibopt.program.nlp", "vibopt.posed"),
     "cvxpy": ("vibopt.posed", "vibopt.solve.rivals"),
     "hsbalance": ("vibopt.solve.rivals",),

@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.balancing.scaled import Scaled
+from vibopt.cones import CONE, LINEAR, Kind, by_columns, solve_cones
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.work import worked
 
 Rows = NDArray[np.intp]
-SMALL = 200  # up to so many rows the plain factorisation is the faster one
-ITERATIONS = 200  # the solver takes some 10 to 40
 INSIDE = 20.0  # limits are drawn in by so many tolerances (2e-9 at most), the solver's own slack stays inside them
 
 
@@ -37,13 +36,11 @@ class _Blocks:
         self.dense: list[FloatArray] = []
         self.b: list[FloatArray] = []
         self.entries: list[tuple[Any, Any, Any]] = []
-        self.cones: list[Any] = []
+        self.cones: list[Kind] = []
         self.n_rows = 0
 
     def moduli(self, M: ComplexArray, c: ComplexArray, bound: FloatArray, slots: Any) -> int:
         """|M x + c| <= bound + the extra variables of `slots`, one cone per row; the place of the first row."""
-        import clarabel
-
         count, start = len(c), self.n_rows
         dense = np.zeros((count, 3, 2 * self.n_planes))
         dense[:, 1, : self.n_planes], dense[:, 1, self.n_planes :] = -M.real, M.imag
@@ -53,30 +50,26 @@ class _Blocks:
         heads = start + 3 * np.arange(count)
         for slot in slots:
             self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, -1.0)))
-        self.cones += [clarabel.SecondOrderConeT(3)] * count
+        self.cones += [(CONE, 3)] * count
         return start
 
     def norm(self, M: ComplexArray, c: ComplexArray, slot: int) -> int:
         """Norm of the whole vector M x + c <= the extra variable `slot`, one cone; its first row's place."""
-        import clarabel
-
         start, count = self.n_rows, len(c)
         dense = np.zeros((2 * count + 1, 2 * self.n_planes))
         dense[1 : count + 1] = np.hstack([-M.real, M.imag])
         dense[count + 1 :] = np.hstack([-M.imag, -M.real])
         self._put(dense, np.concatenate([[0.0], c.real, c.imag]))
         self.entries.append((np.array([start]), np.array([slot]), np.array([-1.0])))
-        self.cones.append(clarabel.SecondOrderConeT(2 * count + 1))
+        self.cones.append((CONE, 2 * count + 1))
         return start
 
     def linear(self, dense: FloatArray, b: FloatArray, entries: tuple[Any, Any, Any] | None = None) -> None:
         """dense @ [Re x, Im x] + entries <= b."""
-        import clarabel
-
         if entries is not None:
             self.entries.append((self.n_rows + entries[0], entries[1], entries[2]))
         self._put(dense, b)
-        self.cones.append(clarabel.NonnegativeConeT(len(b)))
+        self.cones.append((LINEAR, len(b)))
 
     def _put(self, dense: FloatArray, b: FloatArray) -> None:
         self.dense.append(dense)
@@ -92,20 +85,12 @@ class _Blocks:
         values = np.concatenate([entry[2] for entry in self.entries]) if self.entries else np.empty(0)
         order = np.lexsort((rows, slots))
         counts = np.concatenate([used.sum(axis=1), np.bincount(slots, minlength=n_extra)])
-        return _columns(
+        return by_columns(
             np.concatenate([dense[used], values[order]]),
             np.concatenate([np.nonzero(used)[1], rows[order]]),
             np.concatenate([[0], np.cumsum(counts)]),
             (self.n_rows, len(dense) + n_extra),
         )
-
-
-def _columns(data: FloatArray, rows: Any, starts: Any, shape: tuple[int, int]) -> SimpleNamespace:
-    """What Clarabel reads of a scipy matrix compressed by columns."""
-    return SimpleNamespace(
-        data=data, indices=rows.astype(np.int64), indptr=starts.astype(np.int64), shape=shape,
-        has_canonical_format=True, has_sorted_indices=True,
-    )  # fmt: skip
 
 
 def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: float = 1e-11) -> ConeAnswer:
@@ -121,7 +106,7 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     _arcs(scene, blocks)
     cost = np.concatenate([cost, scene.mass if scene.goal == "correction" else np.zeros(n_extra - len(cost))])
     worked(0.5 + 0.007 * (len(goal_rows) + len(limit_rows)) * scene.n_planes)
-    x, dual, status = _clarabel(blocks, cost, square, tolerance)
+    x, dual, status = _solved(blocks, cost, square, tolerance)
     n = scene.n_planes
     z = np.zeros(len(scene.g), dtype=complex)
     z[goal_rows] = _multipliers(dual, heads, len(goal_rows), whole=scene.goal == "rms")
@@ -194,25 +179,17 @@ def _arcs(scene: Scaled, blocks: _Blocks) -> None:
         blocks.linear(dense, np.zeros(len(dense)))
 
 
-def _clarabel(blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: float) -> tuple[Any, Any, str]:
-    """Solve; primal, dual and the solver's own word for how it ended."""
-    import clarabel
-
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.presolve_enable = False
-    settings.max_iter = ITERATIONS
-    if blocks.n_rows < SMALL:
-        settings.direct_solve_method = "qdldl"
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+def _solved(
+    blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray, str]:
+    """Primal, dual and the solver's own word for how it ended."""
     n_extra, n = len(cost), 2 * blocks.n_planes
-    diagonal = np.concatenate([np.zeros(n), square, np.zeros(n_extra - len(square))])
-    places = np.flatnonzero(diagonal)
-    P = _columns(diagonal[places], places, np.concatenate([[0], np.cumsum(diagonal != 0)]), (n + n_extra, n + n_extra))
-    q = np.concatenate([np.zeros(n), cost])
     if not blocks.n_rows:
         return np.zeros(n + n_extra), np.zeros(0), "Solved"
-    A = blocks.matrix(n_extra)
-    solver = clarabel.DefaultSolver(P, q, A, np.concatenate(blocks.b), blocks.cones, settings)
-    answer = solver.solve()
-    return np.array(answer.x), np.array(answer.z), str(answer.status)
+    diagonal = np.concatenate([np.zeros(n), square, np.zeros(n_extra - len(square))])
+    places = np.flatnonzero(diagonal)
+    starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
+    P = by_columns(diagonal[places], places, starts, (n + n_extra, n + n_extra))
+    q, b = np.concatenate([np.zeros(n), cost]), np.concatenate(blocks.b)
+    found = solve_cones(q, blocks.matrix(n_extra), b, blocks.cones, quadratic=P, tolerance=tolerance)
+    return found.x, found.z, found.status

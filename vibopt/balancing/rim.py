@@ -16,13 +16,13 @@ import numpy as np
 
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question, Solved
+from vibopt.cones import CONE, LINEAR, solve_cones
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.work import Budget
 
 GAP = 1e-7
 PROGRAMS = 500
 PROGRAM = 10.0  # of nominal work [ms]
-ITERATIONS = 200
 _TINY = 1e-300
 _FAR = 10.0
 
@@ -185,9 +185,6 @@ class _Program:
         return row
 
     def solve(self) -> _Found | None:
-        import clarabel
-        from scipy import sparse
-
         question, cone = self.question, _Cone(self.size)
         unit = np.eye(self.size)
         for i in range(self.n):
@@ -219,17 +216,11 @@ class _Program:
             if plane in self.mass_tops:
                 cone.within(unit[self.n + self.tops + self.mass_tops.index(plane)], 0.0, both, np.zeros(2))
         linear, quadratic = self._goal(cone, real, imag, re0, im0, unit)
-        settings = clarabel.DefaultSettings()
-        settings.verbose = False
-        settings.max_iter = ITERATIONS
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
         A, b = np.array(cone.rows), np.array(cone.right)
-        cones = [clarabel.NonnegativeConeT(cone.flat), *[clarabel.SecondOrderConeT(k) for k in cone.cones]]
-        answer = clarabel.DefaultSolver(
-            sparse.csc_matrix(np.triu(quadratic)), linear, sparse.csc_matrix(A), b, cones, settings
-        ).solve()
-        x, z = np.array(answer.x), np.array(answer.z)
-        if not np.isfinite(x).all() or str(answer.status) not in ("Solved", "AlmostSolved", "InsufficientProgress"):
+        kinds = [(LINEAR, cone.flat), *((CONE, size) for size in cone.cones)]
+        answer = solve_cones(linear, A, b, kinds, quadratic=quadratic)
+        x, z = answer.x, answer.z
+        if not np.isfinite(x).all() or answer.status not in ("Solved", "AlmostSolved", "InsufficientProgress"):
             return None
         u = self._correction(x)
         if not self._kept(u):

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vibopt.cones import LINEAR, solve_cones
 from vibopt.forms import BoolArray, FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
@@ -382,18 +383,8 @@ def _by_cones(
     quadratic: FloatArray, linear: FloatArray, table: FloatArray, right: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Least 1/2 z quadratic z + linear z under table z <= right, and the prices of the rows."""
-    import clarabel
-    from scipy import sparse
-
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = 100
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
-    answer = clarabel.DefaultSolver(
-        sparse.csc_matrix(np.triu(quadratic)), linear, sparse.csc_matrix(table), right,
-        [clarabel.NonnegativeConeT(len(right))], settings,
-    ).solve()  # fmt: skip
-    return np.array(answer.x), np.array(answer.z)
+    found = solve_cones(linear, table, right, [(LINEAR, len(right))], quadratic=quadratic)
+    return found.x, found.z
 
 
 def _first_bend(here: Point) -> FloatArray:

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.cones import CONE, LINEAR, solve_cones
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.work import worked
 
 PROVEN = 1e-7
-ITERATIONS = 200
 REACH = 1e3
 """Choices without a cap are searched up to this many times the size that matters; the claim says so."""
 
@@ -79,13 +79,13 @@ class _Cones:
         """row x <= end."""
         self.rows.append(row)
         self.ends.append(end)
-        self.kinds.append(("linear", 1))
+        self.kinds.append((LINEAR, 1))
 
     def length(self, head: FloatArray, head_end: float, slope: ComplexArray, constant: complex) -> None:
         """|slope x + constant| <= head x + head_end."""
         self.rows += [-head, -slope.real, -slope.imag]
         self.ends += [head_end, constant.real, constant.imag]
-        self.kinds.append(("cone", 3))
+        self.kinds.append((CONE, 3))
 
 
 def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
@@ -161,30 +161,19 @@ def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:
 
 
 def _run(q: FloatArray, cones: _Cones) -> Any:
-    """Clarabel's answer, quietly and with so many iterations at most; `x`, `z` and `status` as text."""
-    import clarabel
-    from scipy import sparse
-
-    order = sorted(range(len(cones.kinds)), key=lambda k: cones.kinds[k][0] == "cone")
+    """The solver's point with its multipliers made feasible; `x`, `z`, `status`, and the rows `A`, `b` they are of."""
+    order = sorted(range(len(cones.kinds)), key=lambda k: cones.kinds[k][0] == CONE)
     starts = np.concatenate([[0], np.cumsum([many for _, many in cones.kinds])])
     rows = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in order])
-    many = sum(1 for kind, _ in cones.kinds if kind == "linear")
-    kinds = [clarabel.NonnegativeConeT(many)] if many else []
-    kinds += [clarabel.SecondOrderConeT(3)] * (len(cones.kinds) - many)
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_iter = ITERATIONS
+    many = sum(1 for kind, _ in cones.kinds if kind == LINEAR)
     worked(0.5 + 0.003 * len(cones.rows) * len(q))
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-11
-    A = sparse.csc_matrix(np.array(cones.rows)[rows])
-    b = np.array(cones.ends)[rows]
-    nothing = sparse.csc_matrix((len(q), len(q)))
-    found = clarabel.DefaultSolver(nothing, q, A, b, kinds, settings).solve()
-    z = np.asarray(found.z)
+    A, b = np.array(cones.rows)[rows], np.array(cones.ends)[rows]
+    found = solve_cones(q, A, b, [(LINEAR, many), *[(CONE, 3)] * (len(cones.kinds) - many)])
+    z = found.z
     z[:many] = np.maximum(z[:many], 0.0)
     heads = z[many::3]
     heads[:] = np.maximum(heads, np.hypot(z[many + 1 :: 3], z[many + 2 :: 3]))
-    return SimpleNamespace(x=np.asarray(found.x), z=z, status=str(found.status), A=A, b=b)
+    return SimpleNamespace(x=found.x, z=z, status=found.status, A=A, b=b)
 
 
 def _judge(
