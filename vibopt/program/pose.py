@@ -74,13 +74,16 @@ def _ties(scene: Scene) -> Iterator[Tie]:
 
 def _ratings(full: Model, reduce: bool) -> Iterator[Limit]:
     """The static load of one mount of every part, between what it is rated for."""
+    models: dict[str, Model] = {}
     for (name, word), rating in full.properties.items():
         side = _RATINGS.get(word)
         if side is None or name not in full.links or rating.scale == 0.0:
             continue
         part = full.properties[name, "static_stiffness"] * rating**-1.0
         factor = Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
-        needed = reduced(full, StaticRow(full.links[name])) if reduce and full.n_free > 1 else full
+        if name not in models:
+            models[name] = reduced(full, StaticRow(full.links[name])) if reduce and full.n_free > 1 else full
+        needed = models[name]
         form = StaticLoad(needed.links[name], factor)
         if name in full.axes:  # one own axis of a mount in space, which may be lifted
             form = StaticLoad(_pressing(needed, name), factor, signed=True)

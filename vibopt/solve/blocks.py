@@ -38,7 +38,7 @@ def improved_by_links(program: Program, x: FloatArray, judge: Judge, budget: Bud
     while len(settled) < len(pairs):
         pair = next(one for one in pairs if one not in settled)
         part = held(program, x, pair)
-        method = DiscsOfOneLink(most=_SLICES)
+        method = DiscsOfOneLink(most=_SLICES, start=x[list(pair)])
         if budget.over or method.refuses(part) is not None:
             return x, False
         found = method.solve(part)

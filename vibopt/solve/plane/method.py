@@ -47,8 +47,8 @@ class DiscsOfOneLink:
     name = "discs"
     summary = "exact in stiffness and damping of one link on any machine, over the worst speeds"
 
-    def __init__(self, gap: float = GAP, most: int = MOST_SLICES) -> None:
-        self.gap, self.most = gap, most
+    def __init__(self, gap: float = GAP, most: int = MOST_SLICES, start: FloatArray | None = None) -> None:
+        self.gap, self.most, self.start = gap, most, start
 
     def refuses(self, program: Program) -> str | None:
         """Anything but one link's stiffness and damping, with at most one variable beside them."""
@@ -66,7 +66,8 @@ class DiscsOfOneLink:
         """Status "optimal" with the gap, "infeasible", or "feasible" when its slices are used up."""
         plane = LinkPlane.of(program)
         assert plane is not None
-        return _Run(plane, self.gap, Budget(self.most, "slices", _COST * program.cost), progress, self.name).answer()
+        budget = Budget(self.most, "slices", _COST * program.cost)
+        return _Run(plane, self.gap, budget, progress, self.name, self.start).answer()
 
 
 def as_limit(part: Limit | Aim, level: float) -> Limit:
@@ -84,6 +85,7 @@ class _Run:
     budget: Budget
     progress: Progress | None
     name: str
+    start: FloatArray | None = None
     speeds: list[list[float]] = field(default_factory=list)
     best: FloatArray | None = None
     value: float = np.inf
@@ -146,8 +148,10 @@ class _Run:
             return
         tried = np.exp(starts(self.program, _TRIED))
         merit = self._rough(tried)
-        tried, merit = self._nearer(tried, merit)
         self._zero = 1e-12 * float(np.median(self._goals[np.isfinite(self._goals)])) if self.program.aim else 0.0
+        if self.start is not None and self._offer(self.start):
+            return
+        tried, merit = self._nearer(tried, merit)
         for x in tried[np.argsort(merit)[:3]]:
             self._offer(x)
             if self.best is not None:
