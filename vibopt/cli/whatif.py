@@ -115,7 +115,8 @@ def _cells(job: Job, found: Answer[Any], result: WhatIf) -> dict[str, str]:
         cells |= dict.fromkeys(became, goal.shown)
     rows = {**found.limits, **found.measures}
     cells |= {name: _cell(one, told=found.found is None) for name, one in rows.items()}
-    return cells | ({} if taken or rows else {path: one.shown for path, one in results(job, found).items()})
+    few = not (result.before.limits or result.before.measures)
+    return cells | ({path: one.shown for path, one in results(job, found).items()} if few and not taken else {})
 
 
 def _intervals(design: Design) -> str:

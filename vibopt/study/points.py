@@ -141,7 +141,8 @@ def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
 
 def point_of(fact: FactAt, value: float, job: Job, found: Answer[Any]) -> Point:
     """The point that one answer makes."""
-    taken = chosen(job, found)
+    entries = {} if is_scene(job) else found.entries()
+    taken = chosen(job, found, entries)
     return Point(
         value=shown_value(fact, value),
         status=found.status,
@@ -149,5 +150,5 @@ def point_of(fact: FactAt, value: float, job: Job, found: Answer[Any]) -> Point:
         variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
         margins={name: one.margin for name, one in found.limits.items()},
         parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
-        results=results(job, found),
+        results=results(job, found, entries),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
@@ -29,23 +30,26 @@ def goal_word(job: Job) -> str:
     return (job.goal.name if job.goal is not None else "") if is_scene(job) else job.aim
 
 
-def chosen(job: Job, found: Answer[Any]) -> dict[str, Value]:
-    """What the answer chose, by path: places and parts first, then numbers."""
+def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Value]:
+    """What the answer chose, by path: places and parts first, then numbers; `entries` are those of the answer."""
     if is_scene(job):
         places: dict[str, Value] = dict(found.places)
         return places | {path: one.value for path, one in found.variables.items() if ".part." not in path}
-    entries = {} if found.status in _NOTHING else found.entries()
-    return {path: entries[path] for path in job.choices if path in entries}
+    if found.status in _NOTHING:
+        return {}
+    known = found.entries() if entries is None else entries
+    return {path: known[path] for path in job.choices if path in known}
 
 
-def results(job: Job, found: Answer[Any]) -> dict[str, Entry]:
+def results(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Entry]:
     """What the answer to a balancing job measured beside its limits: readings, reactions or orders that are left."""
     if is_scene(job) or found.status in _NOTHING:
         return {}
-    entries = {path: one for path, one in found.entries().items() if path.startswith(job.results)}
+    known = found.entries() if entries is None else entries
     return {
         path: one
-        for path, one in entries.items()
+        for path, one in known.items()
+        if path.startswith(job.results)
         if isinstance(one, Entry) and one.dimension != "angle" and not (path.endswith(".found") or ".at " in path)
     }
 

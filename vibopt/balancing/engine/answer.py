@@ -171,8 +171,9 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
         "Crank angles are counted in the sense of rotation; couples are about "
         "the middle of the cylinders unless the file says reference.",
     ]
-    exact = arms(job, found.cranks, truncated=False).at(found.x)
-    short = arms(job, found.cranks, truncated=True).at(found.x)
+    exact, short = (
+        (here if job.truncated is cut else arms(job, found.cranks, truncated=cut)).at(found.x) for cut in (False, True)
+    )
     for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
         full, cut = (_clean(peak(one, couple), _size(job, couple)) for one in (exact, short))
         if max(full, cut) > _TINY * _size(job, couple):

@@ -7,6 +7,7 @@ top.  A_1 = 1, and the other odd orders vanish.  The textbook series stops after
 
 from __future__ import annotations
 
+from functools import cache
 from math import comb
 
 import numpy as np
@@ -35,6 +36,7 @@ def truncated_orders(ratio: float, highest: int) -> FloatArray:
     return series
 
 
+@cache
 def _cosine_of_root(ratio: float, half: int) -> float:
     """Coefficient of cos(2 half a) in sqrt(1 - ratio² sin²(a)) / ratio."""
     total, choose, power = 0.0, 1.0, 1.0

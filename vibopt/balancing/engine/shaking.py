@@ -9,12 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from vibopt.balancing.engine.job import EngineJob, Share
 from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
 from vibopt.forms import ComplexArray, FloatArray
+
+_GRID = 1440
+"""Crank angles at which the greatest size is looked for."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,13 @@ def at_crank(found: ComplexArray, couple: bool, order: int, crank: float) -> flo
     return float(abs((with_ * np.exp(1j * orders * crank) + against * np.exp(-1j * orders * crank)).sum()))
 
 
+@cache
+def _turns(n_orders: int, samples: int) -> ComplexArray:
+    """exp(i k a) at evenly spaced crank angles a, shape (samples, n_orders)."""
+    turn = 2.0 * np.pi * np.arange(samples) / samples
+    return np.asarray(np.exp(1j * np.outer(turn, np.arange(n_orders))))
+
+
 def over_turn(found: ComplexArray, couple: bool, crank: FloatArray) -> ComplexArray:
     """Force or couple at crank angles [rad], all orders together, same shape as `crank`."""
     orders = np.arange(found.shape[2])
@@ -115,10 +126,9 @@ def peak(found: ComplexArray, couple: bool) -> float:
     """Greatest size over a turn of all orders together: a grid, then the best grid points refined by halving."""
     if np.abs(found[int(couple)]).max() == 0.0:
         return 0.0
-    step = 2.0 * np.pi / 1440.0
-    grid: FloatArray = np.arange(1440, dtype=np.float64) * step
-    sizes = np.abs(over_turn(found, couple, grid))
-    best, low = float(grid[int(np.argmax(sizes))]), step
+    step = 2.0 * np.pi / _GRID
+    turns, (with_, against) = _turns(found.shape[2], _GRID), found[int(couple)]
+    best, low = step * int(np.argmax(np.abs(turns @ with_ + turns.conj() @ against))), step
     while low > 1e-9:
         near: FloatArray = np.asarray(best + low * np.linspace(-1.0, 1.0, 9), dtype=np.float64)
         best = float(near[int(np.argmax(np.abs(over_turn(found, couple, near))))])
