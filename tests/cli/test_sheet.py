@@ -79,8 +79,8 @@ def test_a_balancing_job_has_a_plan_page_instead(run: Run, tmp_path: Path) -> No
     done = run("report", str(ROOT / "balancing" / "rao_9_5.toml"), "--sheet", "-o", str(tmp_path / "sheet.html"))
     assert done.code == 2
     assert done.err == (
-        "rao_9_5.toml: report --sheet is for a machine on its mounts, and this is a shaft with known masses. vibopt report "
-        "without --sheet writes the plan of a balancing job as one page to sign.\n"
+        "rao_9_5.toml: report --sheet is for a machine on its mounts, and this is a shaft with known masses. vibopt "
+        "report without --sheet writes the plan of a balancing job as one page to sign.\n"
     )
 
 
