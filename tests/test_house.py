@@ -57,7 +57,7 @@ UNDER_BALANCING = (
 """Balancing stands beside the scenes and shares only these with them."""
 UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
 """What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
-BALANCING_SHEETS = ("asked", "views", "blocks", "said", "table", "sheet", "figures")
+BALANCING_SHEETS = ("asked", "views", "blocks", "figures")
 OVER_BALANCING = ("vibopt.balancing", "vibopt.posed", "vibopt.jobs", "vibopt.cli", "vibopt.charts")
 """Who asks balancing: programs in the open, jobs, commands, and its rows in the charts beside its rivals."""
 

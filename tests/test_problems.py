@@ -12,8 +12,7 @@ from shapes import faults
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.jsonable import json_text
-from vibopt.balancing.said import blocks_of, verdict
-from vibopt.balancing.table import text_of
+from vibopt.answer.text import blocks_of, text_of, verdict
 from vibopt.cli.schema import schema_of_answers
 from vibopt.jobs import answer, is_scene, open_job
 from vibopt.study.records import KEYS, REL_TOL, compare

@@ -293,17 +293,6 @@ def reasons(job: BalancingJob, found: Answer[Any]) -> tuple[Any, Any]:
     return why.of_known(job, found) if is_known(job) else why.of_engine(job, found)
 
 
-def verdict_of(found: Answer[Any]) -> str:
-    """The first line of an answer, without its proof."""
-    if is_scene(found.job):
-        from vibopt.design.words import verdict
-
-        return verdict(found)
-    from vibopt.balancing.said import verdict as of_balancing
-
-    return of_balancing(found)
-
-
 def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Answer[Any]:
     if is_known(job):
         from vibopt.balancing.known import solve_known

@@ -12,13 +12,13 @@ import pytest
 
 from rotor_jobs import FAN, correction, messages, read_text, solve_text
 from test_rotor_plan import ALIKE, SECOND, fan, put_back_of
+from vibopt.answer.blocks import WARNING
+from vibopt.answer.text import blocks_of, text_of
 from vibopt.balancing import prices, solve_rotor
-from vibopt.balancing.blocks import WARNING
 from vibopt.balancing.influence import identify
 from vibopt.balancing.pose import pose
-from vibopt.balancing.said import blocks_of, goal_words
-from vibopt.balancing.table import text_of
 from vibopt.balancing.trust import noise_of, scenario_rows
+from vibopt.balancing.views import goal_words
 from vibopt.units import read_quantity
 
 SCATTER = '[scatter]\namplitude = "2 %"\nangle = "1 deg"\n'

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.text import blocks_of
 from vibopt.balancing.engine import EngineJob, read_engine, solve_engine
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
@@ -22,7 +23,6 @@ from vibopt.balancing.engine.phasing import classes
 from vibopt.balancing.engine.shaking import arms, of_order, peak
 from vibopt.balancing.engine.simulate import simulated
 from vibopt.balancing.engine.solve import Balanced, balance
-from vibopt.balancing.said import blocks_of
 from vibopt.errors import InputError
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from test_engine import engine, job_of, number_at, solved
+from vibopt.answer.text import blocks_of, text_of
 from vibopt.balancing import prices
 from vibopt.balancing.engine import EngineJob, solve_engine
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
 from vibopt.balancing.engine.solve import balance, settings
-from vibopt.balancing.said import blocks_of
-from vibopt.balancing.table import text_of
 from vibopt.units import read_quantity
 
 

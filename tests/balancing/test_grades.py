@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rotor_jobs import FAN, solve_text
+from vibopt.answer.text import blocks_of
 from vibopt.balancing.grades import Quality, earned, levers, permitted, shares
-from vibopt.balancing.said import blocks_of
 
 OMEGA = 3000.0 * 2.0 * np.pi / 60.0
 

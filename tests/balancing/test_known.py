@@ -19,7 +19,7 @@ from vibopt.balancing.known import read_known, solve_known
 from vibopt.balancing.known.job import KnownJob
 from vibopt.balancing.known.solve import correct
 from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
-from vibopt.balancing.said import goal_words
+from vibopt.balancing.views import goal_words
 from vibopt.errors import InputError, NotProven, UnknownName
 from vibopt.scene.locate import Locator
 from vibopt.scene.mistakes import Mistakes

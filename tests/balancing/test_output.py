@@ -10,11 +10,10 @@ import pytest
 
 from rotor_jobs import FAN
 from vibopt.answer.answer import Answer
+from vibopt.answer.page import html
+from vibopt.answer.text import blocks_of, text_of, verdict
 from vibopt.balancing.figures import figure_of
 from vibopt.balancing.figures.rotor import disc
-from vibopt.balancing.said import blocks_of, verdict
-from vibopt.balancing.sheet import html
-from vibopt.balancing.table import text_of
 from vibopt.jobs import answer, is_rotor, is_scene, open_job
 
 if TYPE_CHECKING:
@@ -126,7 +125,7 @@ def test_a_weight_is_drawn_at_the_angle_written_in_the_sense_of_the_file(
 
 def test_the_page_has_a_box_to_tick_an_empty_column_and_a_place_to_sign(solved: Answers) -> None:
     plan, _ = solved(FAN)
-    page = html(plan, changes=["limits.x=1"], on=date(2025, 1, 2))
+    page = html(plan, changes=["limits.x=1"], on=date(2025, 1, 2), sheet=True)
     assert page.count("<li>") == 3
     assert page.count('<td class="blank">') == 2
     for words in ("Fitted by (name)", "Date", "2025-01-02", "limits.x=1", "counted against rotation", "<svg"):
@@ -143,4 +142,4 @@ def test_known_masses_and_engines_are_drawn(name: str, compact: bool) -> None:
     assert not is_rotor(found.job)
     assert figure_of(found, compact=compact) is not None
     if compact:
-        assert "Done by (name)" in html(found)
+        assert "Done by (name)" in html(found, sheet=True)

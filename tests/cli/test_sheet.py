@@ -74,14 +74,22 @@ def test_a_pdf_without_a_browser_is_refused(run: Run, tmp_path: Path, monkeypatc
     assert not target.exists()
 
 
-@pytest.mark.usefixtures("unsolved")
-def test_a_balancing_job_has_a_plan_page_instead(run: Run, tmp_path: Path) -> None:
-    done = run("report", str(ROOT / "balancing" / "rao_9_5.toml"), "--sheet", "-o", str(tmp_path / "sheet.html"))
-    assert done.code == 2
-    assert done.err == (
-        "rao_9_5.toml: report --sheet is for a machine on its mounts, and this is a shaft with known masses. vibopt "
-        "report without --sheet writes the plan of a balancing job as one page to sign.\n"
-    )
+@pytest.mark.parametrize(
+    ("name", "sign"), [("rao_9_6_capped", "Fitted by"), ("rao_9_14_b", "Done by"), ("engine_v_twin", "Done by")]
+)
+def test_a_balancing_job_has_a_sheet_for_the_shop_floor_and_a_report(
+    run: Run, tmp_path: Path, name: str, sign: str
+) -> None:
+    file, target = str(ROOT / "balancing" / f"{name}.toml"), tmp_path / "page.html"
+    assert run("report", file, "--sheet", "-o", str(target)).code == 0
+    sheet = target.read_text(encoding="utf-8")
+    assert f"<div>{sign} (name)</div>" in sheet
+    assert "<svg" in sheet
+    assert "What was given" not in sheet
+    assert run("report", file, "-o", str(target)).code == 0
+    page = target.read_text(encoding="utf-8")
+    for words in ("What this stands on", "What was given", "Checked by, date", "<svg"):
+        assert words in page
 
 
 @pytest.mark.usefixtures("unsolved")

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from vibopt.answer.jsonable import as_json
+from vibopt.answer.page import html
 from vibopt.design.absorbers import modes, parts_of, stroke_bars, strokes
 from vibopt.design.adjust import adjusting
 from vibopt.design.curves import panels
 from vibopt.design.design import Design
 from vibopt.design.figures import below, plane_figure, response_figure, saved
 from vibopt.design.plane import absorbers_with_map, plane
-from vibopt.design.report import html
 from vibopt.scene.read import from_text
 from vibopt.solve import solve
 

@@ -10,8 +10,8 @@ import pytest
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
+from vibopt.answer.page import html, inline
 from vibopt.design.design import Design
-from vibopt.design.report import html, inline
 
 Solved = Callable[[str], Design]
 DAY = date(2026, 1, 31)
@@ -84,7 +84,7 @@ def test_a_conflict_is_told(solved: Solved) -> None:
         conflict=Conflict(("a", "b"), (step,), "proof"), reason="Too light.",
     )  # fmt: skip
     text = " ".join(read(html(design, on=DAY)).text.split())
-    assert "These cannot hold together: a, b." in text
+    assert 'These cannot hold together: "a", "b".' in text
     assert "start_up 20 mm -> 24 mm" in text
     assert "Too light." in text
     assert "Every limit was measured again" not in text

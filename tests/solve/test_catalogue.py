@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from vibopt.answer.jsonable import as_json
+from vibopt.answer.page import html
 from vibopt.design.design import Design
-from vibopt.design.report import html
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.document import placed

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from vibopt.answer.jsonable import as_json
+from vibopt.answer.page import html
 from vibopt.design.design import Design
-from vibopt.design.report import html
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen

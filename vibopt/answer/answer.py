@@ -224,9 +224,9 @@ class Answer(Generic[J_co]):
 
     def report(self) -> str:
         """The answer as text, as the command line prints it."""
-        from vibopt.answer.jsonable import views_of
+        from vibopt.answer.text import text_of
 
-        return str(views_of(self).text_of(self))
+        return text_of(self)
 
     def to_json(self) -> dict[str, Any]:
         """The answer as plain data: values in SI (amplitudes peak), `shown` in the user's units and conventions."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.blocks import FOOT, TEXT, Block, rows_of, table
 from vibopt.answer.entry import Entry, Value
-from vibopt.balancing.blocks import FOOT, TEXT, Block, limit_blocks, table
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.units import show
 from vibopt.units.showing import show_angle
@@ -14,12 +14,13 @@ from vibopt.units.showing import show_angle
 SMALL = 1e-6
 
 
-def engine_blocks(outcome: Answer[EngineJob], job: EngineJob) -> list[Block]:
+def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
     """What an engine's answer says, in the order in which it is needed."""
+    job = outcome.job
     if outcome.status == "infeasible":
         return [Block("Notes", FOOT, outcome.notes)]
     return [
-        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *limit_blocks(outcome),
+        _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *rows_of(outcome),
         Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
     ]  # fmt: skip
 

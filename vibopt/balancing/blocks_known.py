@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from vibopt.answer.answer import Answer
-from vibopt.balancing.blocks import FOOT, TODO, Block, limit_blocks, table
+from vibopt.answer.blocks import FOOT, TODO, Block, rows_of, table
 from vibopt.balancing.known.job import KnownJob, Spot
 from vibopt.units import show
 
 
-def known_blocks(outcome: Answer[KnownJob], job: KnownJob) -> list[Block]:
+def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
     """What the answer for known masses says, in the order in which it is needed."""
+    job = outcome.job
     planes = [one for one in job.spots if outcome.status != "infeasible"]
     return [
         Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
-        _planes(outcome, planes), _left(outcome, job), *limit_blocks(outcome),
+        _planes(outcome, planes), _left(outcome, job), *rows_of(outcome),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
         Block("Method", FOOT, (outcome.method,) if job.spots else ()),

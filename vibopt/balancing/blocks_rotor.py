@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned, limits_block, prices_block, table
 from vibopt.answer.entry import Entry, Value
 from vibopt.answer.plan import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
-from vibopt.balancing.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned, limit_blocks, table
 from vibopt.balancing.job import RotorJob
 from vibopt.units import show
 from vibopt.units.showing import show_angle
@@ -35,7 +36,8 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
         found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
     return [
         *found,
-        *limit_blocks(plan),
+        replace(limits_block(plan), on_sheet=any(one.response != "residual" for one in plan.limits.values())),
+        prices_block(plan),
         _side_by_side(plan, plan.plan.beside, "Plans by other runs, side by side"),
         _side_by_side(plan, plan.plan.remedies, "Planes almost alike: the ways round, side by side"),
         *_quality(plan),
@@ -73,7 +75,8 @@ def _rows(fitting: Fitting, title: str) -> Block:
     band = " (95 % band)" if any(one.band for one in fitting.rows) else ""
     fit = " (fit of all runs)" if any(one.fitted_phasor for one in fitting.rows) else ""
     heads = ("Sensor", "Speed", f"As found{fit}", f"After{band}", "At most", "Margin")
-    return table(title, heads, [_row(one) for one in fitting.rows], whole=(1, 2, 3, 4, 5))
+    rows = [_row(one) for one in fitting.rows]
+    return replace(table(title, heads, rows, whole=(1, 2, 3, 4, 5)), measured=True)
 
 
 def _row(one: RowAnswer) -> tuple[str, ...]:

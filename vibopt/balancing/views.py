@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.blocks import Block
+from vibopt.answer.entry import Entry
 from vibopt.answer.schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref, table
-from vibopt.balancing.table import text_of
+from vibopt.balancing.blocks_engine import engine_blocks
+from vibopt.balancing.blocks_known import known_blocks
+from vibopt.balancing.blocks_rotor import rotor_blocks
+from vibopt.jobs import ENGINE, KNOWN, ROTOR, is_rotor
 
 if TYPE_CHECKING:
     from vibopt.jobs import BalancingJob
@@ -74,4 +81,67 @@ def own_json(answer: Answer[BalancingJob]) -> dict[str, Any]:
     return {"conventions": {**spoken, "words": answer.plan.conventions}, **answer.plan.to_json()}
 
 
-__all__ = ["KEYS", "notes_of", "own_json", "sense_of", "text_of"]
+_PLAIN = {
+    "optimal": "",
+    "feasible": "all limits hold; that nothing better exists is not proven",
+    "met": "all limits hold",
+    "violated": "limits do not hold",
+    "infeasible": "no weights keep all limits",
+    "unbounded": "the goal has no best value",
+    "unproven": "no single answer is proven",
+    "check_failed": "the simulated machine refused the answer",
+}
+
+
+def goal_words(answer: Answer[BalancingJob]) -> str:
+    """What was made least, and how far: "least worst residual is 0.3216 mil pp"."""
+    if answer.goal is None or answer.status in ("infeasible", "unbounded", "met", "violated"):
+        return ""
+    name, value = answer.goal[0], _without_rounding(answer, answer.goal[1])
+    return "" if len(answer.plan.fittings) > 1 else f"least {name.replace('_', ' ')} is {value.shown}"
+
+
+def _without_rounding(answer: Answer[BalancingJob], value: Entry) -> Entry:
+    """Zero where nothing but rounding is left at any sensor."""
+    rows = answer.plan.rows
+    nothing = bool(rows) and all(one.left == 0.0 for one in rows)
+    if nothing and answer.goal is not None and answer.goal[0] != "correction":
+        return replace(value, value=0.0)
+    return value
+
+
+def verdict(answer: Answer[BalancingJob]) -> str:
+    """What the first line of the answer says behind its status; "" where the claim says all."""
+    said = _PLAIN[answer.status]
+    if answer.status == "met" and not answer.limits:
+        said = "no limit was set; what was asked stands below"
+    if is_rotor(answer.job) and answer.status in ("met", "violated", "unproven"):
+        said = ""
+    return "; ".join(filter(None, (goal_words(answer), said)))
+
+
+def blocks(answer: Answer[Any]) -> list[Block]:
+    """Everything the answer says, in the order in which it is needed."""
+    return BLOCKS[answer.job.kind](answer)
+
+
+def figures(answer: Answer[BalancingJob], *, compact: bool = False) -> list[tuple[str, str]]:
+    """Title and SVG of the picture, where there is something to draw."""
+    from vibopt.balancing.figures import figure_of
+    from vibopt.design.figures import saved
+
+    figure = figure_of(answer, compact=compact)
+    return [] if figure is None else [(answer.title, saved(figure, "svg").decode())]
+
+
+def signs(answer: Answer[BalancingJob], sheet: bool) -> tuple[str, ...]:
+    """Who signs the page."""
+    if not sheet:
+        return ("Designed by, date", "Checked by, date")
+    return ("Fitted by (name)" if is_rotor(answer.job) else "Done by (name)", "Date", "Checked by")
+
+
+BLOCKS: Mapping[str, Callable[[Answer[Any]], list[Block]]] = {
+    ROTOR: rotor_blocks, KNOWN: known_blocks, ENGINE: engine_blocks,
+}  # fmt: skip
+__all__ = ["KEYS", "blocks", "figures", "goal_words", "notes_of", "own_json", "sense_of", "signs", "verdict"]

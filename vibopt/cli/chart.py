@@ -173,7 +173,7 @@ def _draw(target: Path | None, make: Callable[[], Figure]) -> None:
 
 
 def _say(write: Callable[[Console], None], target: Path | None) -> None:
-    from vibopt.design.table import rendered
+    from vibopt.answer.text import rendered
 
     say(rendered(write, width=max(width(), 100), colour=colour()))
     if target is not None:
@@ -220,8 +220,8 @@ def _row(one: Trial) -> dict[str, Any]:
 
 
 def _accuracy_table(result: Chart, console: Console) -> None:
+    from vibopt.answer.text import grid, section
     from vibopt.charts.trial import DEFAULT
-    from vibopt.design.table import grid, section
 
     console.print("Speed against accuracy", style="bold")
     console.print(
@@ -255,9 +255,9 @@ def _note(one: Trial) -> str:
 
 
 def _stability_table(result: Chart, console: Console) -> None:
+    from vibopt.answer.text import grid, section
     from vibopt.charts.runner import CLASSES
     from vibopt.charts.trial import MISSING, REFUSES
-    from vibopt.design.table import grid, section
 
     short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
     console.print("Stability on hard ground", style="bold")
@@ -310,7 +310,7 @@ def _worst_faults(result: Chart) -> list[tuple[str, str, str, str]]:
 
 
 def _fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
-    from vibopt.design.table import grid
+    from vibopt.answer.text import grid
 
     console.print("Fidelity: the smaller model against the full one", style="bold")
     heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Error of values", "Error of goal")

@@ -54,7 +54,7 @@ def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | No
     if as_json:
         say_json({"status": "ok" if result.exit_code == 0 else result.designs[0].status, **_plain(result, written)})
     else:
-        from vibopt.design.table import rendered
+        from vibopt.answer.text import rendered
 
         say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
         for one in written:
@@ -116,7 +116,7 @@ def _csv_cell(cell: Cell | None, number: Any) -> Any:
 
 def _tell(result: Variants, console: Console) -> None:
     """One table; reasons of failures under it in full."""
-    from vibopt.design.table import grid, paragraph
+    from vibopt.answer.text import grid, paragraph
 
     rows = [row for row in result.rows if row.kind != "reason"]
     marked = any(cell is not None and cell.best for row in rows for cell in row.cells)

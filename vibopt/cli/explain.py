@@ -39,19 +39,18 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
         extra = {} if result.absorbers is None else {"absorbers": result.absorbers}
         say_json({"status": result.answer.status, **reasons, **extra, "design": result.answer.to_json()})
     else:
-        from vibopt.design.table import rendered
+        from vibopt.answer.text import rendered
 
         say(rendered(lambda console: _tell(job, result, console), width=width(), colour=colour()))
     return result.answer.exit_code
 
 
 def _tell(job: Job, result: Explanation, console: Console) -> None:
-    from vibopt.design.table import grid, paragraph, section
-    from vibopt.jobs import verdict_of
+    from vibopt.answer.text import grid, paragraph, section, verdict
 
     found = result.answer
     console.print(job.title, style="bold")
-    console.print(verdict_of(found))
+    console.print(verdict(found))
     for text in (found.claim, found.reason):
         if text:
             paragraph(console, text)

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 FORMATS = (".svg", ".png", ".pdf")
 PAGES = (".html", ".htm")
-BALANCING_SHEET = "vibopt report without --sheet writes the plan of a balancing job as one page to sign."
 _ABSORBERS, _ALL = "absorbers.", "all"
 
 
@@ -153,7 +152,7 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
 @click.option(
     "--sheet",
     is_flag=True,
-    help="One printed page of A4 to sign: machine, mounts and loads, natural frequencies, every limit.",
+    help="One printed page of A4 to sign: machine, mounts and loads, natural frequencies, every limit; or what to fit.",
 )
 @method
 @limited
@@ -173,8 +172,10 @@ def report(
 ) -> int:
     """Write the answer as one page that can be printed and signed (one HTML file, nothing outside it).
 
-    With --sheet the page is made for a machine on mounts, and is one of A4; with --round its values are those
-    on the drawing.  Exit code: that of the answer.
+    With --sheet it is one page of A4 to sign: a machine on its mounts, or what to do with a rotor, a shaft or an
+    engine, with room for what is then measured; with --round its values are those on the drawing.
+
+    Exit code: that of the answer.
     """
     from vibopt.cli.solve import answer, with_prices
 
@@ -187,56 +188,64 @@ def report(
         found, page = _sheet(file, target, job, method, changes, rounding)
     else:
         found = with_prices(answer(job, method))
-        page = _page(found, job, changes).encode()
+        page = _page(found, changes).encode()
     write_file(target, page)
     return _done(found, target, as_json)
 
 
 def _sheet(
     file: str, target: Path, job: Job, method: str | None, changes: tuple[str, ...], rounding: tuple[str, ...]
-) -> tuple[Design, bytes]:
+) -> tuple[Answer[Any], bytes]:
     """The page to sign; what cannot be printed is refused before anything is solved."""
     from vibopt.answer.answer import EMPTY
     from vibopt.cli.solve import answer
-    from vibopt.jobs import is_scene, scene_only
-
-    scene = scene_only(job, "report --sheet", BALANCING_SHEET)
-    from vibopt.design.sheet import asks_for_one_design, browser, digests_of, html, printed
-
-    asks_for_one_design(scene)
-    program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
-    found = answer(scene, method)
-    assert is_scene(found.job)
-    if rounding and found.status not in EMPTY:
-        from vibopt.study.rounded import rounded
-
-        found = rounded(found, rounding).design
-    digests = digests_of(file, scene)
-    if program:
-        return found, printed(found, program, str(target), digests=digests, changes=changes)
-    return found, html(found, digests=digests, changes=changes).encode()
-
-
-def _page(found: Answer[Any], job: Job, changes: tuple[str, ...]) -> str:
+    from vibopt.design.sheet import asks_for_one_design, browser
     from vibopt.jobs import is_scene
 
-    if is_scene(found.job):
-        from vibopt.design.report import html
-        from vibopt.study.absorbers import study_absorbers
+    if is_scene(job):
+        asks_for_one_design(job)
+    program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
+    found = answer(job, method)
+    if rounding and found.status not in EMPTY:
+        from vibopt.study.rounded import drawn
 
-        studied = study_absorbers(found)
-        return html(found, changes=changes, also=None if studied is None else studied.blocks)
-    from vibopt.balancing.sheet import html as sheet
+        found = drawn(job, found, rounding).design
+    return found, _printed(file, found, program, target, changes)
 
-    return sheet(found, changes=changes)
+
+def _printed(file: str, found: Answer[Any], program: str, target: Path, changes: tuple[str, ...]) -> bytes:
+    """The sheet of a machine on its mounts, or what to do with a rotor, a shaft or an engine for the shop floor."""
+    from vibopt.answer.page import html as page_of
+    from vibopt.design.sheet import digests_of, html, pdf, printed
+    from vibopt.jobs import is_scene
+
+    if not is_scene(found.job):
+        page = page_of(found, changes=changes, sheet=True)
+        return pdf(page, program, str(target)) if program else page.encode()
+    digests = digests_of(file, found.job)
+    if program:
+        return printed(found, program, str(target), digests=digests, changes=changes)
+    return html(found, digests=digests, changes=changes).encode()
+
+
+def _page(found: Answer[Any], changes: tuple[str, ...]) -> str:
+    from vibopt.answer.page import html
+    from vibopt.jobs import is_scene
+
+    if not is_scene(found.job):
+        return html(found, changes=changes)
+    from vibopt.study.absorbers import study_absorbers
+
+    studied = study_absorbers(found)
+    return html(found, changes=changes, also=None if studied is None else studied.blocks)
 
 
 def _done(found: Answer[Any], target: Path, as_json: bool) -> int:
     """Say what was written, and what it says."""
-    from vibopt.jobs import verdict_of
+    from vibopt.answer.text import verdict
 
     if as_json:
         say_json({**found.to_json(), "written": [str(target)]})
     else:
-        say(f"{verdict_of(found)}\nWritten: {target}")
+        say(f"{verdict(found)}\nWritten: {target}")
     return found.exit_code

@@ -134,7 +134,7 @@ def _say(found: Answer[Any], drawn: Rounded | None, written: list[str], refused:
         return
     say(text_of(found))
     if drawn is not None:
-        from vibopt.design.table import rendered
+        from vibopt.answer.text import rendered
 
         say(rendered(lambda console: _rounding(drawn, console), width=width(), colour=colour()))
     for one in written:
@@ -145,7 +145,7 @@ def _say(found: Answer[Any], drawn: Rounded | None, written: list[str], refused:
 
 def _rounding(drawn: Rounded, console: Console) -> None:
     """Exact values beside those on the drawing, and the goal of both."""
-    from vibopt.design.table import grid, section
+    from vibopt.answer.text import grid, section
 
     rows = [(path.removesuffix(".value"), one.exact.shown, one.rounded.shown) for path, one in drawn.values.items()]
     exact, now = drawn.exact.goal, drawn.design.goal
@@ -165,15 +165,9 @@ def answer(job: Job, method: str | None = None) -> Answer[Any]:
 
 def text_of(found: Answer[Any]) -> str:
     """The answer for this terminal."""
-    from vibopt.jobs import is_scene
+    from vibopt.answer.text import text_of
 
-    if is_scene(found.job):
-        from vibopt.design.table import text_of as design_text
-
-        return design_text(found, width=width(), colour=colour())
-    from vibopt.balancing.table import text_of as balancing_text
-
-    return balancing_text(found, width=width(), colour=colour())
+    return text_of(found, width=width(), colour=colour())
 
 
 def with_prices(found: Answer[Any]) -> Answer[Any]:

@@ -80,7 +80,7 @@ def sweep(
         status = "ok" if result.complete else "unproven"
         say_json({"status": status, "path": path, "written": written, **_points(result)})
     else:
-        from vibopt.design.table import rendered
+        from vibopt.answer.text import rendered
 
         say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
         for one in written:
@@ -123,7 +123,7 @@ def _points(result: Sweep) -> dict[str, Any]:
 
 
 def _list(result: Sweep, console: Console) -> None:
-    from vibopt.design.table import grid
+    from vibopt.answer.text import grid
 
     console.print(result.job.title, style="bold")
     parts = list(dict.fromkeys(path for point in result.points for path in point.parts))

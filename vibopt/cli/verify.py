@@ -175,7 +175,7 @@ def _stopped(as_json: bool) -> int:
 
 
 def _tell(result: Verification) -> None:
-    from vibopt.design.table import rendered
+    from vibopt.answer.text import rendered
 
     columns = width()
     say(rendered(lambda console: _tables(result, console, columns), width=columns, colour=colour()))

@@ -43,7 +43,7 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tup
     if as_json:
         say_json({"status": result.after.status, **_parts(result)})
     else:
-        from vibopt.design.table import rendered
+        from vibopt.answer.text import rendered
 
         say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
     return result.after.exit_code
@@ -58,7 +58,7 @@ def _parts(result: WhatIf) -> dict[str, Any]:
 
 def _tell(result: WhatIf, console: Console) -> None:
     """Changes, then both answers side by side, then what breaks."""
-    from vibopt.design.table import grid, section
+    from vibopt.answer.text import grid, section
     from vibopt.design.words import listed
     from vibopt.study.seen import reason
 
@@ -130,7 +130,7 @@ def _intervals(design: Design) -> str:
 
 def _cell(checked: Checked, *, told: bool) -> str:
     """The worst and where; among speeds yet to be told apart no limit is broken."""
-    from vibopt.design.words import value_at
+    from vibopt.answer.blocks import value_at
 
     state = checked.state if checked.limit is not None and told else ""
     return f"{value_at(checked)}{f', {state}' if state else ''}"
@@ -138,7 +138,7 @@ def _cell(checked: Checked, *, told: bool) -> str:
 
 def _say_thresholds(result: WhatIf, console: Console) -> None:
     """Facts that can break a limit, then those that cannot, then how that was found."""
-    from vibopt.design.table import grid, paragraph, section
+    from vibopt.answer.text import grid, paragraph, section
     from vibopt.study.thresholds import METHOD
 
     heads = ("Fact", "Now", "Fails below", "Fails above")

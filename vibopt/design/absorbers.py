@@ -8,10 +8,10 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from vibopt.answer.blocks import at_words
 from vibopt.answer.entry import Entry
 from vibopt.design.certify import machine_of, measure_on
 from vibopt.design.design import Design
-from vibopt.design.words import at_words
 from vibopt.excitations import Excitation
 from vibopt.forms import Band
 from vibopt.mechanics.machine import GROUND, Machine

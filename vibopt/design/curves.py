@@ -7,12 +7,13 @@ from math import isfinite, log10
 
 import numpy as np
 
+from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.design.design import Design
 from vibopt.design.equal import equal_peaks, rest_of, together
 from vibopt.design.panel import Curve, Mark, Panel, Zone, heights
 from vibopt.design.without import form_without, model_without
-from vibopt.design.words import SIDES, place_of, spoken, value_at
+from vibopt.design.words import place_of
 from vibopt.forms import Band, BoolArray, Drive, FloatArray, Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles

@@ -11,8 +11,9 @@ from math import isfinite
 
 import numpy as np
 
+from vibopt.answer.blocks import spoken
 from vibopt.design.design import Design
-from vibopt.design.words import place_of, spoken
+from vibopt.design.words import place_of
 from vibopt.design.worsts import LARGE, over
 from vibopt.forms import FloatArray, Modulus, Monomials
 from vibopt.program.pose import pose

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isfinite
 
-from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.blocks import spoken
+from vibopt.answer.entry import Entry
 from vibopt.design.design import Design
 from vibopt.excitations import Excitation
 from vibopt.forms import Amplitude
@@ -18,7 +19,6 @@ from vibopt.units.spelling import split_detector
 from vibopt.values.fields import Fact, rule_of
 from vibopt.values.vectors import UNIT
 
-SIDES = {"at_most": "at most", "at_least": "at least", "outside": "outside"}
 ENDS = {"from": "at the lower end of its range", "to": "at the upper end of its range"}
 MOST_LISTED = 12
 THOROUGH = "`vibopt explain FILE --thorough`"
@@ -55,11 +55,6 @@ def _way(response: Response) -> str:
     return ""
 
 
-def spoken(response: str, place: str = "") -> str:
-    """A response with its place: "transmitted force into ground"."""
-    return f"{response.replace('_', ' ')} {place}".rstrip()
-
-
 def goal_words(design: Design) -> str:
     """What was made best, and how far: "greatest stiffness of mount is 6.957 MN/m"."""
     if design.goal is None or design.scene.goal is None or design.status == "unbounded":
@@ -73,14 +68,14 @@ def goal_words(design: Design) -> str:
 
 
 def verdict(design: Design) -> str:
-    """The first line of every answer, without its proof."""
+    """What the first line of the answer says behind its status, without its proof."""
     if design.found is not None and design.status != "check_failed":
-        return f"{design.status}: {found_words(design)}"
+        return found_words(design)
     broken = listed([f'"{name}"' for name, one in design.limits.items() if not one.met])
     said = _PLAIN[design.status].format(broken=broken or "a limit")
     if design.status == "met" and not design.limits:
         said = "no limit was set; the measures below are what was asked"
-    return f"{design.status}: {'; '.join(filter(None, (goal_words(design), said)))}"
+    return "; ".join(filter(None, (goal_words(design), said)))
 
 
 def found_words(design: Design) -> str:
@@ -93,13 +88,6 @@ def found_words(design: Design) -> str:
 def interval(low: Entry, high: Entry) -> str:
     """One interval, "540 rpm to 749 rpm"; one point alone."""
     return low.shown if low.value == high.value else f"{low.shown} to {high.shown}"
-
-
-def at_words(worst_at: Mapping[str, Entry]) -> str:
-    """Where the worst is reached: "1437 rpm"; with several excitations each by name."""
-    if len(worst_at) == 1:
-        return next(iter(worst_at.values())).shown
-    return ", ".join(f"{name} {one.shown}" for name, one in worst_at.items())
 
 
 def off_words(off: Mapping[str, float]) -> str:
@@ -150,12 +138,6 @@ def worst_rows(design: Design) -> list[tuple[str, str]]:
     return rows
 
 
-def value_at(checked: Checked) -> str:
-    """Value and place of the worst: "infinite at 954 rpm"."""
-    at = at_words(checked.worst_at)
-    return f"{checked.value.shown} at {at}" if at else checked.value.shown
-
-
 def ranges_of(scene: Scene) -> dict[str, str]:
     """What may be chosen in each variable, positions of mounts included, by path."""
     return {one.path: range_words(one) for one in (*asked_positions(scene).values(), *scene.variables)}
@@ -191,6 +173,18 @@ def model_words(design: Design) -> str:
     if not why:
         return said
     return why if "declared" in why else f"{said}: {why}"
+
+
+def conflict_words(design: Design) -> list[str]:
+    """Which limits cannot hold together, how that is known, and what mends it."""
+    conflict = design.conflict
+    if conflict is None:
+        return []
+    names = ", ".join(f'"{name}"' for name in conflict.limits)
+    together = "These cannot hold together" if len(conflict.limits) > 1 else "This cannot hold"
+    proof = [f"  {conflict.proof}"] if conflict.proof and conflict.proof != design.claim else []
+    steps = loosening_words(design)
+    return [f"{together}: {names}.", *proof, *([f"Smallest loosening of one: {', or '.join(steps)}."] if steps else [])]
 
 
 def loosening_words(design: Design) -> list[str]:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
 
+from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked, Entry
 from vibopt.design.absorbers import BUILD, Part, chosen_in, has_absorbers, parts_of
 from vibopt.design.adjust import Adjusting, adjusting
 from vibopt.design.certify import machine_of
 from vibopt.design.design import Design
-from vibopt.design.words import SIDES, THOROUGH, goal_words, place_of, spoken, value_at
+from vibopt.design.words import THOROUGH, goal_words, place_of
 from vibopt.errors import InputError
 from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.scene.drives import bands_for, names_for

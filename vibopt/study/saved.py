@@ -8,9 +8,10 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import EMPTY
+from vibopt.answer.text import verdict
 from vibopt.errors import InputError
 from vibopt.files.marks import with_check
-from vibopt.jobs import is_open, is_scene, verdict_of
+from vibopt.jobs import is_open, is_scene
 from vibopt.scene.document import FileText
 from vibopt.scene.write import document_toml
 from vibopt.study.seen import chosen, kept
@@ -82,7 +83,7 @@ def _seen_from(folder: FilePath, file: FileText) -> str:
 def _comments(job: Job, found: Answer[Any], changes: Sequence[str]) -> str:
     """From which file and which answer a design comes."""
     words = f"Design of {job.name}" + (f" with {', '.join(changes)}" if changes else "")
-    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict_of(found)}."]
+    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict(found)}."]
     lines += [f"Claim: {found.claim}."] if found.claim else []
     taken = list(chosen(job, found))
     lines += [f"Chosen: {', '.join(taken)}."] if taken else []

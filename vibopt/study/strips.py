@@ -7,9 +7,10 @@ from math import isfinite, nan
 
 import numpy as np
 
+from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
 from vibopt.design.strips import Line, Strip, Strips
-from vibopt.design.words import place_of, spoken
+from vibopt.design.words import place_of
 from vibopt.jobs import is_open, is_scene
 from vibopt.study.edges import stretches
 from vibopt.study.points import DECIBEL, Point, in_unit

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vibopt.answer.blocks import at_words, spoken
 from vibopt.answer.entry import Checked, Entry
 from vibopt.design.build import machine_of
 from vibopt.design.design import Design
 from vibopt.design.shelf import tied
-from vibopt.design.words import at_words, place_of, spoken
+from vibopt.design.words import place_of
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.scene.facts import FactAt, facts

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from vibopt.design.report import facts
+from vibopt.answer.page import given
 from vibopt.design.sheet.names import said
 from vibopt.forms import FloatArray
 from vibopt.mechanics.machine import Machine
@@ -24,8 +24,8 @@ _SAID_FIRST = ("kind", "on", "direction", "axis", "at", "speed", "varies", "ampl
 def body_rows(scene: Scene, machine: Machine | None) -> list[tuple[str, str]]:
     """Name and words of every body; as the file says it where there is no design."""
     if machine is None:
-        given = facts({"bodies": scene.document.get("bodies", {})})
-        return [(name.partition(".")[2], "; ".join(" ".join(one) for one in rows)) for name, rows in given]
+        tables = given({"bodies": scene.document.get("bodies", {})})
+        return [(name.partition(".")[2], "; ".join(" ".join(one) for one in rows)) for name, rows in tables]
     if not isinstance(machine, SpaceMachine):
         around = turning(scene)
         rows = [(name, _on_a_line(scene, machine, name, name in around)) for name in scene.bodies]

@@ -8,11 +8,11 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.page import inline, version
 from vibopt.design.absorbers import chosen_in
 from vibopt.design.build import machine_of
 from vibopt.design.design import Design
 from vibopt.design.figures import saved
-from vibopt.design.report import inline, version
 from vibopt.design.sheet.build import build_rows
 from vibopt.design.sheet.fit import SIZES, density_of
 from vibopt.design.sheet.judgement import assumptions_of, limit_rows, measure_rows, proof_of, verdict_of

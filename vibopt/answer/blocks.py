@@ -1,0 +1,119 @@
+"""Blocks of words and tables of which answers are made, for the terminal and for the printed page alike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.entry import Checked, Entry, Value
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+
+LEAD, TODO, TABLE, TEXT, WORK, FOOT = "lead", "todo", "table", "text", "work", "foot"
+"""Kinds of block: why there is no answer; what to do; a table; sentences; what only the next job needs; conventions,
+model, method and notes."""
+
+WARNING = "Warning"
+SIDES = {"at_most": "at most", "at_least": "at least", "outside": "outside"}
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A title with sentences, or with a table; a cell of two lines holds a line feed.
+
+    whole
+        Columns that are never broken.
+    measured
+        Whether a page to sign has an empty column beside it for what is then measured.
+    on_sheet
+        Whether a page to sign has it.
+    """
+
+    title: str
+    kind: str = TABLE
+    lines: tuple[str, ...] = ()
+    heads: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    whole: tuple[int, ...] = ()
+    measured: bool = False
+    on_sheet: bool = True
+
+
+def table(
+    title: str,
+    heads: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    kind: str = TABLE,
+    whole: Sequence[int] | None = None,
+) -> Block:
+    """A table without the columns in which nothing stands; unless `whole` names some, none is ever broken."""
+    kept = [k for k in range(len(heads)) if any(row[k] for row in rows)]
+    cells = tuple(tuple(row[k] for k in kept) for row in rows)
+    unbroken = kept if whole is None else [k for k in kept if k in whole]
+    named = tuple(heads[k] for k in kept)
+    return Block(
+        title, kind, heads=named if any(named) else (), rows=cells, whole=tuple(kept.index(k) for k in unbroken)
+    )
+
+
+def pairs(title: str, rows: Sequence[tuple[str, ...]], whole: Sequence[int] = ()) -> Block:
+    """A table without heads."""
+    return table(title, ("",) * max(map(len, rows), default=0), rows, whole=whole)
+
+
+def cleaned(entry: Value, scale: Value | None) -> Value:
+    """Zero where the value is nothing but rounding beside `scale`."""
+    if not isinstance(entry, Entry) or not isinstance(scale, Entry) or abs(entry.value) >= 1e-9 * abs(scale.value):
+        return entry
+    return replace(entry, value=0.0)
+
+
+def spoken(response: str, place: str = "") -> str:
+    """A response with its place: "transmitted force into ground"."""
+    return f"{response.replace('_', ' ')} {place}".rstrip()
+
+
+def at_words(worst_at: Mapping[str, Entry]) -> str:
+    """Where the worst is reached: "1437 rpm"; with several excitations each by name."""
+    if len(worst_at) == 1:
+        return next(iter(worst_at.values())).shown
+    return ", ".join(f"{name} {one.shown}" for name, one in worst_at.items())
+
+
+def value_at(row: Checked) -> str:
+    """Value and place of the worst: "infinite at 954 rpm"."""
+    at = at_words(row.worst_at)
+    return f"{row.value.shown} at {at}" if at else row.value.shown
+
+
+def limits_block(answer: Answer[Any], title: str = "Limits", *, states: bool = True) -> Block:
+    """One row of two lines per limit: what and where, how far, what is allowed, what is left over."""
+    rows = [
+        (
+            f"{one.name}\n  {spoken(one.response, one.place)}",
+            f"{cleaned(one.value, one.limit).shown}\n{f'at {at}' if (at := at_words(one.worst_at)) else ''}".rstrip(),
+            f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
+            f"{one.margin_shown}\n{one.state if states else ''}".strip("\n"),
+        )
+        for one in answer.limits.values()
+    ]
+    return Block(title, heads=("Limit", "Worst", "Allowed", "Margin"), rows=tuple(rows))
+
+
+def prices_block(answer: Answer[Any]) -> Block:
+    """What a wider limit or cap buys."""
+    bought = {name: one.price for name, one in answer.limits.items() if one.price is not None} | dict(answer.prices)
+    return pairs("What loosening a limit buys", [(name, one.words) for name, one in bought.items() if one.words])
+
+
+def measures_block(answer: Answer[Any]) -> Block:
+    """One row per measure."""
+    rows = [(name, spoken(one.response, one.place), value_at(one)) for name, one in answer.measures.items()]
+    return pairs("Measures", rows)
+
+
+def rows_of(answer: Answer[Any]) -> list[Block]:
+    """Limits, what loosening them buys, and measures."""
+    return [limits_block(answer), prices_block(answer), measures_block(answer)]

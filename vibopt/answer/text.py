@@ -1,0 +1,139 @@
+"""An answer as text for a terminal: verdict, what to do, values, one row per limit, what it stands on.
+
+Reads well at 80 columns, and the same without colour in a file or a pipe.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.blocks import FOOT, LEAD, Block
+from vibopt.answer.jsonable import views_of
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.table import Table
+
+WIDTH = 80
+GOOD, BAD, OPEN = "bold green", "bold red", "bold yellow"
+STYLES = {
+    "optimal": GOOD,
+    "met": GOOD,
+    "feasible": OPEN,
+    "unproven": OPEN,
+    "violated": BAD,
+    "infeasible": BAD,
+    "unbounded": BAD,
+    "check_failed": BAD,
+}
+
+
+def verdict(answer: Answer[Any]) -> str:
+    """The first line of every answer, without its proof."""
+    return f"{answer.status}: {views_of(answer).verdict(answer) or answer.claim}"
+
+
+def claim(answer: Answer[Any]) -> str:
+    """How that is known; "" where the verdict has said it already."""
+    return "" if verdict(answer) == f"{answer.status}: {answer.claim}" else answer.claim
+
+
+def blocks_of(answer: Answer[Any]) -> list[Block]:
+    """Everything the answer says, in the order in which it is needed."""
+    return [one for one in views_of(answer).blocks(answer) if one.lines or one.rows]
+
+
+def text_of(answer: Answer[Any], *, width: int = WIDTH, colour: bool = False) -> str:
+    """The whole answer as text.
+
+    Parameters
+    ----------
+    answer
+        Of any kind of job, also one without values.
+    width
+        Columns of the terminal.
+    colour
+        Whether escape codes for colour may be written.
+    """
+    return rendered(lambda console: _write(answer, console), width=width, colour=colour)
+
+
+def _write(answer: Answer[Any], console: Console) -> None:
+    console.print(answer.title, style="bold")
+    console.print(verdict(answer), style=STYLES[answer.status])
+    for text in (claim(answer), answer.reason):
+        if text:
+            paragraph(console, text)
+    blocks = blocks_of(answer)
+    for block in blocks:
+        if block.kind != FOOT:
+            _block(block, console)
+    foot = [
+        (one.title if k == 0 else "", line) for one in blocks if one.kind == FOOT for k, line in enumerate(one.lines)
+    ]
+    if foot:
+        console.print()
+        console.print(grid(foot))
+
+
+def _block(block: Block, console: Console) -> None:
+    if block.rows:
+        section(console, block.title, grid(block.rows, block.heads, block.whole))
+    elif block.kind == LEAD:
+        console.print()
+        for line in block.lines:
+            paragraph(console, line.lstrip(), len(line) - len(line.lstrip()))
+    else:
+        section(console, block.title, grid([(line,) for line in block.lines]))
+
+
+def rendered(write: Callable[[Console], None], *, width: int = WIDTH, colour: bool = False) -> str:
+    """What `write` prints on a console of this width, without blanks at the ends of lines."""
+    from rich.console import Console
+
+    stream = StringIO()
+    console = Console(
+        file=stream,
+        width=max(width, 40),
+        force_terminal=colour,
+        color_system="standard" if colour else None,
+        highlight=False,
+        markup=False,
+        emoji=False,
+        legacy_windows=False,
+    )
+    write(console)
+    return "".join(f"{line.rstrip()}\n" for line in stream.getvalue().splitlines())
+
+
+def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Table:
+    """A table without lines; columns numbered in `whole` are never broken."""
+    from rich.table import Table
+
+    listed_rows = [list(row) for row in rows]
+    count = len(heads) or max((len(row) for row in listed_rows), default=1)
+    table = Table(box=None, show_header=bool(heads), padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
+    for column in range(count):
+        table.add_column(heads[column] if heads else "", overflow="fold", no_wrap=column in whole)
+    for row in listed_rows:
+        table.add_row(*row)
+    return table
+
+
+def section(console: Console, title: str, body: RenderableType) -> None:
+    """A title and what stands under it, indented by two."""
+    from rich.padding import Padding
+
+    console.print()
+    console.print(title, style="bold")
+    console.print(Padding(body, (0, 0, 0, 2)))
+
+
+def paragraph(console: Console, text: str, indent: int = 2) -> None:
+    """Wrapped text, indented."""
+    from rich.padding import Padding
+
+    console.print(Padding(text, (0, 0, 0, indent)))
