@@ -147,6 +147,15 @@ def test_wrong_decided_weights_are_told(old: str, new: str, message: str) -> Non
     assert re.sub(r"fan line \d+", "", "\n".join(refused.value.messages)) == re.sub(r"fan line \d+", "", message)
 
 
+def test_decided_weights_have_no_prices_and_nothing_is_said_of_them() -> None:
+    text = FAN.replace('weight = { from = "0 g", to = "60 g" }', "weight = []")
+    text = f'{text}[limits.running]\nresponse = "residual"\nat_most = "20 mil"\n'
+    for explain in (True, False):
+        found = answer(from_text(text), explain=explain)
+        assert (found.status, found.limits["running"].price) == ("met", None)
+        assert not [one for one in found.notes if "price" in one]
+
+
 def test_where_nothing_was_found_there_is_nothing_to_keep() -> None:
     job = from_text(f'{FAN}[limits.running]\nresponse = "residual"\nat_most = "0.001 mil"\n', "fan")
     assert not is_scene(job)

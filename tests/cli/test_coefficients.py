@@ -126,6 +126,26 @@ def test_trim_and_plan_come_together_to_the_same_rotor() -> None:
         assert there + parts[0] == pytest.approx(parts[1], rel=1e-12)
 
 
+def test_the_trim_says_what_to_add_and_in_holes_what_to_fit_instead(tmp_path: Path) -> None:
+    file = tmp_path / "fan.toml"
+    text = FAN.read_text(encoding="utf-8").partition("[[expected]]")[0]
+    file.write_text(text, encoding="utf-8")
+    said = answer(open_job(file)).plan.words
+    assert said[0] == 'The weights of run "correction fitted" stay on. What changes them into the best ones:'
+    assert said[1:3] == (
+        "left: fit 1.175 g at radius 150 mm, 137.6 deg against rotation from the reflective tape.",
+        "right: fit 0.8101 g at radius 150 mm, 144.4 deg against rotation from the reflective tape.",
+    )
+    assert said[3] == "Or take every weight off and fit the whole anew, on the rotor as found:"
+    cap = 'weight = { from = "0 g", to = "60 g" }'
+    file.write_text(text.replace(cap, 'holes = 24\nshelf = ["5 g", "10 g"]', 1), encoding="utf-8")
+    said = answer(open_job(file)).plan.words
+    assert said[1] == (
+        "left: take off what is fitted; fit 10 g at radius 150 mm in hole 23 at 330 deg against rotation from the "
+        "reflective tape."
+    )
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

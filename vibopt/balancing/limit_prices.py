@@ -78,7 +78,7 @@ def limit_answers(
     answers = {limit.name: _answer(job, measured, limit, u, greatest) for limit in limits}
     value = asked.question.chosen_only(solved.chosen).value(u)
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
-    priced = [one for one in limits if steps or answers[one.name].margin < _ACTIVE]
+    priced = [one for one in limits if job.choices and (steps or answers[one.name].margin < _ACTIVE)]
     words: Mapping[str, str] = DeferredMapping(lambda: {one.name: asking.price(one) for one in priced})
     if asked.question.is_search:
         words = dict(words)
