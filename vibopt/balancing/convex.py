@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.balancing.cone import solve_cone
-from vibopt.balancing.dual import Dual, weak_duality
-from vibopt.balancing.scaled import Scaled, into_wedge
+from vibopt.balancing.scaled import Dual, Scaled, into_wedge, weak_duality
 from vibopt.forms import ComplexArray, FloatArray
 
 Places = NDArray[np.intp]

@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 
 from vibopt.answer.entry import Checked, Entry, Price, at_most
-from vibopt.balancing.conflict import Step, conflict_words, smallest_set
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import greatest_readings
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
-from vibopt.balancing.own_caps import OwnCap, own_caps, with_wider
-from vibopt.balancing.pose import Posed, caps, row_limits, rows_of
-from vibopt.balancing.prices import THOROUGH, allowance, left_out, solve_question
+from vibopt.balancing.pose import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
+from vibopt.balancing.prices import THOROUGH, Step, allowance, conflict_words, left_out, smallest_set, solve_question
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.forms import ComplexArray
 from vibopt.units import show

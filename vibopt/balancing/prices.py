@@ -1,4 +1,4 @@
-"""What a wider limit is worth: the multiplier of the proof, found again by solving with the limit moved."""
+"""What a wider limit is worth, found by solving again with the limit moved; and limits that cannot hold together."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ def _solved(question: Question, most: float | None) -> Solved:
         from vibopt.balancing.tree import BOX
 
         return solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
-    if question.rims:
-        from vibopt.balancing.rim import PROGRAM, solve_rim, takes
+    if question.fans:
+        from vibopt.balancing.split_weights import PROGRAM, solve_split, takes
 
         if takes(question):
-            return solve_rim(question, None if most is None else Budget(int(most / PROGRAM) + 1, "programs", PROGRAM))
+            return solve_split(question, None if most is None else Budget(int(most / PROGRAM) + 1, "programs", PROGRAM))
     from vibopt.balancing.continuous import solve_continuous
 
     return solve_continuous(question)
@@ -172,3 +172,39 @@ def _moved(question: Question, which: Which, place: int, by: float) -> Question:
     caps = question.caps.copy()
     caps[place] += by
     return replace(question, caps=caps)
+
+
+Step = tuple[str, str, str]
+"""A limit, its bound now, and the bound that alone makes the job possible, as text."""
+
+
+def smallest_set(names: Sequence[str], possible: Callable[[tuple[str, ...]], bool]) -> tuple[str, ...]:
+    """Limits that cannot hold together, none of which can be left out; empty where it is not the limits.
+
+    Parameters
+    ----------
+    names
+        All limits; together they are impossible.
+    possible
+        Whether an answer keeps the limits named.
+    """
+    if not possible(()):
+        return ()
+    kept = tuple(names)
+    for name in names:
+        fewer = tuple(one for one in kept if one != name)
+        if not possible(fewer):
+            kept = fewer
+    return kept
+
+
+def conflict_words(names: Sequence[str], steps: Sequence[Step]) -> str:
+    """ "These cannot hold together: a, b. Smallest loosening of one: a 1 mil pp -> 2 mil pp." """
+    if not names:
+        return ""
+    together = "These cannot hold together" if len(names) > 1 else "This cannot hold"
+    said = f"{together}: {', '.join(names)}."
+    if steps:
+        told = ", or ".join(f"{name} {now} -> {then}" for name, now, then in steps)
+        said += f" Smallest loosening of one: {told}."
+    return said

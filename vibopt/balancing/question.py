@@ -59,7 +59,7 @@ class Question:
     option_uses
         Per plane how many of each kind an option takes (n_options, n_kinds); None without a list.  Only with `stock`,
         and then without pairs; options of one unbalance may stand more than once, with different uses.
-    rims
+    fans
         Per plane the holes of a weight cut in two, u being what both parts do; None elsewhere, empty: nowhere.
     pairs
         (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).
@@ -78,7 +78,7 @@ class Question:
     mass_per_unbalance: FloatArray = field(default_factory=lambda: np.empty(0))
     option_masses: tuple[FloatArray | None, ...] = ()
     pairs: tuple[tuple[int, int, complex], ...] = ()
-    rims: tuple[Fan | None, ...] = ()
+    fans: tuple[Fan | None, ...] = ()
     stock: FloatArray = field(default_factory=lambda: np.empty(0))
     option_uses: tuple[FloatArray | None, ...] = ()
 
@@ -102,7 +102,7 @@ class Question:
     @property
     def is_search(self) -> bool:
         """Whether the answer takes a search, of which nobody knows before how long it is."""
-        return self.is_discrete or bool(self.rims)
+        return self.is_discrete or bool(self.fans)
 
     @property
     def densities(self) -> FloatArray:
@@ -133,7 +133,7 @@ class Question:
                 if mine.shape != its.shape:
                     return False
                 continue
-            fans = [one.rims[plane] if one.rims else None for one in (self, other)]
+            fans = [one.fans[plane] if one.fans else None for one in (self, other)]
             most = [np.inf if fan is None else fan.each for fan in fans]
             if self.caps[plane] != other.caps[plane] or most[0] != most[1]:
                 return False
@@ -147,7 +147,7 @@ class Question:
     def masses(self, u: ComplexArray) -> FloatArray:
         """Correction mass per plane [kg], shape (n_planes,); an option's own mass where u is one of a list."""
         masses = np.abs(u) * self.densities
-        for plane, fan in enumerate(self.rims):
+        for plane, fan in enumerate(self.fans):
             if fan is not None and u[plane] != 0.0:
                 masses[plane] = float(fan.gauge(complex(u[plane]))) * self.densities[plane]
         for plane, option in enumerate(self.options):

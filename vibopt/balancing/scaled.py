@@ -1,4 +1,13 @@
-"""A question divided by its own sizes, so that the solver and the bound see numbers of order one."""
+"""A question divided by its own sizes, so that the solver sees numbers of order one; and its bound by weak duality.
+
+For multipliers z of the goal rows and v of the limit rows (complex, one per row),
+
+    goal(x) >= Re z*(G x + g) - conjugate(z) + Re v*(F x + f) - sum |v|      for every x that keeps the limits,
+
+and the right side is least over discs, arcs and the total mass in closed form (a fractional knapsack).  Whatever the
+solver answered, this number is a bound; a wrong multiplier makes it weak, never wrong.
+(Boyd and Vandenberghe, Convex Optimization, 2004, chapter 5)
+"""
 
 from __future__ import annotations
 
@@ -103,3 +112,103 @@ def into_wedge(value: complex, middle: float, half: float) -> complex:
         return value
     edge = np.exp(1j * (middle + np.copysign(half, off)))
     return complex(edge * max((value * edge.conjugate()).real, 0.0))
+
+
+FAR = 1e3  # a plane without a cap is searched this many times beyond the answer; convexity carries the rest
+
+
+@dataclass(frozen=True)
+class Dual:
+    """Bound of the scaled goal with the multipliers behind it.
+
+    z, v
+        Multipliers of the goal rows and of the limit rows.
+    caps, total
+        What a cap of one more would save, per plane and for the total (scaled).
+    """
+
+    bound: float
+    z: ComplexArray
+    v: ComplexArray
+    caps: FloatArray
+    total: float
+
+
+def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) -> Dual:
+    """The bound of the multipliers z, v; `reach` is the size of the answer |x| (for planes without a cap)."""
+    z, v = _stationary(scene, z, v)
+    shrink = _shrink(scene, z)
+    z, v = z * shrink, v * shrink
+    constant = float((z.conj() @ scene.g).real + (v.conj() @ scene.f).real - np.abs(v).sum())
+    if scene.goal == "huber":
+        constant -= 0.25 * float((np.abs(z) ** 2).sum())
+    gains = gain(scene, scene.G.conj().T @ z + scene.F.conj().T @ v)
+    if scene.goal == "correction":
+        gains = np.maximum(gains - scene.mass, 0.0)
+    ends = np.isfinite(scene.reach)
+    # twice what the total leaves: the total binds, not the cap that follows from it
+    caps = np.where(np.isfinite(scene.caps), scene.caps, np.where(ends, 2.0 * scene.reach, FAR * (1.0 + reach)))
+    lost, slope = knapsack(gains, caps, scene.mass, scene.total)
+    prices = np.maximum(gains - slope * scene.mass, 0.0)
+    return Dual(constant - lost, z, v, np.where(np.isfinite(scene.caps), prices, 0.0), slope)
+
+
+def gain(scene: Scaled, slope: ComplexArray) -> FloatArray:
+    """Greatest fall of Re(slope* x) per |x| that the allowed arc permits, zero at least, per plane."""
+    full = np.abs(slope)
+    for plane, wedge in enumerate(scene.wedges):
+        if wedge is not None:
+            middle, half = wedge
+            off = abs((np.angle(-slope[plane]) - middle + np.pi) % (2.0 * np.pi) - np.pi)
+            full[plane] *= max(np.cos(max(off - half, 0.0)), 0.0)
+    return full
+
+
+def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float) -> tuple[float, float]:
+    """Greatest sum of gains * r for 0 <= r <= caps and mass @ r <= total, and what one more of total would add."""
+    if not np.isfinite(total) or float(mass @ np.where(gains > 0, caps, 0.0)) <= total:
+        return float(gains @ caps), 0.0
+    left, won = total, 0.0
+    for plane in np.argsort(-gains / np.maximum(mass, 1e-300)):
+        room = caps[plane] * mass[plane]
+        if room >= left:
+            rate = gains[plane] / mass[plane]
+            return float(won + rate * left), float(rate)
+        won += gains[plane] * caps[plane]
+        left -= room
+    return float(won), 0.0
+
+
+def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """The nearest multipliers along whose slope planes without a cap gain nothing (only rows in use are moved)."""
+    open_planes = np.flatnonzero(~np.isfinite(scene.reach))
+    if not len(open_planes) or scene.goal == "correction":
+        return z, v
+    used = np.concatenate([np.abs(z), np.abs(v)])
+    used = np.where(used > 1e-9 * used.max(initial=0.0), used, 0.0)
+    both = np.concatenate([z, v])
+    rows = np.vstack([scene.G, scene.F])[:, open_planes]
+    root = np.sqrt(used)
+    for _ in range(2):
+        slope = rows.conj().T @ both
+        for k, plane in enumerate(open_planes):
+            wedge = scene.wedges[plane]
+            slope[k] = -into_wedge(-slope[k], *wedge) if wedge is not None else slope[k]
+        both = both - root * np.linalg.lstsq((root[:, None] * rows).conj().T, slope, rcond=None)[0]
+    return both[: len(z)], both[len(z) :]
+
+
+def _shrink(scene: Scaled, z: ComplexArray) -> float:
+    """Factor <= 1 that brings z into the domain of the goal's conjugate; for "correction" there is nothing to bring."""
+    sizes = np.abs(z)
+    if scene.goal == "rms":
+        reached = float(np.linalg.norm(z)) * scene.divisor
+    elif scene.goal == "worst":
+        reached = float(sizes.sum())
+    elif scene.goal == "sum":
+        reached = float(sizes.max(initial=0.0))
+    elif scene.goal == "huber":
+        reached = float(sizes.max(initial=0.0)) / (2.0 * scene.huber)
+    else:
+        reached = 0.0
+    return 1.0 / max(reached, 1.0)

@@ -15,9 +15,9 @@ from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, met
 from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.deferred import DeferredMapping, DeferredRows
-from vibopt.balancing.felt import felt_only, idle_words
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
+from vibopt.balancing.insensitive import idle_words, without_insensitive
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.pose import Posed, caps, pose
@@ -51,7 +51,7 @@ def solve_job(job: RotorJob, *, thorough: bool = False, solver: Solver = solve_q
 def asked_of(job: RotorJob) -> tuple[Heard, Identified, tuple[int, ...], Posed]:
     """The rotor by the runs that agree, the planes that no sensor feels, and the question."""
     of = heard(job)
-    identified, idle = felt_only(of.job, of.identified, of.noise)
+    identified, idle = without_insensitive(of.job, of.identified, of.noise)
     return of, identified, idle, pose(of.job, identified, of.noise, idle)
 
 

@@ -118,7 +118,7 @@ class Named:
         for plane, option in zip(self.planes, q.options, strict=False):
             if option is not None:
                 return f"{plane} takes one of {len(option)} weights; a choice from a list is neither convex nor smooth"
-        for k, fan in enumerate(q.rims):
+        for k, fan in enumerate(q.fans):
             if fan is not None and (np.isfinite(fan.each) or fan.line is not None):
                 return (
                     f"{self.planes[k]} has holes that take only so much each: what two neighbours reach bulges, and "
@@ -146,7 +146,7 @@ EVERY = (0.0, 2.0 * np.pi)
 
 def _allowed(question: Question, plane: int) -> list[tuple[float, float]]:
     """Allowed arcs (from, to) [rad] of a plane, from < to."""
-    fan = question.rims[plane] if question.rims else None
+    fan = question.fans[plane] if question.fans else None
     if fan is not None and fan.wedge is not None:
         middle, half = fan.wedge
         return [(middle - half, middle + half)]
@@ -199,7 +199,7 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
 
 def _mass(cp: Any, question: Question, plane: int, u: Any) -> Any:
     """Correction mass of a plane [kg]; of a weight cut in two that of both parts."""
-    fan = question.rims[plane] if question.rims else None
+    fan = question.fans[plane] if question.fans else None
     return question.densities[plane] * (cp.abs(u) if fan is None else cp.pos(cp.max(_sides(cp, fan, u))))
 
 
@@ -224,7 +224,7 @@ def _held(cp: Any, named: Named, plane: int, u: Any, margin: float) -> list[Any]
     """Cap and allowed arc of one plane."""
     q = named.question
     cap, arc = q.caps[plane], named.arc(plane)
-    fan = q.rims[plane] if q.rims else None
+    fan = q.fans[plane] if q.fans else None
     held = []
     if np.isfinite(cap):
         whole = cp.abs(u) if fan is None else cp.pos(cp.max(_sides(cp, fan, u)))
@@ -315,7 +315,7 @@ class _Smooth:
         part = self.q.densities[plane] / self.named.size if self.q.goal == "correction" else 1.0 / self.q.total_cap
         part = part if self.q.goal == "correction" else part * self.q.densities[plane]
         above = self.unknown(f"mass of {self.named.planes[plane]}", 0.0, np.inf, 1.0)
-        fan = self.q.rims[plane] if self.q.rims else None
+        fan = self.q.fans[plane] if self.q.fans else None
         if fan is None:
             self.rows.append((f"mass of {self.named.planes[plane]}", part**2 * (a**2 + b**2) - above**2, False))
         for side in fan.sides if fan is not None else ():
@@ -362,7 +362,7 @@ class _Smooth:
                 else:
                     self.rows += [(path, part[row] / named.greatest, True) for part in self.left]
         for k, (a, b) in self.parts.items():
-            cap, fan = q.caps[k], q.rims[k] if q.rims else None
+            cap, fan = q.caps[k], q.fans[k] if q.fans else None
             if np.isfinite(cap) and fan is None:
                 self.rows.append((named.caps[k], (a**2 + b**2) / cap**2 - 1.0, False))
             elif np.isfinite(cap) and fan is not None:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from math import ceil
 
 from vibopt.answer.entry import Checked
-from vibopt.balancing.conflict import Step, conflict_words, smallest_set
 from vibopt.balancing.engine.caps import Cap, caps_of, wider
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.shaking import arms
@@ -22,7 +21,7 @@ from vibopt.balancing.engine.solve import (
     size_of,
 )  # fmt: skip
 from vibopt.balancing.engine.tables import EngineLimitTable
-from vibopt.balancing.prices import THOROUGH, left_out
+from vibopt.balancing.prices import THOROUGH, Step, conflict_words, left_out, smallest_set
 from vibopt.units import show, si_unit
 from vibopt.work import Budget
 

@@ -29,41 +29,41 @@ _FAR = 10.0
 
 def takes(question: Question) -> bool:
     """Whether caps on split weights are what makes the question, and all else in it is convex."""
-    if not any(_bound(question, plane) for plane in range(len(question.rims))):
+    if not any(_bound(question, plane) for plane in range(len(question.fans))):
         return False
-    others = [plane for plane in range(question.n_planes) if question.rims[plane] is None]
+    others = [plane for plane in range(question.n_planes) if question.fans[plane] is None]
     arcs = any(question.sectors[plane] for plane in others) if question.sectors else False
     return not (question.pairs or question.is_discrete or arcs)
 
 
 def _bound(question: Question, plane: int) -> bool:
-    fan = question.rims[plane]
+    fan = question.fans[plane]
     limited = (np.isfinite(question.caps[plane]) and question.caps[plane] > 0.0) or np.isfinite(question.total_cap)
     return fan is not None and bool(np.isfinite(fan.each) or limited)
 
 
-def solve_rim(question: Question, budget: Budget | None = None) -> Solved:
+def solve_split(question: Question, budget: Budget | None = None) -> Solved:
     """The best correction, its gap worked out from multipliers; branching only where holes have caps of their own."""
     budget, order = budget or programs(), count()
-    first = _relaxed(question, question.rims)
+    first = _relaxed(question, question.fans)
     if first is None:
         return Solved(None, "unproven", "the cone program over the holes found no weights")
     best, value, solved = None, np.inf, 1
-    waiting = [(first.bound, next(order), first, question.rims)]
+    waiting = [(first.bound, next(order), first, question.fans)]
     while waiting:
-        bound, _, found, rims = heapq.heappop(waiting)
+        bound, _, found, fans = heapq.heappop(waiting)
         if bound >= value - GAP * max(abs(value), _TINY) or budget.over:
-            heapq.heappush(waiting, (bound, next(order), found, rims))
+            heapq.heappush(waiting, (bound, next(order), found, fans))
             break
-        worst = _overfull(found.u, rims)
+        worst = _overfull(found.u, fans)
         if worst is None:
             if found.value < value:
                 best, value = found.u, found.value
             continue
-        fan = rims[worst]
+        fan = fans[worst]
         assert fan is not None
         for part in fan.split_at(complex(found.u[worst])) if len(fan.gaps) > 1 else ():
-            narrowed = tuple(part if plane == worst else one for plane, one in enumerate(rims))
+            narrowed = tuple(part if plane == worst else one for plane, one in enumerate(fans))
             inner = _relaxed(question, narrowed)
             solved += 1
             budget.spend()
@@ -83,11 +83,11 @@ def programs() -> Budget:
     return Budget(PROGRAMS, "programs", PROGRAM)
 
 
-def _overfull(u: ComplexArray, rims: tuple[Fan | None, ...]) -> int | None:
+def _overfull(u: ComplexArray, fans: tuple[Fan | None, ...]) -> int | None:
     """The plane in which a hole of the pair around u takes most above its cap."""
     over = [
         0.0 if fan is None or abs(u[plane]) == 0.0 else fan.excess(complex(u[plane])) / abs(u[plane])
-        for plane, fan in enumerate(rims)
+        for plane, fan in enumerate(fans)
     ]
     worst = int(np.argmax(over)) if over else 0
     return worst if over and over[worst] > 1e-7 else None
@@ -123,23 +123,23 @@ class _Cone:
         self.cones.append(len(vectors) + 1)
 
 
-def _relaxed(question: Question, rims: tuple[Fan | None, ...]) -> _Found | None:
+def _relaxed(question: Question, fans: tuple[Fan | None, ...]) -> _Found | None:
     """Best correction with any number of holes of each plane, and a bound that no correction can be better than."""
-    program = _Program(question, rims)
+    program = _Program(question, fans)
     return program.solve()
 
 
 class _Program:
     """x: parts at the holes, then both components of free planes, then one or more tops of the goal (all scaled)."""
 
-    def __init__(self, question: Question, rims: tuple[Fan | None, ...]) -> None:
-        self.question, self.rims = question, rims
+    def __init__(self, question: Question, fans: tuple[Fan | None, ...]) -> None:
+        self.question, self.fans = question, fans
         self.unit = self._unit()
         self.amplitude = float(np.abs(question.y0).max(initial=0.0)) or 1.0
         columns: list[ComplexArray] = []
         self.owner: list[int] = []
         self.free: list[int] = []
-        for plane, fan in enumerate(rims):
+        for plane, fan in enumerate(fans):
             if question.caps[plane] == 0.0:
                 continue
             if fan is None:
@@ -190,10 +190,10 @@ class _Program:
         for i in range(self.n):
             if self.free[i] < 0:
                 cone.below(-unit[i], 0.0)
-                fan = self.rims[self.owner[i]]
+                fan = self.fans[self.owner[i]]
                 if fan is not None and np.isfinite(fan.each):
                     cone.below(unit[i], fan.each / self.unit)
-        for plane, fan in enumerate(self.rims):
+        for plane, fan in enumerate(self.fans):
             if fan is not None and np.isfinite(question.caps[plane]) and question.caps[plane] > 0.0:
                 cone.below(
                     np.array([float(one == plane) for one in self.owner] + [0.0] * (self.size - self.n)),
@@ -307,7 +307,7 @@ class _Program:
         rest = np.abs(A.T @ z + linear)
         reach = np.full(self.size, max(value / self.scale, 0.0) * 2.0 + 2.0)
         for i, plane in enumerate(self.owner):
-            fan, cap = self.rims[plane], self.question.caps[plane] / self.unit
+            fan, cap = self.fans[plane], self.question.caps[plane] / self.unit
             most = cap if fan is None else min(cap, fan.each / self.unit)
             reach[i] = most if np.isfinite(most) else _FAR * max(float(np.abs(x[: self.n]).max()), 1.0)
         return float(-(b @ z) - rest @ reach) * self.scale

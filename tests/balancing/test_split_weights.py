@@ -12,7 +12,7 @@ from scipy.optimize import lsq_linear, minimize
 
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question
-from vibopt.balancing.rim import solve_rim, takes
+from vibopt.balancing.split_weights import solve_split, takes
 
 
 def asked(rng: np.random.Generator, n_planes: int, each: float = float("inf"), goal: str = "rms") -> Question:
@@ -23,13 +23,13 @@ def asked(rng: np.random.Generator, n_planes: int, each: float = float("inf"), g
     holes = [np.sort(rng.uniform(0.0, 2.0 * np.pi, int(rng.integers(3, 9)))) for _ in range(n_planes)]
     return Question(
         y0=y0, H=H, importance=np.ones(n), limits=np.full(n, np.inf), caps=rng.uniform(0.3, 1.5, n_planes),
-        goal=goal, rims=tuple(Fan.of(one.tolist(), each) for one in holes), sectors=((),) * n_planes,
+        goal=goal, fans=tuple(Fan.of(one.tolist(), each) for one in holes), sectors=((),) * n_planes,
     )  # fmt: skip
 
 
 def best_by_pairs(question: Question, each: float) -> float:
     """Least rms over all pairs of neighbouring holes."""
-    fans = [fan for fan in question.rims if fan is not None]
+    fans = [fan for fan in question.fans if fan is not None]
     choices = [[*fan.gaps, *[(k,) for k in range(len(fan.holes))]] for fan in fans]
     best = min(_of_pairs(question, each, pairs) for pairs in product(*choices))
     return best / float(np.sqrt(question.n_readings))
@@ -37,7 +37,7 @@ def best_by_pairs(question: Question, each: float) -> float:
 
 def _of_pairs(question: Question, each: float, pairs: tuple[tuple[int, ...], ...]) -> float:
     """Least norm for one choice of holes, by bounded least squares, or by scipy's SLSQP where a cap binds."""
-    fans = [fan for fan in question.rims if fan is not None]
+    fans = [fan for fan in question.fans if fan is not None]
     phasors = [fan.holes[hole] for fan, pair in zip(fans, pairs, strict=True) for hole in pair]
     owner = np.array([plane for plane, pair in enumerate(pairs) for _ in pair])
     A = question.H[:, owner] * np.array(phasors)
@@ -62,7 +62,7 @@ def _of_pairs(question: Question, each: float, pairs: tuple[tuple[int, ...], ...
 def test_no_pair_of_neighbouring_holes_is_better(seed: int, n_planes: int) -> None:
     question = asked(np.random.default_rng(seed), n_planes)
     assert takes(question)
-    solved = solve_rim(question)
+    solved = solve_split(question)
     assert solved.status == "optimal"
     assert solved.u is not None
     assert (question.masses(solved.u) <= question.caps * (1 + 1e-7)).all()
@@ -73,9 +73,9 @@ def test_no_pair_of_neighbouring_holes_is_better(seed: int, n_planes: int) -> No
 @given(seed=st.integers(0, 10**6), each=st.floats(0.1, 0.6))
 def test_a_cap_on_each_hole_is_kept_and_nothing_is_better(seed: int, each: float) -> None:
     question = asked(np.random.default_rng(seed), 1, each)
-    solved = solve_rim(question)
+    solved = solve_split(question)
     assert solved.u is not None
-    fan = question.rims[0]
+    fan = question.fans[0]
     assert fan is not None
     assert fan.excess(complex(solved.u[0])) <= 1e-6
     assert solved.value == pytest.approx(best_by_pairs(question, each), rel=2e-5, abs=1e-7)
@@ -86,11 +86,11 @@ def test_a_cap_on_each_hole_is_kept_and_nothing_is_better(seed: int, each: float
 def test_no_random_split_beats_a_proven_answer(seed: int, goal: str) -> None:
     rng = np.random.default_rng(seed)
     question = asked(rng, 2, goal=goal)
-    solved = solve_rim(question)
+    solved = solve_split(question)
     assert solved.status == "optimal"
     for _ in range(200):
         u = np.zeros(2, dtype=complex)
-        for plane, fan in enumerate(question.rims):
+        for plane, fan in enumerate(question.fans):
             assert fan is not None
             parts = rng.dirichlet(np.ones(len(fan.holes))) * rng.uniform(0.0, question.caps[plane])
             u[plane] = (parts * fan.holes).sum()

@@ -17,16 +17,18 @@ _SPREADS = 2.0
 """Standard deviations of a coefficient below which it is scatter."""
 
 
-def felt_only(job: RotorJob, identified: Identified, noise: Noise | None) -> tuple[Identified, tuple[int, ...]]:
+def without_insensitive(
+    job: RotorJob, identified: Identified, noise: Noise | None
+) -> tuple[Identified, tuple[int, ...]]:
     """The rotor with zero for the effect of planes that no sensor feels at any speed, and those planes."""
-    felt = np.zeros(len(job.planes), dtype=bool)
+    moves = np.zeros(len(job.planes), dtype=bool)
     row = 0
     for speed, learnt in enumerate(identified.learnt):
         rows, planes = slice(row, row + learnt.readings.shape[1]), list(learnt.planes)
-        felt |= (learnt.known != 0.0).any(axis=0)
-        felt[planes] |= (np.abs(identified.H[rows, planes]) > _floor(learnt, noise, speed)).any(axis=0)
+        moves |= (learnt.known != 0.0).any(axis=0)
+        moves[planes] |= (np.abs(identified.H[rows, planes]) > _floor(learnt, noise, speed)).any(axis=0)
         row = rows.stop
-    idle = tuple(int(plane) for plane in np.flatnonzero(~felt) if not job.planes[plane].keep)
+    idle = tuple(int(plane) for plane in np.flatnonzero(~moves) if not job.planes[plane].keep)
     if not idle:
         return identified, ()
     H = identified.H.copy()
