@@ -294,3 +294,13 @@ def test_an_unreadable_range_is_refused_in_words() -> None:
         sweep(read(FILE), "limits.start_up.at_most", "30 mm")
     with pytest.raises(InputError, match=r"--points 1 is not between 2 and 100000\."):
         sweep(read(FILE), "limits.start_up.at_most", "5 mm..30 mm", 1)
+
+
+def test_no_words_are_looked_for_that_no_point_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: object) -> str:
+        raise AssertionError("a sweep shows no reasons")
+
+    for words in ("hopeless_words", "physical_words"):
+        monkeypatch.setattr(import_module("vibopt.solve.impasse"), words, never)
+    found = sweep(read(FILE), "limits.start_up.at_most", "5 mm..6 mm", 3)
+    assert [point.status for point in found.points] == ["infeasible"] * 3

@@ -100,13 +100,13 @@ def _asked(design: Design) -> Scene:
 
 def _goal_at(design: Design, fact: FactAt, bound: float) -> Entry | None:
     """Goal of the scene with one bound changed."""
-    other = solve(with_changes(_asked(design), {fact.path: fact.text(bound)}), explain=False, near=design.x)
+    other = solve(with_changes(_asked(design), {fact.path: fact.text(bound)}), explain=False, brief=True, near=design.x)
     return other.goal[1] if other.goal is not None else None
 
 
 def _until(design: Design, row: Checked, fact: FactAt) -> Entry | None:
     """The bound from which on the goal is as good as without the limit; None when it always helps."""
-    free = solve(without_bound(_asked(design), row.name, row.side), explain=False, near=design.x)
+    free = solve(without_bound(_asked(design), row.name, row.side), explain=False, brief=True, near=design.x)
     if free.goal is None:
         return None
     target = free.goal[1].value
