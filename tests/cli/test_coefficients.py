@@ -133,8 +133,8 @@ def test_the_trim_says_what_to_add_and_in_holes_what_to_fit_instead(tmp_path: Pa
     said = answer(open_job(file)).plan.words
     assert said[0] == 'The weights of run "correction fitted" stay on. What changes them into the best ones:'
     assert said[1:3] == (
-        "left: fit 1.175 g at radius 150 mm, 137.6 deg against rotation from the reflective tape.",
-        "right: fit 0.8101 g at radius 150 mm, 144.4 deg against rotation from the reflective tape.",
+        "left: add 1.175 g at radius 150 mm, 137.6 deg against rotation from the reflective tape.",
+        "right: add 0.8101 g at radius 150 mm, 144.4 deg against rotation from the reflective tape.",
     )
     assert said[3] == "Or take every weight off and fit the whole anew, on the rotor as found:"
     cap = 'weight = { from = "0 g", to = "60 g" }'

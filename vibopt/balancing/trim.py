@@ -55,5 +55,5 @@ def _trim(job: RotorJob, run: Run, index: int, answer: PlaneAnswer) -> str:
     if change == 0j or plane.keep:
         return f"{plane.name}: leave as it is."
     if not (plane.holes or plane.shelf or len(plane.radii) > 1):
-        return sentence(job, index, change)
+        return sentence(job, index, change).replace(": fit ", ": add ", 1)
     return f"{plane.name}: take off what is fitted; {answer.words.partition(': ')[2]}"
