@@ -15,7 +15,7 @@ from vibopt.mechanics.modes import free_matrices
 from vibopt.program.program import Program
 from vibopt.program.slopes import sampled_slopes
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.rivals.claims import discrete
+from vibopt.solve.rivals.general import discrete
 from vibopt.solve.rivals.sampled import sampled_speeds
 from vibopt.solve.starts import log_box
 

@@ -1,0 +1,237 @@
+"""General solvers as a good script asks them: SLSQP, trust-constr and IPOPT on sampled speeds, SLSQP with exchange.
+
+Variables and rows are scaled by logs, slopes are exact, and the start is a good one; what a solver claims is passed on.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from vibopt.forms import Drive, FloatArray, Modulus
+from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.slopes import local_extremes
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.rivals.sampled import SampledRows, sampled_speeds
+from vibopt.work import late
+
+_FIRST, _ROUNDS, _CLOSE = 20, 30, 1e-9
+_BESIDE = 0.2
+"""Part of the highest peak that a lower one must have to be added as well."""
+
+
+def discrete(name: str, program: Program) -> str | None:
+    """The refusal of discrete variables."""
+    for axis in program.axes:
+        if axis.values is not None and len(axis.values) > 1:
+            return f"{name} takes continuous variables only, but {axis.path} is chosen from {len(axis.values)} values."
+    return None
+
+
+@dataclass
+class _OnSampledSpeeds:
+    """One run on so many speeds of every band; the worst response as a goal is an unknown above all its samples."""
+
+    speeds: int = 200
+    name: str = ""
+    words: str = field(default="", init=False)
+
+    @property
+    def summary(self) -> str:
+        return f"{self.words}, limits on {self.speeds} sampled speeds"
+
+    def refuses(self, program: Program) -> str | None:
+        """Discrete variables."""
+        return discrete(self.name, program)
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Run it once, and pass on its flag."""
+        y, success, word = self.run(program, SampledRows(program, self.speeds))
+        if not success:
+            return Found("unproven", None, f"the solver gives up: {word}", self.name)
+        x = np.clip(np.exp(y), program.low, program.high)
+        return Found("feasible", x, f"{word} (limits at {self.speeds} sampled speeds)", self.name)
+
+    def run(self, program: Program, rows: SampledRows) -> tuple[FloatArray, bool, str]:
+        """Where the solver ends, in y = log x (n_vars,), whether it claims success, and its own word."""
+        raise NotImplementedError
+
+
+@dataclass
+class Slsqp(_OnSampledSpeeds):
+    """SciPy's SLSQP."""
+
+    name: str = "slsqp"
+    words: str = field(default="scipy SLSQP", init=False)
+
+    def run(self, program: Program, rows: SampledRows) -> tuple[FloatArray, bool, str]:
+        """From the best of the starts."""
+        return least(rows, rows.start())
+
+
+@dataclass
+class IpoptSampled(_OnSampledSpeeds):
+    """IPOPT on the same smooth program as `nlp`, with exact second derivatives, without measuring or adding speeds."""
+
+    name: str = "ipopt_sampled"
+    words: str = field(default="CasADi with IPOPT", init=False)
+
+    def run(self, program: Program, rows: SampledRows) -> tuple[FloatArray, bool, str]:
+        """From the best of the starts."""
+        start = rows.start()
+        samples = Samples(program).spread(self.speeds)
+        answer = SampledProgram(samples, np.exp(start), rows.low, rows.high).solve(start, iterations=500)
+        return answer.y, answer.claims, answer.word
+
+
+@dataclass
+class TrustConstr(_OnSampledSpeeds):
+    """SciPy's trust-constr with BFGS curvature; a sparse table of slopes makes it thirty times faster."""
+
+    name: str = "trust_constr"
+    words: str = field(default="scipy trust-constr", init=False)
+    iterations: int = 500
+
+    def run(self, program: Program, rows: SampledRows) -> tuple[FloatArray, bool, str]:
+        """From the best of the starts."""
+        import scipy.optimize
+        from scipy.sparse import csr_array
+
+        optimize: Any = scipy.optimize
+
+        start = rows.start()
+        top = float(rows.goal(start)[0].max())
+        n = len(start)
+
+        def above(z: FloatArray) -> FloatArray:
+            return np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
+
+        def above_slopes(z: FloatArray) -> Any:
+            goal = rows.goal(z[:n])[1]
+            table = np.zeros((len(rows.limits(z[:n])) + len(goal), n + 1))
+            table[:, :n] = np.concatenate([rows.slopes(z[:n]), goal])
+            table[-len(goal) :, n] = -1.0
+            return csr_array(table)
+
+        last = np.eye(n + 1)[n]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            answer = optimize.minimize(
+                lambda z: z[n],
+                np.append(start, top),
+                jac=lambda z: last,
+                hess=lambda z: np.zeros((n + 1, n + 1)),
+                method="trust-constr",
+                bounds=optimize.Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),
+                constraints=[optimize.NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=optimize.BFGS())],
+                options={"gtol": 1e-8, "xtol": 1e-8, "maxiter": self.iterations},
+                callback=lambda z, state: late(f"{state.niter} iterations"),
+            )
+        success = answer.status in (1, 2) and answer.constr_violation <= 1e-6
+        return answer.x[:n], bool(success), str(answer.message)
+
+
+def least(rows: SampledRows, start: FloatArray) -> tuple[FloatArray, bool, str]:
+    """Where SLSQP ends from `start`, in y = log x (n_vars,), whether it claims success, and its own word."""
+    import scipy.optimize
+
+    minimize: Any = scipy.optimize.minimize
+    top = float(rows.goal(start)[0].max())
+    n = len(start)
+    bounds = [*zip(rows.low, rows.high, strict=True), (top - 100.0, top + 100.0)]
+
+    def below(z: FloatArray) -> FloatArray:
+        return -np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
+
+    def below_slopes(z: FloatArray) -> FloatArray:
+        goal = rows.goal(z[:n])[1]
+        limits = rows.slopes(z[:n])
+        table = np.zeros((len(limits) + len(goal), n + 1))
+        table[:, :n] = np.concatenate([limits, goal])
+        table[-len(goal) :, n] = -1.0
+        return -table
+
+    answer = minimize(
+        lambda z: z[n],
+        np.append(start, top),
+        jac=lambda z: np.eye(n + 1)[n],
+        method="SLSQP",
+        bounds=bounds,
+        constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
+        options={"ftol": rows.tolerance, "maxiter": 200},
+    )
+    return answer.x[:n], bool(answer.success), str(answer.message)
+
+
+class ExchangedRows(SampledRows):
+    """Rows at few even speeds and at those that were added, per excitation of each part."""
+
+    tolerance = 1e-11
+    """As close as SLSQP comes; where it gives up so near the end, it is asked once more for less."""
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program, _FIRST)
+        self.known: dict[int, FloatArray] = {}
+
+    def speeds(self, drive: Drive) -> FloatArray:
+        return self.known.setdefault(id(drive), sampled_speeds(drive, self.count))
+
+    def highest(self, y: FloatArray) -> float:
+        """How far the worst limit is exceeded and the goal is above what its rows say, in logs; peaks are added."""
+        sampled = float(self.goal(y)[0].max())
+        over = [self._added(limit, y, limit.side == "at_least") for limit in self.program.limits]
+        bounds = [np.log(max(limit.bound, 1e-300)) for limit in self.program.limits]
+        missed = [
+            (bound - value) if limit.side == "at_least" else (value - bound)
+            for limit, value, bound in zip(self.program.limits, over, bounds, strict=True)
+            if isinstance(limit.form, Modulus) and limit.side != "outside"
+        ]
+        aim = self.program.aim
+        if aim is not None and isinstance(aim.form, Modulus):
+            missed.append(aim.sense * self._added(aim, y, aim.sense < 0) - sampled)
+        return max(missed, default=0.0)
+
+    def _added(self, part: Limit | Aim, y: FloatArray, least_wanted: bool) -> float:
+        """Log of the exact worst value; the speeds of every peak are looked at from now on."""
+        if not isinstance(part.form, Modulus):
+            return 0.0
+        found = local_extremes(part.model, part.form, np.exp(y), least_wanted=least_wanted, within=_BESIDE)
+        for index, drive in enumerate(part.form.drives):
+            fresh = [one.speeds[index] for one in found if one.speeds and np.isfinite(one.speeds[index])]
+            self.known[id(drive)] = np.unique(np.concatenate([self.speeds(drive), fresh]))
+        return found[0].value if found else 0.0
+
+
+@dataclass
+class Exchange:
+    """SLSQP from the last design again and again until no exact peak is above what it was told."""
+
+    name: str = "slsqp_exchange"
+    summary: str = "scipy SLSQP, exact peaks exchanged"
+
+    def refuses(self, program: Program) -> str | None:
+        """Discrete variables."""
+        return discrete(self.name, program)
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Claims success where SLSQP does and the exact peaks agree."""
+        rows = ExchangedRows(program)
+        y, success, word, over = rows.start(), False, "", np.inf
+        for _ in range(_ROUNDS):
+            before = y
+            y, success, word = least(rows, y)
+            over = rows.highest(y)
+            if over <= _CLOSE or np.array_equal(before, y):
+                break
+        if not success and over <= _CLOSE:
+            rows.tolerance = SampledRows.tolerance
+            y, success, word = least(rows, y)
+            over = rows.highest(y)
+        x = np.clip(np.exp(y), program.low, program.high)
+        if success and over <= 1e-7:
+            return Found("feasible", x, f"{word} (exact peaks within {max(over, 0.0):.0e})", self.name)
+        return Found("unproven", None, f"the solver gives up: {word}; exact peaks {over:.0e} above", self.name)
