@@ -1,0 +1,241 @@
+"""The three charts as tables, as plain data and as figures."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.text import grid, section
+from vibopt.charts.fidelity import Fidelity
+from vibopt.charts.mount_cases import MOUNTS
+from vibopt.charts.runner import CLASSES, Chart
+from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, SILENT, Case, Trial, as_row
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import Console
+
+_SHORT = {
+    "branch_and_bound": "b&b",
+    "slsqp_50": "slsqp 50",
+    "slsqp": "slsqp 200",
+    "slsqp_1000": "slsqp 1000",
+    "slsqp_exchange": "slsqp exchange",
+    "equal_peaks": "equal peaks",
+    "trust_constr_50": "trust 50",
+    "trust_constr": "trust 200",
+    "ipopt_sampled": "ipopt 200",
+    "ipopt_sampled_1000": "ipopt 1000",
+    "cvxpy_dpp": "cvxpy, kept",
+}
+"""Names in the figure; the number is that of the sampled speeds."""
+_LONG = 100
+
+
+def accuracy_json(result: Chart) -> dict[str, Any]:
+    """Trials with their times over that of the default, as plain data."""
+    trials = [{**_row(one), "ratio": result.ratio(one)} for one in result.trials]
+    return {
+        "chart": "speed-accuracy",
+        "default": DEFAULT,
+        "cases": [_about(case) for case in result.cases],
+        "trials": trials,
+    }
+
+
+def _about(case: Case) -> dict[str, Any]:
+    """A case as plain data, without its text."""
+    goal = None if math.isnan(case.goal) else case.goal
+    return {
+        "name": case.name, "family": case.family, "truth": case.truth, "goal": goal, "known_by": case.known_by,
+    }  # fmt: skip
+
+
+def stability_json(result: Chart) -> dict[str, Any]:
+    """Trials, and how often each class occurs by family and method, as plain data."""
+    cases = [_about(case) for case in result.cases]
+    counts = {
+        family: {method: dict(result.count(family, method)) for method in result.asked(family)}
+        for family in result.families
+    }
+    trials = [_row(one) for one in result.trials]
+    return {"chart": "stability", "counts": counts, "cases": cases, "trials": trials}
+
+
+def _row(one: Trial) -> dict[str, Any]:
+    """A trial as plain data; numbers that do not exist are None."""
+    return {
+        key: None if isinstance(value, float) and math.isnan(value) else value for key, value in as_row(one).items()
+    }
+
+
+def accuracy_table(result: Chart, console: Console) -> None:
+    """A table a case: time, kernel, true error, and what is wrong with a claim."""
+    console.print("Speed against accuracy", style="bold")
+    console.print(
+        f"Time is from the job as read to the answer, that of {DEFAULT} checked on the machine as built; kernel: the "
+        f"optimiser alone. Ratio: over the time of {DEFAULT} on the same case."
+    )
+    for case in result.cases:
+        rows = [
+            (
+                one.method,
+                _time(one.seconds),
+                _time(one.kernel),
+                _ratio(result.ratio(one)),
+                _part(one.error),
+                one.status,
+                _note(one),
+            )
+            for one in result.of(case.name)
+        ]
+        heads = ("Method", "Time", "Kernel", "Ratio", "True error", "Claims", "Wrong, or why not")
+        section(console, f"{case.name} ({case.known_by})", grid(rows, heads, whole=(0, 1, 2, 3, 4)))
+    _say_cut(result, console)
+
+
+def _note(one: Trial) -> str:
+    """What is wrong with a claim, why there is none, or how to get a rival that is not there."""
+    words = one.cut or (one.claim if one.status in ("error", MISSING) else one.fault)
+    return words if len(words) <= _LONG else f"{words[: _LONG - 3]}..."
+
+
+def stability_table(result: Chart, console: Console) -> None:
+    """Families by methods, with the worst of what is silently wrong below."""
+    short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
+    console.print("Stability on hard ground", style="bold")
+    for methods in dict.fromkeys(result.asked(family) for family in result.families):
+        rows = []
+        for family in (one for one in result.families if result.asked(one) == methods):
+            cells = []
+            for method in methods:
+                count = result.count(family, method)
+                words = [f"{count[name]} {short[name]}" for name in CLASSES if count[name] and name != REFUSES]
+                cells.append(", ".join(words) or next(one for one in (REFUSES, MISSING) if count[one]))
+            rows.append((family, *cells))
+        console.print()
+        console.print(grid(rows, ("Family", *(_SHORT.get(method, method) for method in methods))))
+    wrong = _worst_faults(result)
+    if wrong:
+        section(console, "Silently wrong", grid(wrong, ("Method", "Family", "Scenes", "Worst")))
+    stops = Counter((one.method, _note(one)) for one in result.trials if one.status == "error")
+    if stops:
+        rows = [(method, str(count), words) for (method, words), count in stops.items()]
+        section(console, "Stopped", grid(rows, ("Method", "Scenes", "With the words")))
+    for method, how in {one.method: one.claim for one in result.trials if one.status == MISSING}.items():
+        console.print(f"\n{method} is not installed: {how}")
+    _say_cut(result, console)
+
+
+def _say_cut(result: Chart, console: Console) -> None:
+    """What was asked less than the chart promises."""
+    if result.cut:
+        listed = "".join(f"\n  {one.method} on {one.case}: {one.cut}." for one in result.cut)
+        console.print(
+            f"\nLess was asked than this chart promises, in {len(result.cut)} of {len(result.trials)} runs:{listed}"
+        )
+
+
+def _worst_faults(result: Chart) -> list[tuple[str, str, str, str]]:
+    """Per method and family how many scenes are silently wrong, and the worst of them."""
+    found = []
+    for method in result.methods:
+        for family in result.families:
+            names = {case.name for case in result.cases if case.family == family}
+            trials = [one for one in result.trials if one.method == method and one.case in names]
+            wrong = [one for one in trials if one.verdict == SILENT]
+            if wrong:
+                worst = max(wrong, key=lambda one: math.inf if math.isnan(one.error) else one.error)
+                found.append((method, family, f"{len(wrong)} of {len(trials)}", f"{worst.case}: {worst.fault}"))
+    return found
+
+
+def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
+    """Declared and used, time saved and error, row by row."""
+    console.print("Fidelity: the smaller model against the full one", style="bold")
+    heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Error of values", "Error of goal")
+    listed = [
+        (
+            row.case, str(row.declared), str(row.used), _ratio(row.measuring_full / row.measuring),
+            _ratio(row.solving_full / row.solving), _part(row.value_error), _part(row.goal_error),
+        )
+        for row in rows
+    ]  # fmt: skip
+    console.print(grid(listed, heads, whole=(0,)))
+    console.print("Measuring and solving: time on the full model over time on the smaller one.")
+    for row in rows:
+        if row.cut:
+            console.print(f"Less was asked than this chart promises: {row.case}, {row.cut}")
+
+
+def draw_accuracy(result: Chart) -> Figure:
+    """True error over time, a panel a case."""
+    from vibopt.design.chart_figures import Dot, Scatter, accuracy_figure
+
+    cases = []
+    for case in result.cases:
+        ran = result.of(case.name)
+        dots = tuple(
+            Dot(_SHORT.get(one.method, one.method), result.ratio(one), one.error, bool(one.fault), _kernel(one))
+            for one in ran
+            if math.isfinite(one.error)
+        )
+        silent = tuple(_name(one) for one in ran if not math.isfinite(one.error))
+        seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
+        error = "excess price or broken limit (part)" if case.family == MOUNTS else "true error (part)"
+        cases.append(Scatter(case.name, seconds, dots, silent, error))
+    return accuracy_figure(cases, DEFAULT)
+
+
+def _kernel(one: Trial) -> float:
+    """Part of vibopt's time that is the optimiser alone; of the others the whole is nearly that."""
+    return one.kernel / one.seconds if one.method == DEFAULT else math.nan
+
+
+def _name(one: Trial) -> str:
+    name = _SHORT.get(one.method, one.method)
+    return f"{name} ({MISSING})" if one.status == MISSING else name
+
+
+def draw_stability(result: Chart) -> Figure:
+    """Families by methods, filled by class."""
+    from vibopt.design.chart_figures import stability_figure
+
+    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.asked(f)}
+    return stability_figure(result.families, result.methods, counts, CLASSES)
+
+
+def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
+    """What is declared and used, time saved, error."""
+    from vibopt.design.chart_figures import Bars, fidelity_figure
+
+    return fidelity_figure(
+        [
+            Bars(
+                row.case,
+                row.declared,
+                row.used,
+                row.measuring_full / row.measuring,
+                row.solving_full / row.solving,
+                row.value_error,
+            )
+            for row in rows
+        ]
+    )
+
+
+def _time(seconds: float) -> str:
+    if not math.isfinite(seconds):
+        return "-"
+    return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "-"
+
+
+def _part(value: float) -> str:
+    if math.isnan(value):
+        return "-"
+    return "0" if value == 0.0 else f"{value:.1e}" if math.isfinite(value) else "infinite"
