@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -109,3 +110,17 @@ def test_routes_through_very_different_springs_agree_within_their_rounding(soft:
     document["links"]["mount"]["between"] = ["pump", "frame"]
     document["links"]["soft"] = {"between": ["frame", "ground"], "stiffness": soft}
     assert solve(from_dict(document)).status == "met"
+
+
+def test_the_load_of_a_bought_mount_is_compared_with_the_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "parts.csv").write_text("part,stiffness [N/mm],loss factor,rated load max [N]\nM1,100,0.1,1600\n")
+    document = pump(measures={"mode": {"response": "natural_frequency"}})
+    part = {"catalogue": str(tmp_path / "parts.csv"), "name": "M1"}
+    document["links"]["mount"] = {"between": ["pump", "ground"], "count": 2, "part": part}
+    scene = from_dict(document)
+    assert solve(scene).status == "met"
+    monkeypatch.setattr("vibopt.design.rated.load_of", lambda machine, joint: 300.0)
+    assert solve(scene).claim == (
+        "the two routes to an answer do not agree: mount: rated load (static_load of mount) is 588.399 N in the model, "
+        "300 N on the machine as built"
+    )

@@ -250,3 +250,18 @@ def test_jerk_of_what_turns_is_angular() -> None:
     assert list(caught.value.messages) == [
         'scene: measures.j asks for the jerk of disc, which turns. Write response = "angular_jerk".'
     ]
+
+
+def test_identical_inerters_share_evenly() -> None:
+    document = copy.deepcopy(PUMP)
+    one = {"between": ["pump", "ground"], "inertance": {"from": "1 kg", "to": "40 kg"}}
+    document["inerters"] = {"left": one, "right": dict(one)}
+    goal = {"minimise": "transmitted_force", "into": "ground", "at": "20 Hz"}
+    design = solve(from_dict({**document, "goal": goal}))
+    left, right = (design.variables[f"inerters.{name}.inertance"].value.value for name in ("left", "right"))
+    assert left == pytest.approx(right, rel=1e-9)
+    w = 40.0 * np.pi
+    b = np.linspace(2.0, 80.0, 100_001)
+    through = 200e3 + 1e3j * w - b * w**2
+    assert design.goal is not None
+    assert design.goal[1].value == pytest.approx(np.abs(300.0 * through / (through - 120.0 * w**2)).min(), rel=1e-5)

@@ -12,7 +12,7 @@ from vibopt.answer.entry import Checked, Chosen, Entry
 from vibopt.design.build import differing, machine_of
 from vibopt.design.certify import TOLERANCE, Measured, measure_on
 from vibopt.design.rated import rated_rows
-from vibopt.design.routes import differs, modelled
+from vibopt.design.routes import LOADS, differs, modelled, rated_loads
 from vibopt.design.words import place_of
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
@@ -50,12 +50,16 @@ def checked_limits(
     rows = {}
     for key, (name, side) in limit_rows(scene).items():
         rows[key] = _worst_of(built, (offs or {}).get(key, ()), name, scene.limits[name], side)
-    return rows | _rated(scene, chosen, built.machine, offs or {})
+    return rows | _rated(built, offs or {})
 
 
-def _rated(scene: Scene, chosen: Mapping[str, float], machine: Machine, offs: Offs) -> dict[str, Checked]:
+def _rated(built: _Built, offs: Offs) -> dict[str, Checked]:
     """Static loads of bought parts, each on the worst of several machines."""
-    rows = rated_rows(scene, chosen, machine)
+    scene, chosen = built.scene, built.chosen
+    rows = rated_rows(scene, chosen, built.machine)
+    if rows:
+        loads = rated_loads(built.model, np.array([chosen[one.path] for one in scene.variables]))
+        rows = {key: _load_compared(row, loads[row.name, row.side]) for key, row in rows.items()}
     for key in rows:
         for off in offs.get(key, ()):
             other = replace(scene, off=off)
@@ -72,6 +76,16 @@ def checked_measures(
     """Every measure on the built machine, or on the worst of several, compared with the model (that of the scene)."""
     built = _Built(scene, chosen, model)
     return {name: _worst_of(built, (offs or {}).get(name, ()), name, one, "") for name, one in scene.measures.items()}
+
+
+def _load_compared(row: Checked, parts: Sequence[float]) -> Checked:
+    """A row of a rated load beside what the model says of each mount, as parts of the rating."""
+    assert row.limit is not None
+    other = (max(parts) if row.side == "at_most" else min(parts)) * row.limit.value
+    if row.value.value == other or abs(row.value.value - other) <= LOADS * abs(row.limit.value):
+        return row
+    words = f"{row.name} ({row.response} {row.place}) is {other:.9g} N in the model"
+    return replace(row, doubt=f"{words}, {row.value.value:.9g} N on the machine as built")
 
 
 @dataclass(frozen=True)

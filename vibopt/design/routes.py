@@ -36,7 +36,7 @@ from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.mechanics.statics import sag
 from vibopt.program.from_rest import from_rest, graded
-from vibopt.program.pose import form_of
+from vibopt.program.pose import form_of, ratings
 from vibopt.program.worst import DriveResponse, plain_value, rigid_form
 from vibopt.responses import Response
 from vibopt.responses.natural_frequency import NaturalFrequency
@@ -48,6 +48,8 @@ _SAME = 1e-9
 """Part of a value by which the routes may always differ."""
 _ROUNDINGS = 1e4
 """Roundings of every coefficient that either route may add up."""
+LOADS = 1e-7
+"""Part of its rating by which the static load of a mount may differ."""
 _ROOTS = 1e-6
 """Part of the greatest pole, or of a root mean square, that near roots and integrals may lose."""
 
@@ -73,6 +75,14 @@ def differs(scene: Scene, model: Model, chosen: Mapping[str, float], response: R
 def modelled(scene: Scene, model: Model, chosen: Mapping[str, float], response: Response, found: Measured) -> float:
     """The value of a response in the model where the machine as built is worst; parameters as for `differs`."""
     return _Modelled(scene, model, chosen, response).at(found)[0]
+
+
+def rated_loads(model: Model, x: FloatArray) -> dict[tuple[str, str], list[float]]:
+    """Static loads of all mounts that are bought, as parts of what they are rated for, by limit and side."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for limit in ratings(model, reduce=False):
+        found.setdefault((limit.name, limit.side), []).append(plain_value(model, limit.form, x))
+    return found
 
 
 def _within(value: float, other: float, room: float) -> bool:
@@ -201,4 +211,4 @@ def _carried(model: Model, z: Numbers, stiff: ComplexArray, row: Numbers, u: Num
     return float(np.abs(z) @ (_both(model, whole) * _both(model, u)) + np.abs(row) @ np.abs(u))
 
 
-__all__ = ["differs", "modelled"]
+__all__ = ["LOADS", "differs", "modelled", "rated_loads"]

@@ -94,6 +94,7 @@ class AbsorberTable(Device):
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
     tolerance: Tolerance | None = None
 
+    exchangeable: ClassVar[bool] = True
     in_space: ClassVar[str] = "Put it on a body on a line."
     other_way: ClassVar[Mapping[str, str]] = {
         **OTHER_WAY,

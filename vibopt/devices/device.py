@@ -23,6 +23,8 @@ class Device(Table):
 
     may_be_off
         Whether its numbers may have tolerances.
+    exchangeable
+        Whether two with the same words may exchange their numbers without any effect.
     between_points
         Whether it acts between two points, along the line or about the axis.
     in_space
@@ -34,6 +36,7 @@ class Device(Table):
     """
 
     may_be_off: ClassVar[bool] = True
+    exchangeable: ClassVar[bool] = False
     between_points: ClassVar[bool] = False
     in_space: ClassVar[str] = ""
     passes: ClassVar[int] = 0

@@ -39,6 +39,7 @@ class InerterTable(Device):
 
     between_points: ClassVar[bool] = True
     in_space: ClassVar[str] = 'Say where it stands and which way: at = ["0.5 m", "0 m", "0 m"], direction = "z".'
+    exchangeable: ClassVar[bool] = True
     passes: ClassVar[int] = 2
     other_way: ClassVar[Mapping[str, str]] = {
         "inertance": 'torsional_inertance = "2 kg m2"',

@@ -54,6 +54,7 @@ class LinkTable(Device):
     part: Part | None = None
 
     between_points: ClassVar[bool] = True
+    exchangeable: ClassVar[bool] = True
     in_space: ClassVar[str] = "Write [mounts.NAME] with a place."
     other_way: ClassVar[Mapping[str, str]] = OTHER_WAY
 

@@ -47,7 +47,7 @@ def asked_of(scene: Scene, full: Model, *, reduce: bool = True) -> Program:
         for each in members(scene, one)
         for limit in _limits(scene, full, name, each, reduce)
     )
-    limits += tuple(_ratings(full, reduce))
+    limits += tuple(ratings(full, reduce=reduce))
     aim = None
     if scene.goal is not None:
         aim = _aim(scene, scene.goal, full, reduce)
@@ -72,7 +72,7 @@ def _ties(scene: Scene) -> Iterator[Tie]:
         yield Tie(one.path, tuple(places[path] for path in one.paths), one.table, one.names)
 
 
-def _ratings(full: Model, reduce: bool) -> Iterator[Limit]:
+def ratings(full: Model, *, reduce: bool = True) -> Iterator[Limit]:
     """The static load of one mount of every part, between what it is rated for."""
     models: dict[str, Model] = {}
     for (name, word), rating in full.properties.items():

@@ -11,14 +11,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.devices import Device
 from vibopt.forms import FloatArray
 from vibopt.program.program import Program
 from vibopt.scene.alike import numbers_of
+from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found
 
-_FALLING = ("mass", "mass_ratio", "inertia")
+_FALLING = ("mass", "mass_ratio", "inertia", "inertance", "torsional_inertance")
 _RISING = ("frequency", "tuning", "stiffness", "torsional_stiffness", "damping_ratio", "damping", "torsional_damping")
 _DIGITS = 9
 """Values that agree to so many digits are equal."""
@@ -43,7 +45,8 @@ def in_order(scene: Scene, program: Program, found: Found) -> Found:
 
 def _alike(scene: Scene, program: Program) -> Iterator[list[dict[str, int]]]:
     """Per set of identical devices, the index of each variable of each device, by its word."""
-    for family, tables in (("absorbers", scene.absorbers), ("links", scene.links)):
+    for family in dict.fromkeys(family for family, _, table in devices(scene) if table.exchangeable):
+        tables: Mapping[str, Device] = getattr(scene, family)
         left = [name for name in tables if _variables(program, family, name)]
         while len(left) > 1:
             said = numbers_of(tables[left[0]])
