@@ -88,7 +88,7 @@ def test_a_balancing_job_has_a_sheet_for_the_shop_floor_and_a_report(
     assert "What was given" not in sheet
     assert run("report", file, "-o", str(target)).code == 0
     page = target.read_text(encoding="utf-8")
-    for words in ("What this stands on", "What was given", "Checked by, date", "<svg"):
+    for words in ("What this stands on", "What was given", f"{sign} (name)", "Checked by", "<svg"):
         assert words in page
 
 

@@ -82,7 +82,7 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
         "tables": [_table(one, sheet) for one in blocks if _stands(one, sheet)],
         "foot": [one for one in blocks if one.kind == FOOT],
         "figures": figures,
-        "signs": views.signs(answer, sheet),
+        "signs": views.signs(answer),
         "given": [] if sheet else given(document),
     }
 

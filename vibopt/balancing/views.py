@@ -134,10 +134,8 @@ def figures(answer: Answer[BalancingJob], *, compact: bool = False) -> list[tupl
     return [] if figure is None else [(answer.title, saved(figure, "svg").decode())]
 
 
-def signs(answer: Answer[BalancingJob], sheet: bool) -> tuple[str, ...]:
+def signs(answer: Answer[BalancingJob]) -> tuple[str, ...]:
     """Who signs the page."""
-    if not sheet:
-        return ("Designed by, date", "Checked by, date")
     return ("Fitted by (name)" if is_rotor(answer.job) else "Done by (name)", "Date", "Checked by")
 
 

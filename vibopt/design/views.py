@@ -154,7 +154,7 @@ def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
     return [(title, saved(figure, "svg").decode()) for title, figure in drawn]
 
 
-def signs(design: Design, sheet: bool) -> tuple[str, ...]:
+def signs(design: Design) -> tuple[str, ...]:
     """Who signs the page."""
     return ("Designed by, date", "Checked by, date")
 
