@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,9 +14,10 @@ from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.slopes import local_extremes
-from vibopt.scene.read import from_text
+from vibopt.scene.read import from_dict, from_text
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
+from vibopt.solve.local import improved
 from vibopt.solve.nlp import Nlp
 from vibopt.solve.rivals.sampled import SampledRows
 from vibopt.solve.starts import halton, log_box, starts
@@ -280,3 +283,39 @@ def test_starts_spread_over_the_box_and_begin_in_its_middle() -> None:
     assert (points <= high).all()
     assert points[1] == pytest.approx(low + (high - low) * np.array([0.25, 2 / 3]))
     assert any(isinstance(one.form, Modulus) for one in program.limits)
+
+
+def test_no_order_of_two_unlike_absorbers_is_better_than_the_one_found() -> None:
+    """The heavier tuned higher or lower: each is a local optimum, and four starts may agree on the worse one."""
+    masses, host, spring = (0.3233939457538378, 0.27272036012866463), 20.916338457677803, 47734.22808716226
+    own = np.sqrt(spring / host)
+    document: dict[str, Any] = {
+        "bodies": {"main": {"mass": f"{host} kg"}},
+        "links": {"base": {"between": ["main", "ground"], "stiffness": f"{spring} N/m"}},
+        "excitations": {
+            "e": {
+                "kind": "force",
+                "on": "main",
+                "amplitude": "1 kN",
+                "speed": f"{0.3 * own}..{2 * own} rad/s",
+                "varies": "constant",
+            }
+        },
+        "goal": {"minimise": "displacement", "of": "main"},
+    }
+    for i, mass in enumerate(masses):
+        k, c = mass * own**2, 2.0 * mass * own
+        document["bodies"][f"a{i}"] = {"mass": f"{mass} kg"}
+        document["links"][f"t{i}"] = {
+            "between": ["main", f"a{i}"],
+            "stiffness": {"from": f"{0.05 * k} N/m", "to": f"{20 * k} N/m"},
+            "damping": {"from": f"{0.001 * c} N s/m", "to": f"{5 * c} N s/m"},
+        }
+    program = closed(pose(from_dict(document)))
+    found = Nlp().solve(program)
+    assert found.x is not None
+    judge, ratio = Judge(program), masses[0] / masses[1]
+    k0, c0, k1, c1 = found.x
+    other = improved(program, np.array([k1 * ratio, c1 * ratio, k0 / ratio, c0 / ratio]), judge)
+    assert judge.goal(found.x).value <= judge.goal(other).value * (1.0 + 1e-9)
+    assert np.abs(np.log(other / found.x)).max() > 0.05, "two different designs are compared"

@@ -46,7 +46,7 @@ def _down(value: float) -> float:
 
 def hopeless_words(scene: Scene, program: Program) -> str:
     """The limit that no spring and damper of the chosen link can meet, with its speed; "" where there is none."""
-    from vibopt.solve.plane.whatever import hopeless
+    from vibopt.solve.plane.invariant_points import hopeless
 
     one = hopeless(closed(program))
     if one is None:

@@ -13,7 +13,7 @@ import vibopt as vo
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.box import closed
-from vibopt.solve.plane.whatever import hopeless
+from vibopt.solve.plane.invariant_points import hopeless
 
 
 def absorber(mu: float, stroke: float, *, low: float = 1.0, damping: float = 0.0) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Speeds at which a response has one value, whatever the spring and the damper of the chosen link.
+"""Invariant points: speeds at which a response has one value, whatever the spring and the damper of the chosen link.
 
 (n0 + n1 kappa) / (d0 + d1 kappa) does not depend on kappa where n0 d1 = n1 d0.  For the stroke of an
 absorber n1 is zero, and d1 is zero where the machine with the absorber locked resonates.
@@ -20,7 +20,7 @@ _STEPS = 80
 
 
 @dataclass(frozen=True, slots=True)
-class Whatever:
+class Invariant:
     """A limit that no spring and damper of the link can meet.
 
     speed
@@ -34,7 +34,7 @@ class Whatever:
     value: float
 
 
-def hopeless(program: Program) -> Whatever | None:
+def hopeless(program: Program) -> Invariant | None:
     """The limit missed most at a speed where the design has no say; None where there is none, or a third variable."""
     plane = LinkPlane.of(program)
     if plane is None or plane.other >= 0:
@@ -49,7 +49,7 @@ def hopeless(program: Program) -> Whatever | None:
     return worst if worst is not None and worst.value > worst.limit.bound * (1.0 + 1e-9) else None
 
 
-def _in_band(plane: LinkPlane, limit: Limit, band: Band) -> list[Whatever]:
+def _in_band(plane: LinkPlane, limit: Limit, band: Band) -> list[Invariant]:
     if band.is_point or not np.isfinite(band.high) or limit.bound <= 0.0:
         return []
     speeds = np.linspace(band.low, band.high, _POINTS)
@@ -63,7 +63,7 @@ def _in_band(plane: LinkPlane, limit: Limit, band: Band) -> list[Whatever]:
         speed = _root(plane, limit, float(speeds[i]), float(speeds[i + 1]))
         n0, n1, d0, d1 = (abs(one[0]) for one in plane.moebius(limit, np.array([speed])))
         if d0 > 0.0 and n0 > 0.0 and max(n1 * d0, d1 * n0) <= 1e-6 * size.max():
-            found.append(Whatever(limit, speed, float(n0 / d0)))
+            found.append(Invariant(limit, speed, float(n0 / d0)))
     return found
 
 
