@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
@@ -23,7 +23,8 @@ from vibopt.work import Budget
 Known = ResidualLimit | CorrectionLimit | OwnCap
 STEP = 1.1
 _ACTIVE = 1e-4
-_HALVINGS = 24
+_LOOKS = 24
+_CLOSE = 1e-7
 NONE: Mapping[str, float] = {}
 
 
@@ -101,7 +102,7 @@ class _Asking:
 
     def notes(self) -> tuple[str, ...]:
         """What was left out, in words."""
-        ends = f"{len(self.endless) * (_HALVINGS + 2)} more solutions would exceed the budget. {THOROUGH} looks for it"
+        ends = f"{len(self.endless) * (_LOOKS + 2)} more solutions would exceed the budget. {THOROUGH} looks for it"
         where = (
             (f"Where {', '.join(self.endless)} stops to matter was not looked for: {ends}.",) if self.endless else ()
         )
@@ -114,10 +115,10 @@ class _Asking:
                 self.left.append(limit.name)
                 continue
             self.budget.spend(ceil(self.work))
-            if not self.job.goal.robust and not self.room(_HALVINGS + 2):
+            if not self.job.goal.robust and not self.room(_LOOKS + 2):
                 self.endless.append(limit.name)
             elif not self.job.goal.robust:
-                self.budget.spend(ceil((_HALVINGS + 2) * self.work))
+                self.budget.spend(ceil((_LOOKS + 2) * self.work))
 
     def room(self, solves: int) -> bool:
         """Whether so many more solutions fit into what is left."""
@@ -158,10 +159,10 @@ class _Asking:
         )
 
     def _until(self, limit: Known) -> str:
-        """The bound from which on the goal is as good as without the limit, by halving; "" without proof."""
+        """The bound from which on the goal is as good as without the limit, by false position; "" without proof."""
         if limit.name in self.endless:
             return ""
-        if not self._may(_HALVINGS + 2):
+        if not self._may(_LOOKS + 2):
             self.endless.append(limit.name)
             return ""
         job, asked = self.job, self.asked
@@ -170,17 +171,41 @@ class _Asking:
         if free is None or free.u is None or not free.value < self.value:
             return ""
         reached = _answer(job, asked, limit, free.u).value.value
-        target = free.value + 1e-6 * self.value
-        bad, good = 1.0, float(reached) / limit.at_most * (1.0 + 1e-9)
-        if good <= bad:
+        most = float(reached) / limit.at_most * (1.0 + 1e-9)
+        if most <= 1.0:
             return ""
-        for _ in range(_HALVINGS):
-            middle = float(np.sqrt(bad * good))
-            wider = loosened(job, asked, limit, middle)
+
+        def root(goal: float) -> float:  # the goal meets its free value as a parabola does, its root as a line
+            return float(np.sqrt(max(goal - free.value, 0.0)) - np.sqrt(1e-6 * self.value))
+
+        def height(factor: float) -> float:
+            wider = loosened(job, asked, limit, factor)
             solved = None if wider is None else self.solve(wider)
-            kept = solved is not None and solved.u is not None and solved.value <= target
-            bad, good = (bad, middle) if kept else (middle, good)
+            return np.inf if solved is None or solved.u is None else root(solved.value)
+
+        good = _first_below(height, (1.0, root(self.value)), (most, root(free.value)))
         return show(limit.at_most * good, limit.unit, _dimension(job, limit))
+
+
+def _first_below(height: Callable[[float], float], bad: tuple[float, float], good: tuple[float, float]) -> float:
+    """Where a falling function comes down to zero, from above, by false position (Illinois rule).
+
+    `bad` and `good` are two places with its values there, above zero and not.
+    """
+    (low, above), (high, below), last = bad, good, 0
+    for _ in range(_LOOKS):
+        if high <= low * (1.0 + _CLOSE):
+            break
+        middle = low + (high - low) * float(np.clip(above / (above - below), 0.01, 0.99))
+        here = height(middle)
+        side = 1 if here <= 0.0 else -1
+        fade = 0.5 if last == side else 1.0
+        if side > 0:
+            high, below, above = middle, min(here, 1e-3 * good[1]), above * fade
+        else:
+            low, above, below = middle, min(here, above), below * fade
+        last = side
+    return high
 
 
 def _answer(
