@@ -28,8 +28,7 @@ SEARCHES = {
 
 @cache
 def answered(file: str, seconds: float | None = None) -> Design:
-    found = vo.solve(vo.read(PROBLEMS / f"{file}.toml"), time_limit=seconds)
-    return found
+    return vo.solve(vo.read(PROBLEMS / f"{file}.toml"), time_limit=seconds)
 
 
 def plain(design: Design) -> str:
