@@ -253,7 +253,7 @@ def answer(
         if is_scene(job):
             from vibopt.solve import solve
 
-            by = _open_method(method) or method
+            by = method_of(method)
             return cast("Answer[J]", solve(job, method=by, progress=progress, explain=explain, brief=brief))
         if method not in (None, *POSED):
             raise InputError(
@@ -263,10 +263,10 @@ def answer(
         return cast("Answer[J]", balanced(job, explain=explain, method=method))
 
 
-def _open_method(method: str | None) -> Any:
-    """The method of a scene that solves its program in the open; None where another one is meant."""
+def method_of(method: str | None) -> Any:
+    """A method of scenes by its name: what solves the program in the open, any other as its name."""
     if method not in POSED:
-        return None
+        return method
     from vibopt.posed.scene import METHODS
 
     return METHODS[method]()

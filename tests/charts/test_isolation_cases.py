@@ -214,19 +214,21 @@ def test_rivals_get_within_their_sampling_of_the_press() -> None:
     """They are set up well: what is left of their error is the grid of speeds."""
     case = STOCK[1]
     scene = case.scene()
-    names = ("slsqp", "slsqp_1000", "slsqp_exchange", "ipopt_sampled", "cvxpy")
+    names = ("slsqp", "slsqp_1000", "slsqp_exchange", "ipopt_sampled", "cvxpy_sampled")
     errors = {name: trial(case, scene, name, 1).error for name in names}
     assert errors["slsqp_exchange"] < 1e-8
     assert errors["slsqp"] < 1e-3
     assert errors["ipopt_sampled"] < 1e-3
     assert errors["slsqp_1000"] < 1e-4
-    assert errors["cvxpy"] < 1e-6
+    assert errors["cvxpy_sampled"] < 1e-6
 
 
 def test_convex_rival_refuses_what_is_not_convex_in_a_sentence() -> None:
-    refusal = METHODS["cvxpy"]().refuses(pose(STOCK[3].scene()))
-    assert refusal == "cvxpy takes one mass on one mount where it is convex: this is more than one mass on one mount."
-    one = trial(STOCK[3], STOCK[3].scene(), "cvxpy", 1)
+    refusal = METHODS["cvxpy_sampled"]().refuses(pose(STOCK[3].scene()))
+    assert refusal == (
+        "cvxpy_sampled takes one mass on one mount where it is convex: this is more than one mass on one mount."
+    )
+    one = trial(STOCK[3], STOCK[3].scene(), "cvxpy_sampled", 1)
     assert (one.status, one.verdict) == (REFUSES, REFUSES)
 
 

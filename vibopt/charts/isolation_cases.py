@@ -31,11 +31,12 @@ WARM = STOCK[:2]
 
 METHODS = (
     DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "slsqp_exchange", "trust_constr_50",
-    "trust_constr", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy", "cvxpy_dpp",
+    "trust_constr", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy_sampled", "cvxpy_dpp",
 )  # fmt: skip
 QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
 HARD_METHODS = (
-    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "slsqp_exchange", "trust_constr", "ipopt_sampled", "cvxpy",
+    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "slsqp_exchange", "trust_constr", "ipopt_sampled",
+    "cvxpy_sampled",
 )  # fmt: skip
 QUICK_HARD_METHODS = tuple(name for name in HARD_METHODS if name != "trust_constr")
 RUNS, QUICK_RUNS = 3, 2

@@ -27,6 +27,7 @@ _SHORT = {
     "trust_constr": "trust 200",
     "ipopt_sampled": "ipopt 200",
     "ipopt_sampled_1000": "ipopt 1000",
+    "cvxpy_sampled": "cvxpy",
     "cvxpy_dpp": "cvxpy, kept",
 }
 """Names in the figure; the number is that of the sampled speeds."""

@@ -9,7 +9,7 @@ from vibopt.answer.entry import Checked
 from vibopt.design.design import Design
 from vibopt.design.words import model_words
 from vibopt.forms import Monomials
-from vibopt.jobs import answer, balanced, is_scene, reasons
+from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.solve import solve
@@ -82,7 +82,7 @@ def explain(
     """
     if not is_scene(job):
         return _balancing(job, method, thorough)
-    design = solve(job, method=method, progress=progress, thorough=thorough)
+    design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
     design = priced(design, until=True, thorough=thorough)
     program = pose(design.scene)
     return Explanation(

@@ -52,7 +52,7 @@ class Convex:
 
     keep: bool = False
     speeds: int = 200
-    name: str = "cvxpy"
+    name: str = "cvxpy_sampled"
     built: ClassVar[dict[tuple[int, int], Any]] = {}
 
     @property
