@@ -94,7 +94,7 @@ def read_runs(
     """Runs with their numbers; None where something is wrong."""
     before = len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1])
     in_arrays = _in_arrays(raws, conventions, declared)
-    sensors, readings, notes = in_arrays or _all_readings(raws, conventions, declared, mistakes)
+    sensors, readings, notes, written = in_arrays or _all_readings(raws, conventions, declared, mistakes)
     weights = _all_weights(raws, conventions, planes)
     speeds = [_speed(raw, document, mistakes) for raw in raws]
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
@@ -108,11 +108,11 @@ def read_runs(
             total,
             y,
             tuple(_fitted(raw, planes)),
-            _written(raw, [sensor.name for sensor in sensors]),
+            own,
             raw.table.stayed,
             raw.table.verification,
         )
-        for raw, (speed, _), total, y in zip(raws, speeds, weights, readings, strict=True)
+        for raw, (speed, _), total, y, own in zip(raws, speeds, weights, readings, written, strict=True)
     )
     return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
 
@@ -173,8 +173,8 @@ def _names(document: Mapping[str, Any], family: str) -> list[str]:
     return list(tables) if isinstance(tables, Mapping) else []
 
 
-Readings = tuple[list[Sensor], list[ComplexArray], list[str]]
-"""Sensors completed by what they read, the readings of each run in their order, and remarks."""
+Readings = tuple[list[Sensor], list[ComplexArray], list[str], list[Written | None]]
+"""Sensors completed by what they read, the readings of each run in their order, remarks, and readings as written."""
 
 
 def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor]) -> Readings | None:
@@ -194,7 +194,7 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
     if sizes.min(initial=0.0) < 0.0 or sizes.max(initial=0.0) > LARGEST or np.abs(angles).max(initial=0.0) > tau:
         return None
     turned = conventions.reading_sense * angles
-    return sensors, list(sizes * np.cos(turned) + 1j * (sizes * np.sin(turned))), []
+    return sensors, list(sizes * np.cos(turned) + 1j * (sizes * np.sin(turned))), [], rows
 
 
 def _values(raw: Raw, written: Written) -> FloatArray | None:
@@ -260,7 +260,7 @@ def _all_readings(
                 first.setdefault(name, path)
                 notes += [amplitude.echo] if amplitude.echo else []
         rows.append(row)
-    return list(sensors.values()), rows, notes
+    return list(sensors.values()), rows, notes, [_written(raw, names) for raw in raws]
 
 
 def _missing(raw: Raw, name: str) -> str:
