@@ -255,7 +255,7 @@ def test_methods_that_do_not_take_a_job_say_so_on_the_command_line() -> None:
 def test_the_explanation_is_of_the_same_method() -> None:
     from vibopt.study.explain import explain
 
-    assert explain(vo.read(NAMED["rao_9_44"]), method="cvxpy").design.method == "cvxpy"
+    assert explain(vo.read(NAMED["rao_9_44"]), method="cvxpy").answer.method == "cvxpy"
 
 
 def test_limits_that_no_weights_keep_are_proven_by_the_least_common_factor() -> None:
