@@ -167,7 +167,7 @@ def test_steady_and_random_responses_stand_side_by_side() -> None:
     both = scene({"excitations.f": STEADY, "measures.y": {"response": "displacement", "of": "t"}})
     design = vo.solve(both)
     assert design.measures["x"].value.shown == "0.01636 mm"
-    assert design.measures["y"].value.unit == "m"
+    assert design.measures["y"].value.si == "m"
 
 
 def test_a_bound_may_say_rms_and_means_the_same_without() -> None:

@@ -163,6 +163,6 @@ def test_a_loosening_that_is_named_is_enough_over_the_tolerances_and_hardly_less
     assert answer.conflict.limits == ("floor_force", "start_up")
     for name, _, enough in answer.conflict.loosenings:
         for part, status in ((1.0, {"optimal", "feasible"}), (0.98, {"infeasible"})):
-            value = f"{part * enough.value!r} {enough.unit}"
+            value = f"{part * enough.value!r} {enough.si}"
             assert solve(with_changes(scene, {f"limits.{name}.at_most": value}), explain=False).status in status
     assert len(answer.conflict.loosenings) == 2
