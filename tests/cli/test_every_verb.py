@@ -155,7 +155,7 @@ def test_residuals_of_a_kept_plan_are_affine_in_a_reading() -> None:
 
 def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
     """At a cap of 8.2 g no weight is rounded up to 8.5 g."""
-    from vibopt.study.rounded import drawn
+    from vibopt.study.rounded_plan import drawn
 
     job = vo.with_changes(vo.read(FILES["known"]), {"planes.L.weight.to": "8.3 g"})
     done = drawn(job, vo.solve(job), ("0.5 g", "1 deg"))

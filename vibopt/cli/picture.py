@@ -207,7 +207,7 @@ def _sheet(
     program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
     found = answer(job, method)
     if rounding and found.status not in EMPTY:
-        from vibopt.study.rounded import drawn
+        from vibopt.study.rounded_plan import drawn
 
         found = drawn(job, found, rounding).design
     return found, _printed(file, found, program, target, changes)

@@ -84,7 +84,7 @@ def solve(
 def _rounded(found: Answer[Any], job: Job, rounding: tuple[str, ...]) -> Rounded | None:
     """The rounded design; None where there is no answer to be rounded, which the answer says itself."""
     from vibopt.cli.progress import Bar
-    from vibopt.study.rounded import drawn
+    from vibopt.study.rounded_plan import drawn
 
     if found.status in EMPTY:
         return None

@@ -10,7 +10,6 @@ from vibopt.answer.entry import Entry
 from vibopt.design.checked import chosen_of
 from vibopt.design.design import Design
 from vibopt.errors import InputError
-from vibopt.jobs import is_scene
 from vibopt.scene.scene import MINIMISE
 from vibopt.study.freeze import frozen, goal_as_shown
 from vibopt.study.grids import DIGITS, Grid, Number, grids, numbers
@@ -70,15 +69,6 @@ class Rounded:
     broken: str = ""
     by: float = 0.0
     enough: int | None = None
-
-
-def drawn(job: Job, found: Answer[Any], asked: Sequence[str]) -> Rounded:
-    """What rounding does to an answer of any kind; parameters and errors as of `rounded`."""
-    if is_scene(job):
-        return rounded(found, asked)
-    from vibopt.study.rounded_plan import rounded_plan
-
-    return rounded_plan(job, found, asked)
 
 
 def rounded(design: Design, asked: Sequence[str]) -> Rounded:

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, cast
 from vibopt.answer.answer import EMPTY
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
-from vibopt.jobs import answer, facts, kept_plan, with_changes
+from vibopt.jobs import answer, facts, is_scene, kept_plan, with_changes
 from vibopt.study.freeze import MEASURED
 from vibopt.study.grids import DIGITS, Grid, Number, grids
-from vibopt.study.rounded import Rounded, Value, asked_words, claim_of
+from vibopt.study.rounded import Rounded, Value, asked_words, claim_of, rounded
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.jobs import BalancingJob
+    from vibopt.jobs import BalancingJob, Job
 
 _MOST = 256
 """Most roundings that are all tried; of more numbers each is moved by itself."""
@@ -40,6 +40,11 @@ class _Tried:
     def rank(self) -> tuple[float, float]:
         """The better the less: first what is broken, then the goal."""
         return self.by, self.goal.value if self.goal is not None else 0.0
+
+
+def drawn(job: Job, found: Answer[Any], asked: Sequence[str]) -> Rounded:
+    """What rounding does to an answer of any kind; parameters and errors as of `rounded`."""
+    return rounded(found, asked) if is_scene(job) else rounded_plan(job, found, asked)
 
 
 def rounded_plan(job: BalancingJob, found: Answer[Any], asked: Sequence[str]) -> Rounded:

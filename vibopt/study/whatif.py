@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, with_changes
 from vibopt.solve.method import Progress
-from vibopt.study.rounded import drawn
+from vibopt.study.rounded_plan import drawn
 from vibopt.study.seen import chosen_from, kept
 from vibopt.study.thresholds import Threshold, thresholds
 
