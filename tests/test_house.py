@@ -22,6 +22,7 @@ MODULES = {
 FLOORS = (
     ("errors", "forms", "work"),
     ("cones", "files", "units"),
+    ("document",),
     ("values",),
     ("answer",),
     ("mechanics",),
@@ -29,7 +30,7 @@ FLOORS = (
     ("scene",),
     ("program",),
     ("design",),
-    ("solve",),
+    ("balancing", "solve"),
     ("posed",),
     ("jobs",),
     ("study",),
@@ -38,28 +39,6 @@ FLOORS = (
 )
 """From the ground up: an area imports itself and what lies on lower floors."""
 FLOOR = {area: floor for floor, areas in enumerate(FLOORS) for area in areas}
-
-UNDER_BALANCING = (
-    "vibopt.answer",
-    "vibopt.balancing",
-    "vibopt.cones",
-    "vibopt.errors",
-    "vibopt.forms",
-    "vibopt.units",
-    "vibopt.values",
-    "vibopt.work",
-    "vibopt.mechanics.constants",
-    "vibopt.scene.mistakes",
-    "vibopt.scene.locate",
-    "vibopt.solve.method",
-    "vibopt.answer.jsonable",
-)
-"""Balancing stands beside the scenes and shares only these with them."""
-UNDER_BALANCING_SHEETS = (*UNDER_BALANCING, "vibopt.jobs", "vibopt.design")
-"""What shows the answer of a balancing job may also tell jobs apart, and draws with the tools of designs."""
-BALANCING_SHEETS = ("asked", "views", "blocks", "figures")
-OVER_BALANCING = ("vibopt.balancing", "vibopt.posed", "vibopt.jobs", "vibopt.cli", "vibopt.charts")
-"""Who asks balancing: programs in the open, jobs, commands, and its rows in the charts beside its rivals."""
 
 CLOCKS = (
     "perf_counter",
@@ -110,11 +89,6 @@ def _area(module: str) -> str:
 def _wrong(module: str, imported: str) -> bool:
     """Whether an import within the package runs upward or sideways."""
     area, other = _area(module), _area(imported)
-    if area == "balancing":
-        shows = any(part.split("_")[0] in BALANCING_SHEETS for part in module.split(".")[2:])
-        return not _under(imported, UNDER_BALANCING_SHEETS if shows else UNDER_BALANCING)
-    if other == "balancing":
-        return not _under(module, OVER_BALANCING)
     if area not in FLOOR:  # the package itself and __main__ stand above everything
         return False
     return area != other and FLOOR.get(other, len(FLOORS)) >= FLOOR[area]
@@ -144,7 +118,7 @@ def test_imports_point_downward(module: str) -> None:
 
 def test_every_area_has_its_floor() -> None:
     areas = {_area(module) for module in MODULES}
-    assert areas - {"", "__main__", "balancing"} == set(FLOOR)
+    assert areas - {"", "__main__"} == set(FLOOR)
 
 
 @pytest.mark.parametrize("library", HOMES)

@@ -18,7 +18,7 @@ from vibopt.jobs import answer, is_scene, open_job
 from vibopt.study.records import KEYS, REL_TOL, compare
 
 if TYPE_CHECKING:
-    from vibopt.jobs import BalancingJob
+    from vibopt.balancing.kinds import BalancingJob
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 FILES = sorted(PROBLEMS.rglob("*.toml"))

@@ -12,6 +12,8 @@ from types import ModuleType
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer as Answer
+    from vibopt.document.writing import to_toml as to_toml
+    from vibopt.document.writing import write as write
     from vibopt.errors import InputError as InputError
     from vibopt.errors import NotProven as NotProven
     from vibopt.errors import VibOptError as VibOptError
@@ -30,8 +32,6 @@ if TYPE_CHECKING:
     from vibopt.scene.read import from_dict as from_dict
     from vibopt.scene.read import from_text as from_text
     from vibopt.scene.scene import Scene as Scene
-    from vibopt.scene.write import to_toml as to_toml
-    from vibopt.scene.write import write as write
     from vibopt.study.explain import explain as explain
     from vibopt.study.sweep import sweep as sweep
     from vibopt.study.variants import compare as compare
@@ -54,7 +54,7 @@ _HOMES = {
     "vibopt.posed.job": ("posed",),
     "vibopt.scene.read": ("from_dict", "from_text"),
     "vibopt.scene.scene": ("Scene",),
-    "vibopt.scene.write": ("to_toml", "write"),
+    "vibopt.document.writing": ("to_toml", "write"),
     "vibopt.study.explain": ("explain",),
     "vibopt.study.sweep": ("sweep",),
     "vibopt.study.variants": ("compare",),

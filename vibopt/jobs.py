@@ -13,24 +13,23 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 from vibopt.answer.answer import EMPTY, Answer
+from vibopt.balancing.kinds import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
+from vibopt.document.locate import located
+from vibopt.document.mistakes import Mistakes
+from vibopt.document.reading import FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.scene.document import FileText, changed, inside, parsed, placed, text_of
-from vibopt.scene.locate import located
-from vibopt.scene.mistakes import Mistakes
 from vibopt.work import answering, each_answer_within
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
     from vibopt.balancing.engine.job import EngineJob
-    from vibopt.balancing.job import RotorJob
-    from vibopt.balancing.known.job import KnownJob
+    from vibopt.balancing.kinds import BalancingJob
     from vibopt.balancing.parse_influence import Saved
     from vibopt.scene.scene import Scene
     from vibopt.values.fact_at import FactAt
 
-    BalancingJob: TypeAlias = RotorJob | KnownJob | EngineJob
     Job: TypeAlias = Scene | BalancingJob
 
 J = TypeVar("J", bound="Job")
@@ -38,7 +37,7 @@ B = TypeVar("B", bound="BalancingJob")
 Progress = Callable[[str, float], None]
 POSED = ("cvxpy", "ipopt")
 """Methods that solve the program in the open (`vibopt.posed`)."""
-SCENE, ROTOR, KNOWN, ENGINE = "scene", "rotor", "known", "engine"
+SCENE = "scene"
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
 NO_NAME = "No file is named: the name is empty. Name a problem file (.toml)."
 
@@ -321,18 +320,6 @@ def _by(job: BalancingJob, method: str | None) -> dict[str, Any]:
 def is_scene(job: object) -> TypeIs[Scene]:
     """Whether it is a machine put together of bodies, links and absorbers."""
     return getattr(job, "kind", "") == SCENE
-
-
-def is_rotor(job: object) -> TypeIs[RotorJob]:
-    return getattr(job, "kind", "") == ROTOR
-
-
-def is_known(job: object) -> TypeIs[KnownJob]:
-    return getattr(job, "kind", "") == KNOWN
-
-
-def is_engine(job: object) -> TypeIs[EngineJob]:
-    return getattr(job, "kind", "") == ENGINE
 
 
 NOUNS = {SCENE: "a machine", ROTOR: "a measured rotor", KNOWN: "a shaft with known masses", ENGINE: "an engine"}

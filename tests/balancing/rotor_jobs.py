@@ -11,9 +11,9 @@ from vibopt.answer.answer import Answer
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.rotor import read_rotor
 from vibopt.balancing.solve_rotor import solve_job
+from vibopt.document.locate import Locator
+from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError
-from vibopt.scene.locate import Locator
-from vibopt.scene.mistakes import Mistakes
 
 FAN = """title = "Two-plane fan"
 [conventions]

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from vibopt.document.writing import document_toml
 from vibopt.errors import InputError
 from vibopt.jobs import answer, from_text, is_scene, kept_plan, open_job, with_changes
-from vibopt.scene.write import document_toml
 
 FILES = sorted((Path(__file__).parents[2] / "problems" / "balancing").glob("*.toml"))
 MEASURED = ("planes.", "sensors.", "residual.", "as_found.", "orders.", "all_orders.", "cylinders.")

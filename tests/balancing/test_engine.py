@@ -23,9 +23,9 @@ from vibopt.balancing.engine.phasing import classes
 from vibopt.balancing.engine.shaking import arms, of_order, peak
 from vibopt.balancing.engine.simulate import simulated
 from vibopt.balancing.engine.solve import Balanced, balance
+from vibopt.document.locate import Locator
+from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError
-from vibopt.scene.locate import Locator
-from vibopt.scene.mistakes import Mistakes
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
 FILES = sorted(path for path in PROBLEMS.glob("*.toml") if "[engine]" in path.read_text(encoding="utf-8"))

@@ -20,9 +20,9 @@ from vibopt.balancing.known.job import KnownJob
 from vibopt.balancing.known.solve import correct
 from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
 from vibopt.balancing.views import goal_words
+from vibopt.document.locate import Locator
+from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, NotProven, UnknownName
-from vibopt.scene.locate import Locator
-from vibopt.scene.mistakes import Mistakes
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
 FILES = sorted(path for path in PROBLEMS.glob("*.toml") if "[masses." in path.read_text(encoding="utf-8"))

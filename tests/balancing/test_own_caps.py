@@ -15,7 +15,7 @@ from vibopt.answer.answer import Answer
 from vibopt.balancing.engine.shaking import arms
 from vibopt.balancing.known import read_known, solve_known
 from vibopt.balancing.solve_rotor import solve_job
-from vibopt.scene.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes
 
 MIL = 2.54e-5 / 2.0
 

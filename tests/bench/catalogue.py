@@ -20,9 +20,9 @@ from pathlib import Path
 
 import numpy as np
 
+from vibopt.document.reading import placed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.scene.document import placed
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
+from vibopt.document.locate import Locator
 from vibopt.errors import InputError
-from vibopt.scene.locate import Locator
 from vibopt.scene.read import from_text, read
 
 Run = Callable[..., Any]

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from vibopt.cli.main import main
+from vibopt.document.writing import document_toml
 from vibopt.errors import InputError
 from vibopt.jobs import open_job
 from vibopt.scene.read import from_dict
-from vibopt.scene.write import document_toml
 
 ROOT = Path(__file__).parents[2] / "problems"
 FILES = (

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibopt.scene.document import toml_of
+from vibopt.document.reading import toml_of
 
 KEYS = st.sampled_from(["a", "b-1", "long_name_of_a_sensor", "7"])
 VALUES = st.text(st.characters(blacklist_characters='"\\', blacklist_categories=("Cc", "Cs")), max_size=90)

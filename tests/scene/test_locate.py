@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibopt.scene.locate import Locator, Path
+from vibopt.document.locate import Locator, Path
 
 PRESS = '''\
 # [not.a.table]

@@ -16,9 +16,9 @@ import vibopt as vo
 from vibopt.answer.jsonable import as_json
 from vibopt.answer.page import html
 from vibopt.design.design import Design
+from vibopt.document.reading import placed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.scene.document import placed
 from vibopt.scene.read import from_dict, read, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve

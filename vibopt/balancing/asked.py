@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from vibopt.jobs import is_engine, is_known
+from vibopt.balancing.kinds import is_engine, is_known
 from vibopt.units import show
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 from vibopt.balancing.job import Run
 from vibopt.balancing.parse_runs import Measured
 from vibopt.balancing.planes import Plane
+from vibopt.document.mistakes import Mistakes
 from vibopt.forms import ComplexArray
-from vibopt.scene.mistakes import Mistakes
 from vibopt.units import show
 from vibopt.units.showing import plain
 

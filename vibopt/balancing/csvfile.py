@@ -14,8 +14,8 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from vibopt.balancing.csvrows import OWN, THOUSANDS, Cells, Column, CsvMistakes, Plain, Row, run_of
+from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, way_out
-from vibopt.scene.mistakes import Mistakes
 from vibopt.values.sheet import Sheet, heading_of, letter, sheet_of
 
 _WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")

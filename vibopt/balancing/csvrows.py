@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from vibopt.balancing.written import Written, WrittenByName, are_plain, numbers
-from vibopt.scene.mistakes import Mistakes, Path, toml_text
+from vibopt.document.mistakes import Mistakes, Path, toml_text
 from vibopt.values.sheet import Sheet
 
 OWN = ("run", "speed", "stayed", "verification")

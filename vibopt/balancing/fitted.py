@@ -8,7 +8,7 @@ from typing import Any
 
 from vibopt.balancing.planes import Fitted, Plane, read_fitted, unit_of
 from vibopt.balancing.tables import read_value
-from vibopt.scene.mistakes import Mistakes, Path, dotted
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.units import best_unit, to_unit
 
 _CHOOSING = ("shelf", "split", "forbidden", "keep")

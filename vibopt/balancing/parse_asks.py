@@ -23,8 +23,8 @@ from vibopt.balancing.tables import (
     ResidualLimit as ResidualTable,
 )
 from vibopt.balancing.words import Conventions, read_amplitude, split_angle
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import read_quantity, show
 from vibopt.values import Fact
 

@@ -12,8 +12,8 @@ from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
 from vibopt.balancing.planes import Plane, read_weight
 from vibopt.balancing.tables import InfluenceTable, listed_tables, read_table, read_value
 from vibopt.balancing.words import Conventions, read_amplitude, split_angle
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import read_quantity
 
 Influence = dict[tuple[int, int, int], complex]

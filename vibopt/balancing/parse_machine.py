@@ -19,8 +19,8 @@ from vibopt.balancing.options import (
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
 from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
 from vibopt.balancing.words import CHOICES, MARK, Conventions, read_amplitude, read_angle, read_reading, show_angle
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import Detector, read_quantity
 from vibopt.units.spelling import split_detector
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.tables import PairTable, named_tables, read_table
-from vibopt.scene.mistakes import Mistakes, Path
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.units import show
 
 

@@ -10,8 +10,8 @@ from vibopt.balancing.grades import Quality
 from vibopt.balancing.parse_asks import not_negative
 from vibopt.balancing.tables import QualityTable, read_table, read_value
 from vibopt.balancing.words import Conventions, split_angle
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import read_quantity, show
 
 

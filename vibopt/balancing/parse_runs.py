@@ -16,9 +16,9 @@ from vibopt.balancing.planes import Plane, read_weight, unit_of
 from vibopt.balancing.tables import RunTable, listed_tables, read_table, read_value
 from vibopt.balancing.words import Amplitude, Conventions, read_angle, read_reading
 from vibopt.balancing.written import Written, WrittenByName, numbers
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray, FloatArray
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.units import read_quantity
 from vibopt.units.reading import LARGEST
 

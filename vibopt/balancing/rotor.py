@@ -22,7 +22,7 @@ from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, rea
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.tables import TOP, RotorTable, read_table
 from vibopt.balancing.words import Conventions
-from vibopt.scene.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes
 
 __all__ = ["CorrectionLimit", "ResidualLimit", "RotorGoal", "RotorJob", "Run", "Scatter", "Sensor", "read_rotor"]
 

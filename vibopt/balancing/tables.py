@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from vibopt.document.mistakes import Mistakes, Path, take
 from vibopt.errors import QuantityError
-from vibopt.scene.mistakes import Mistakes, Path, take
 from vibopt.values import Fact, Table, number
 
 TOP = [

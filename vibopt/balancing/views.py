@@ -13,10 +13,10 @@ from vibopt.answer.schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref,
 from vibopt.balancing.blocks_engine import engine_blocks
 from vibopt.balancing.blocks_known import known_blocks
 from vibopt.balancing.blocks_rotor import rotor_blocks
-from vibopt.jobs import ENGINE, KNOWN, ROTOR, is_rotor
+from vibopt.balancing.kinds import ENGINE, KNOWN, ROTOR, is_rotor
 
 if TYPE_CHECKING:
-    from vibopt.jobs import BalancingJob
+    from vibopt.balancing.kinds import BalancingJob
 
 _CONVENTIONS = ("phase", "readings", "angles", "detector", "zero")
 

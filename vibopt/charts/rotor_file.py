@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.question import Question
 from vibopt.balancing.rotor import read_rotor
-from vibopt.scene.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes
 
 _SPEED = "3000 rpm"
 

@@ -111,7 +111,8 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
     """The file of coefficients that is asked for, and its text."""
     if save is None:
         return {}
-    from vibopt.jobs import is_rotor, noun_of
+    from vibopt.balancing.kinds import is_rotor
+    from vibopt.jobs import noun_of
 
     if not is_rotor(job):
         raise InputError(
@@ -119,9 +120,9 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
             "rotor. Leave --save-coefficients out."
         )
     from vibopt.balancing.coefficients import coefficients_document
+    from vibopt.document.writing import document_toml
     from vibopt.files.marks import with_check
     from vibopt.files.writing import checked_target
-    from vibopt.scene.write import document_toml
 
     text = f"# Influence coefficients of {job.name}, saved by vibopt: read them as influence in the next job.\n\n"
     return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(coefficients_document(job)))}

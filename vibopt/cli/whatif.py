@@ -78,8 +78,8 @@ def _tell(result: WhatIf, console: Console) -> None:
 
 def _old(job: Job, path: str) -> str:
     """What stood at a path, also where it is a part of a text."""
+    from vibopt.document.reading import inside
     from vibopt.jobs import part_at
-    from vibopt.scene.document import inside
     from vibopt.study.points import shown_value
 
     here = inside(job.document, path)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibopt.design.design import Design
+from vibopt.document.reading import changed
 from vibopt.errors import InputError
 from vibopt.posed.convex import EXACT, Convex, not_convex
 from vibopt.posed.job import PROVEN, Posed, refused
@@ -13,7 +14,6 @@ from vibopt.posed.nonlinear import ENDS
 from vibopt.posed.smooth import Exchange, not_smooth
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.scene.document import changed
 from vibopt.scene.places import bound_parts
 from vibopt.scene.positions import open_positions
 from vibopt.scene.read import from_dict

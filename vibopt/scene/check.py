@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.natural_frequency import Orders
@@ -17,7 +18,6 @@ from vibopt.scene.check_random import check_random
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_tolerances import check_tolerances
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.settle import open_places

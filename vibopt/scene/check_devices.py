@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vibopt.devices import FAMILIES
+from vibopt.document.mistakes import Mistakes, given_at
 from vibopt.errors import way_out
 from vibopt.mechanics.builder import GROUND
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
-from vibopt.scene.mistakes import Mistakes, given_at
 from vibopt.scene.scene import Scene
 
 if TYPE_CHECKING:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from vibopt.document.mistakes import Mistakes, given_at
 from vibopt.scene import places
 from vibopt.scene.check_random import wrong_density
 from vibopt.scene.check_space import check_acting
-from vibopt.scene.mistakes import Mistakes, given_at
 from vibopt.scene.scene import Scene
 
 

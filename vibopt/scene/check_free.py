@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
 from vibopt.responses.free_displacement import FreeDisplacement
 from vibopt.scene import places
 from vibopt.scene.check_random import check_lossy
-from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
 from vibopt.scene.uncertain import uncertain

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
 from vibopt.responses.price import TotalPrice
 from vibopt.scene import places
-from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from vibopt.devices import Device
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
 from vibopt.scene.check_space import check_in_space
-from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 
 _DAMPERS = ("damping", "torsional_damping")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from vibopt.devices import FAMILIES, Device
+from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.mechanics.builder import GROUND
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.scene import places
 from vibopt.scene.check_speeds import reached
 from vibopt.scene.drives import names_for
-from vibopt.scene.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.scene.scene import Scene
 
 

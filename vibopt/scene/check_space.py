@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.statics import sag
 from vibopt.responses import RandomResponse, Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
-from vibopt.scene.mistakes import Mistakes, Path, dotted
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, is_spatial, mount_of, place_in_space
 from vibopt.units import show

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from vibopt.devices import FAMILIES
+from vibopt.document.mistakes import Mistakes, Path
 from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.transmitted import Transmissibility
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
-from vibopt.scene.mistakes import Mistakes, Path
 from vibopt.scene.scene import Scene
 from vibopt.units import show
 from vibopt.values import SpeedRange

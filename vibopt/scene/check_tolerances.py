@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibopt.devices import FAMILIES
-from vibopt.scene.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from vibopt.scene.document import changed
+from vibopt.document.reading import changed
 from vibopt.scene.scene import Scene, Variable
 from vibopt.scene.settle import open_places
 from vibopt.units import to_unit

@@ -10,6 +10,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from vibopt.devices import FAMILIES
+from vibopt.document.locate import Locator, located
+from vibopt.document.mistakes import Mistakes, take
+from vibopt.document.reading import changed, parsed, placed, text_of
 from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
@@ -17,9 +20,6 @@ from vibopt.files.reading import shown_name
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import Response
 from vibopt.scene.check import check
-from vibopt.scene.document import changed, parsed, placed, text_of
-from vibopt.scene.locate import Locator, located
-from vibopt.scene.mistakes import Mistakes, take
 from vibopt.scene.notes import tuning_notes
 from vibopt.scene.own_bounds import with_own_bounds
 from vibopt.scene.positions import open_positions, positioned

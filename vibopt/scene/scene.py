@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from vibopt.devices import FAMILIES, Device
+from vibopt.document.locate import Locator
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
-from vibopt.scene.locate import Locator
 from vibopt.values import SpeedRange
 from vibopt.values.fields import Choice
 

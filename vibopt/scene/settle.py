@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import combinations_with_replacement, product
 from typing import TYPE_CHECKING, Any
 
+from vibopt.document.reading import changed
 from vibopt.scene.alike import numbers_of
-from vibopt.scene.document import changed
 from vibopt.scene.scene import Scene
 
 if TYPE_CHECKING:

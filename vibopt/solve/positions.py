@@ -10,9 +10,9 @@ import numpy as np
 from vibopt.answer.entry import Chosen, Entry
 from vibopt.design.checked import checked_limits
 from vibopt.design.design import Design
+from vibopt.document.mistakes import Mistakes
 from vibopt.forms import FloatArray
 from vibopt.scene.check import check
-from vibopt.scene.mistakes import Mistakes
 from vibopt.scene.positions import open_positions, positioned
 from vibopt.scene.scene import MINIMISE, Scene, Variable
 from vibopt.scene.settle import open_places, settled

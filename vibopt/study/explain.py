@@ -21,7 +21,8 @@ from vibopt.study.prices import priced
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.jobs import BalancingJob, Job
+    from vibopt.balancing.kinds import BalancingJob
+    from vibopt.jobs import Job
 
 
 @dataclass(frozen=True, slots=True)

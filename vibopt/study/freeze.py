@@ -8,8 +8,8 @@ from typing import Any
 
 from vibopt.design.build import machine_of
 from vibopt.design.checked import usual_unit
+from vibopt.document.reading import changed
 from vibopt.responses import HarmonicResponse
-from vibopt.scene.document import changed
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene

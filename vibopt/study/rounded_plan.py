@@ -18,7 +18,8 @@ from vibopt.study.rounded import Rounded, Value, asked_words, claim_of, rounded
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.jobs import BalancingJob, Job
+    from vibopt.balancing.kinds import BalancingJob
+    from vibopt.jobs import Job
 
 _MOST = 256
 """Most roundings that are all tried; of more numbers each is moved by itself."""

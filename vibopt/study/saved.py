@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import EMPTY
 from vibopt.answer.text import verdict
+from vibopt.document.reading import FileText
+from vibopt.document.writing import document_toml
 from vibopt.errors import InputError
 from vibopt.files.marks import with_check
 from vibopt.jobs import is_open, is_scene
-from vibopt.scene.document import FileText
-from vibopt.scene.write import document_toml
 from vibopt.study.seen import chosen, kept
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from vibopt.balancing.engine.tables import (
 from vibopt.balancing.known.job import read_tables
 from vibopt.balancing.tables import listed_tables, read_table
 from vibopt.balancing.words import show_angle
-from vibopt.scene.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes
 from vibopt.values import Choice, Fact
 
 _HAIR = 1e-9

@@ -18,7 +18,7 @@ from vibopt.balancing.known.tables import (
 )
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane
 from vibopt.balancing.tables import named_tables, read_table
-from vibopt.scene.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes
 from vibopt.values import Choice, Table
 
 KEYS = (

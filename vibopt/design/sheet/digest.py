@@ -7,8 +7,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from vibopt.document.reading import FileText
 from vibopt.files.reading import FileFault, Kind, content_of
-from vibopt.scene.document import FileText
 from vibopt.scene.scene import Scene
 
 _ANY = Kind("a file", 1_000_000_000, "", "")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NoReturn
 
+from vibopt.document.mistakes import toml_text
 from vibopt.errors import InputError
 from vibopt.scene.language.values import Bound, plain_table
-from vibopt.scene.mistakes import toml_text
 
 BOUNDS = ("at_least", "at_most", "outside")
 

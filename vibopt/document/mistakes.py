@@ -9,8 +9,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
+from vibopt.document.locate import Locator
 from vibopt.errors import InputError, way_out
-from vibopt.scene.locate import Locator
 
 Path = tuple[str | int, ...]
 MOST_SAID = 200

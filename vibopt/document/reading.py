@@ -11,9 +11,9 @@ from itertools import chain
 from pathlib import Path as FilePath
 from typing import Any
 
+from vibopt.document.locate import DEEPEST, located, may_be_too_deep
 from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
-from vibopt.scene.locate import DEEPEST, located, may_be_too_deep
 
 PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
 FILES = ("mass", "stiffness", "damping", "file")
