@@ -305,6 +305,15 @@ def test_where_it_cannot_be_told_the_status_says_so() -> None:
     assert any(one.startswith('No other run checks run "trial right" at 1200 rpm') for one in plan.notes)
 
 
+def test_runs_that_contradict_each_other_prove_no_limit_impossible() -> None:
+    limit = '[limits.low]\nresponse = "residual"\nat_most = "0.001 mil pp"\n'
+    assert solve_text(FAN + limit).status == "infeasible"
+    plan = solve_text(fan_again(1, 2.0) + SCATTER + limit)
+    assert (plan.status, plan.exit_code, plan.reason) == ("unproven", 5, "")
+    assert plan.claim.startswith("the runs at 1200 rpm contradict each other, and it cannot be told which is wrong")
+    assert "; as they stand, even weights of any size keep the limits only if all are " in plan.claim
+
+
 def test_as_found_shows_what_was_read_and_the_fit_beside_it() -> None:
     plan = solve_text(fan_again(2, 1.02))
     assert [one.found_phasor for one in plan.plan.rows] == ["8.6 mil pp @ 63 deg", "6.5 mil pp @ 206 deg"]

@@ -55,3 +55,27 @@ def test_the_goal_of_a_robust_plan_is_its_own(robust: str) -> None:
     assert "scatter" in name
     assert value is not None
     assert float(value.value) > 1e-6
+
+
+@pytest.mark.parametrize("scatter", ["0.01 mil", "0.3 mil", "1 mil", "3 mil", "5 mil", "3 mm"])
+def test_a_greater_scatter_may_leave_a_limit_open_but_never_makes_it_impossible(scatter: str) -> None:
+    text = re.sub(r"(title = .*\n)", rf'\1scatter = {{ amplitude = "{scatter}", angle = "2 deg" }}\n', FAN)
+    plan = solve_text(text + '[limits.running]\nresponse = "residual"\nat_most = "2 mil"\n')
+    assert plan.status in ("optimal", "unproven")
+    assert plan.status == "unproven" or not any(note.startswith("No sensor feels") for note in plan.notes)
+
+
+def test_an_open_answer_names_the_planes_that_may_act() -> None:
+    text = re.sub(r"(title = .*\n)", r'\1scatter = { amplitude = "3 mm", angle = "2 deg" }\n', FAN)
+    plan = solve_text(text + '[limits.running]\nresponse = "residual"\nat_most = "2 mil"\n')
+    assert (plan.status, plan.exit_code, plan.reason) == ("unproven", 5, "")
+    assert plan.claim == (
+        "without weights in left and right, which act within the scatter of the readings, the limits cannot be kept"
+    )
+
+
+def test_a_plane_that_changed_nothing_at_all_leaves_the_impossible_impossible() -> None:
+    text = re.sub(r"(title = .*\n)", r"\1" + SCATTER, FAN.replace(LEFT, AS_FOUND))
+    plan = solve_text(text + '[limits.running]\nresponse = "residual"\nat_most = "0.01 mil"\n')
+    assert plan.status == "infeasible"
+    assert any(note.startswith("No sensor feels a weight in plane left") for note in plan.notes)

@@ -118,14 +118,16 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
 def judged(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     """The plan with what its runs say against each other; unproven where nobody can tell which is wrong."""
     plan = replace(plan, notes=(*_notes(of), *plan.notes))
-    if not plan.plan.fittings:
-        return plan
     if of.told:
-        return _kept_by_bands(of, plan)
+        return _kept_by_bands(of, plan) if plan.plan.fittings else plan
+    if not plan.plan.fittings and plan.status != "infeasible":
+        return plan
     doubtful = [one for one in of.found if not one.told]
     where = " and at ".join(of.job.show_speed(one.speed) for one in doubtful)
     odd = "; ".join(_either(of.whole, one.possible) for one in doubtful)
     claim = f"the runs at {where} contradict each other, and it cannot be told which is wrong ({odd})"
+    if not plan.plan.fittings:
+        return replace(plan, status="unproven", claim=f"{claim}; as they stand, {plan.claim}", reason="")
     todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
     bands = "; the bands hold what is left whichever it is" if plan.plan.rows and plan.plan.rows[0].band else ""
     return replace(plan, status="unproven", claim=f"{claim}{bands}").with_plan(words=(todo, *plan.plan.words))

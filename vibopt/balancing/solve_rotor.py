@@ -60,12 +60,26 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
     job, noise = of.job, of.noise
     solved = answered(job, posed, solver)
     if solved.u is None:
-        return judged(of, nothing(job, identified, posed, solved, thorough=thorough))
+        none = nothing(job, identified, posed, solved, thorough=thorough)
+        return judged(of, _unless_felt(of, idle, none, solver))
     fitting = _fitting(of, identified, posed, solved)
     plan = _plan(job, identified, posed, solved, fitting, noise, thorough)
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
     return _certified(plan, identified) if plan.plan.fittings else plan
+
+
+def _unless_felt(of: Heard, idle: tuple[int, ...], none: Answer[RotorJob], solver: Solver) -> Answer[RotorJob]:
+    """No answer, or an open one: planes that are within the scatter get no weight, but may well act."""
+    if none.status != "infeasible" or not idle:
+        return none
+    identified, still = without_insensitive(of.job, of.identified, None)  # what is rounding alone
+    notes = (*none.notes, *idle_words(of.job, idle))
+    if still == idle or answered(of.job, pose(of.job, identified, of.noise, still), solver).u is None:
+        return replace(none, notes=notes)
+    names = " and ".join(of.job.planes[one].name for one in idle if one not in still)
+    claim = f"without weights in {names}, which act within the scatter of the readings, the limits cannot be kept"
+    return replace(none, status="unproven", claim=claim, reason="", notes=notes)
 
 
 def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) -> Fitting:
