@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import inf, prod
@@ -14,6 +14,7 @@ from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, kept_plan, with_changes
 from vibopt.study.freeze import MEASURED
 from vibopt.study.grids import DIGITS, Grid, Number, grids
+from vibopt.study.nearby import ROOMS
 from vibopt.study.rounded import Rounded, Value, asked_words, claim_of, rounded
 
 if TYPE_CHECKING:
@@ -66,23 +67,52 @@ def rounded_plan(job: BalancingJob, found: Answer[Any], asked: Sequence[str]) ->
 
     Notes
     -----
-    The nearest values are taken where they keep every limit and cap; else the best of those next to the exact ones.
+    The nearest values are taken where they keep every limit and cap; else the best of those next to the exact ones; at
+    last those near the best plan for limits that are tighter by up to a tenth.
     """
     if not job.choices:
         raise InputError(f"{job.name}: there is nothing to round: nothing is chosen.")
     if found.status in EMPTY:
         raise InputError(f"{job.name}: there is no design to round: {found.status}.")
     kept = kept_plan(job, found)
-    own = [Number(one, least=0) for one in facts(kept) if one.path.startswith(job.decided_at) and _is_size(one.path)]
+    own = _numbers(job, kept)
     if not own:
         raise InputError(f"{job.name}: there is nothing to round: what is chosen are weights of the shelf, or cranks.")
     steps = grids(own, asked)
     best, tried = _search(job, kept, steps)
     enough = None
+    for roomy in _roomy_plans(job) if best.broken else ():
+        near = grids(_numbers(job, roomy), asked)
+        other, more = _search(job, roomy, near)
+        tried += more
+        if not other.broken and [one.path for one in near] == [one.path for one in steps]:
+            best = other
+            break
     if best.broken:
         finer = range(min(max(one.digits for one in steps) + 1, DIGITS), DIGITS + 1)
         enough = next((n for n in finer if not _try(job, kept, _nearest(grids(own, (str(n),)))).broken), None)
     return _made(job, found, steps, best, tried, enough)
+
+
+def _numbers(job: BalancingJob, kept: BalancingJob) -> list[Number]:
+    """What is rounded of a plan."""
+    return [Number(one, least=0) for one in facts(kept) if one.path.startswith(job.decided_at) and _is_size(one.path)]
+
+
+def _roomy_plans(job: BalancingJob) -> Iterator[BalancingJob]:
+    """Plans that are best for tighter limits, each under the limits as they are."""
+    bounds = [one for one in facts(job) if one.path.startswith("limits.") and one.value > 0.0]
+    for part in ROOMS:
+        tighter: dict[str, str | float] = {}
+        as_they_are: dict[str, str | float] = {}
+        for one in bounds:
+            tighter |= one.changes(one.value * (1.0 - part))
+            as_they_are |= one.changes(one.value)
+        here = with_changes(job, tighter)
+        found = answer(here, explain=False)
+        if found.status in EMPTY:
+            return
+        yield with_changes(kept_plan(here, found), as_they_are)
 
 
 def _is_size(path: str) -> bool:

@@ -1,0 +1,43 @@
+"""Plans with weights that can be weighed out: limits hold, read again by complex numbers alone."""
+
+from __future__ import annotations
+
+import cmath
+from math import radians
+
+import pytest
+
+import vibopt as vo
+from rotor_jobs import FAN, read_text
+from vibopt.study.rounded_plan import drawn
+
+
+def phasor(size: float, degrees: float) -> complex:
+    """Lag and angles against rotation turn the same way."""
+    return cmath.rect(size, -radians(degrees))
+
+
+FOUND = {"a": phasor(8.6, 63), "b": phasor(6.5, 206)}
+LEFT = {"a": phasor(5.9, 123), "b": phasor(4.5, 228)}
+RIGHT = {"a": phasor(6.2, 36), "b": phasor(10.4, 162)}
+
+
+@pytest.mark.parametrize("bound", [1.0, 2.0, 2.5, 3.0])
+def test_a_rounding_that_keeps_the_limit_is_found_where_the_nearest_one_breaks_it(bound: float) -> None:
+    text = FAN + f'[limits.low]\nresponse = "residual"\nat_most = "{bound} mil"\n[goal]\nminimise = "correction"\n'
+    job = read_text(text)
+    done = drawn(job, vo.solve(job), ("2",))
+    assert (done.design.status, done.broken) == ("feasible", "")
+    chosen = {path: one.rounded for path, one in done.values.items()}
+    left, right = (
+        phasor(
+            chosen[f"planes.{name}.weight.mass"].value * 1e3, chosen[f"planes.{name}.weight.angle"].value * 57.29577951
+        )
+        for name in ("left", "right")
+    )
+    for sensor, found in FOUND.items():
+        by_left = (LEFT[sensor] - found) / phasor(10, 270)
+        by_right = (RIGHT[sensor] - found) / phasor(12, 180)
+        assert abs(found + by_left * left + by_right * right) <= bound * (1 + 1e-9)
+    for one in chosen.values():
+        assert len(one.shown.split()[0].replace(".", "").lstrip("0")) <= 3  # two digits, of an angle above 99 deg three
