@@ -447,6 +447,33 @@ def feese_two_speeds() -> Answers:
     return found
 
 
+def fan_verification_run() -> Answers:
+    """Four runs, three unknown phasors a sensor: what the fit leaves is at right angles to all that was fitted."""
+    fitted = [(mpc(0), mpc(0)), (vector(10, 270), mpc(0)), (mpc(0), vector(12, 180)), (vector(11, 325), vector(6, 65))]
+    read = {
+        "a": [vector("8.6", 63), vector("5.9", 123), vector("6.2", 36), vector("0.9", 250)],
+        "b": [vector("6.5", 206), vector("4.5", 228), vector("10.4", 162), vector("0.6", 310)],
+    }
+    # with as many runs but one as unknowns, the residual is along the one combination of runs that no fit can follow
+    first, second = fitted[3][0] / fitted[1][0], fitted[3][1] / fitted[2][1]
+    blind = [-(1 - first - second), -first, -second, mpc(1)]  # sum(blind * readings) is zero for any rotor
+    size = sum(abs(one) ** 2 for one in blind)
+    effects = {}
+    for sensor, seen in read.items():
+        miss = sum(one * y for one, y in zip(blind, seen, strict=True)) / size
+        exact = [y - miss * one.conjugate() for one, y in zip(blind, seen, strict=True)]
+        effects[sensor] = exact[0], (exact[1] - exact[0]) / fitted[1][0], (exact[2] - exact[0]) / fitted[2][1]
+        zero(exact[3] - exact[0] - effects[sensor][1] * fitted[3][0] - effects[sensor][2] * fitted[3][1], 1)
+    (ya, a1, a2), (yb, b1, b2) = effects["a"], effects["b"]
+    whole = (a2 * yb - b2 * ya) / (a1 * b2 - a2 * b1), (b1 * ya - a1 * yb) / (a1 * b2 - a2 * b1)
+    found: Answers = {}
+    for name, u, there in zip(("left", "right"), whole, fitted[3], strict=True):
+        for path, one in ((f"planes.{name}", u), (f"trim.{name}", u - there)):
+            found |= {f"{path}.mass": abs(one) / 1000, f"{path}.angle": turned(arg(one))}
+    zero(ya + a1 * whole[0] + a2 * whole[1], abs(ya))
+    return found
+
+
 FOILES = _numbers(
     (
         "9.8@117 17@124 7.2@114 38.5@77 55@259",
@@ -892,6 +919,7 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "bk_17_227_misprint": bk_17_227_misprint,
     "bk_17_227_holes": bk_17_227_holes,
     "fan_16_blades": fan_16_blades,
+    "fan_verification_run": fan_verification_run,
     "feese_two_planes": feese_two_planes,
     "feese_two_speeds": feese_two_speeds,
     "foiles_min_max": foiles_min_max,
