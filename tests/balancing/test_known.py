@@ -264,6 +264,18 @@ radius = "100 mm"
         ('"900 mm"', '"0 mm"', "shaft.toml line 3: shaft.bearings has both bearings at the same place."),
         (
             'at = "50 mm"',
+            'at = "50 mm"\nholes = 24\nshelf = ["5 g", "ground"]',
+            'shaft.toml line 15: planes.P.shelf = ["5 g", "ground"] holds "ground", which does not start with one '
+            'number. Write a mass, for example "300 kg".',
+        ),
+        (
+            'at = "50 mm"',
+            'at = "50 mm"\nholes = 24\nshelf = ["0 g"]',
+            'shaft.toml line 15: planes.P.shelf = ["0 g"] holds "0 g", which is no weight. Write the mass of each, '
+            'shelf = ["5 g", "10 g"].',
+        ),
+        (
+            'at = "50 mm"',
             'at = "50 mm"\nholes = 24',
             'shaft.toml line 12: planes.P has holes but no weights to put in. Write shelf = ["5 g", "10 g"].',
         ),

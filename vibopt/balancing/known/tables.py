@@ -131,6 +131,14 @@ class KnownPlaneTable(Table):
             return holes
         raise complaint('is neither a number of holes nor a list of angles. Write 24, or ["0 deg", "30 deg"].')
 
+    @field_validator("shelf")
+    @classmethod
+    def _weights(cls, given: list[str]) -> list[str]:
+        for one in given:
+            if quantity(one, "mass") <= 0.0:
+                raise complaint(f'holds "{one}", which is no weight. Write the mass of each, shelf = ["5 g", "10 g"].')
+        return given
+
     @field_validator("forbidden")
     @classmethod
     def _sectors(cls, given: list[Any]) -> list[tuple[float, float]]:
