@@ -26,9 +26,17 @@ def is_cheap(part: Limit | Aim) -> bool:
 
 
 def screenable(program: Program) -> bool:
-    """Whether the goal and every limit over speeds are cheap, so that what promises most can be told."""
+    """Whether the goal is a response over speeds, and it and every limit over speeds are cheap.
+
+    Of designs that are to be light or stiff those that promise most break limits: starts by sampled speeds do better.
+    """
+    aims = () if program.aim is None else program.aim.pieces
     asked: list[Limit | Aim] = [part for part in program.limits if isinstance(part.form, Modulus)]
-    return program.aim is not None and all(is_cheap(part) for part in [*asked, *program.aim.pieces])
+    return (
+        bool(aims)
+        and all(isinstance(one.form, Modulus) and is_cheap(one) for one in aims)
+        and all(is_cheap(part) for part in asked)
+    )
 
 
 def promising(program: Program, count: int) -> list[FloatArray]:
