@@ -102,7 +102,7 @@ def test_the_model_in_factors_and_the_machine_as_built_agree_on_every_response(s
     scene = scattered(Plant(seed))
     off = some_factors(scene, seed)
     program = around(scene, np.zeros(0))
-    built = Scene(**{**scene.__dict__, "off": off})
+    built = replace(scene, off=off)
     machine = machine_of(built, {})
     for limit in program.limits:
         least = limit.side == "at_least"
