@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -39,6 +40,13 @@ FLOORS = (
 )
 """From the ground up: an area imports itself and what lies on lower floors."""
 FLOOR = {area: floor for floor, areas in enumerate(FLOORS) for area in areas}
+
+DOORS = (
+    ("vibopt.answer.answer", "vibopt.answer.text"),
+    ("vibopt.answer.answer", "vibopt.answer.jsonable"),
+    ("vibopt.solve.each_listed", "vibopt.solve.choose"),
+)
+"""An answer opens its views, and lists of values are answered by whatever method takes the rest."""
 
 CLOCKS = (
     "perf_counter",
@@ -114,6 +122,42 @@ def test_imports_point_downward(module: str) -> None:
         if _under(imported, ("vibopt",)) and _wrong(module, imported)
     ]
     assert not wrong, f"{module} imports what does not lie below it"
+
+
+def _circles(needs: dict[str, set[str]]) -> list[str]:
+    """Modules that need themselves by a detour."""
+
+    def reached(module: str) -> set[str]:
+        seen: set[str] = set()
+        waiting = list(needs[module])
+        while waiting:
+            here = waiting.pop()
+            if here not in seen:
+                seen.add(here)
+                waiting += needs[here]
+        return seen
+
+    return [module for module in needs if module in reached(module)]
+
+
+def test_no_module_needs_itself_by_a_detour() -> None:
+    """Inside an area too, imports inside functions counted but for the doors."""
+    needs = {
+        module: {other for _, other in _loads(module) if other in MODULES and (module, other) not in DOORS}
+        for module in MODULES
+    }
+    assert _circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c"]
+    assert not _circles(needs)
+    assert all(any(other == inner for _, inner in _loads(module)) for module, other in DOORS), "a door is gone"
+
+
+def test_the_map_for_contributors_is_that_of_the_floors() -> None:
+    """Every area stands in the map once, none above what it imports."""
+    rows = re.findall(r"^\| (`.*`) \|", (ROOT / "vibopt" / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.MULTILINE)
+    shown = [re.findall(r"`(\w+)`", row) for row in rows]
+    assert sorted(area for row in shown for area in row) == sorted(FLOOR)
+    floors = [FLOOR[area] for row in shown for area in row]
+    assert floors == sorted(floors)
 
 
 def test_every_area_has_its_floor() -> None:

@@ -13,8 +13,9 @@ from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray
 from vibopt.posed import conic, engine
-from vibopt.posed.job import PROVEN, posed
+from vibopt.posed.job import posed
 from vibopt.posed.nonlinear import ENDS, NonlinearProgram
+from vibopt.posed.posed import PROVEN
 from vibopt.posed.weights import Named, convex, smooth
 from vibopt.work import worked
 

@@ -9,8 +9,8 @@ from vibopt.design.design import Design
 from vibopt.document.reading import changed
 from vibopt.errors import InputError
 from vibopt.posed.convex import EXACT, Convex, not_convex
-from vibopt.posed.job import PROVEN, Posed, refused
 from vibopt.posed.nonlinear import ENDS
+from vibopt.posed.posed import PROVEN, Posed, refused
 from vibopt.posed.smooth import Exchange, not_smooth
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
