@@ -166,7 +166,7 @@ def test_limit_that_no_weight_can_hold_is_infeasible_with_a_certificate() -> Non
     document["goal"] = {"minimise": "primary_force"}
     document["limits"] = {"floor": {"response": "primary_force", "at_most": "100 N"}}
     answer = solved(document)
-    assert (answer.status, answer.exit_code) == ("infeasible", 3)
+    assert (answer.status, answer.exit_code, answer.goal) == ("infeasible", 3, None)
     assert answer.claim == "no weights keep the limits: certified by a dual ray"
 
 

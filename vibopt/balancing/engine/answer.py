@@ -60,7 +60,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         values=_values(job, found, here),
         limits=limits,
         measures={name: _held(job, found, name, one) for name, one in job.measures.items()},
-        goal=None if job.goal is None else (job.goal.minimise, Entry(value, goal.dimension)),
+        goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
         notes=(*_notes(job, found, here), *unpriced),
         prices={path: Price(one) for path, one in words.items()},
