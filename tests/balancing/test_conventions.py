@@ -9,7 +9,7 @@ from math import degrees, pi, radians
 import numpy as np
 import pytest
 
-from rotor_jobs import correction, read_text, solve_text
+from rotor_jobs import FAN, correction, read_text, solve_text
 
 SPEED = 40.0
 UNBALANCE = {"left": (0.004, 75.0), "right": (0.0065, 290.0)}
@@ -131,3 +131,18 @@ def test_the_conventions_stand_above_the_answer() -> None:
         "the mark moves the other way round than the weight.",
         "An amplitude without a word is rms.",
     )
+
+
+@pytest.mark.parametrize("runout", ["", 'runout = "0.5 mil rms @ 10 deg"\n'])
+@pytest.mark.parametrize("second", ["5.9 @ 123 deg", "5.90e0 @ 123°", "5.9 mil rms @ 123 deg"])
+def test_the_unit_of_a_sensor_is_that_of_its_bare_numbers_with_or_without_runout(runout: str, second: str) -> None:
+    """Whichever way the numbers are written, in one sheet or cell by cell; the detector is not that of the others."""
+    sensor = f'[sensors.a]\nunit = "mil rms"\n{runout}[sensors.b]\n'
+    text = FAN.replace("[[runs]]", sensor + "[[runs]]", 1)
+    text = text.replace("8.6 mil @", "8.6 mil rms @").replace("6.2 mil @", "6.2 mil rms @")
+    written = solve_text(text.replace("5.9 mil @ 123 deg", "5.9 mil rms @ 123 deg"))
+    bare = solve_text(text.replace("8.6 mil rms @", "8.6 @").replace("5.9 mil @ 123 deg", second))
+    assert bare.status == "optimal"
+    for one, other in zip(bare.plan.planes, written.plan.planes, strict=True):
+        assert one.u == pytest.approx(other.u, rel=1e-12)
+    assert bare.plan.rows[0].found.shown == ("8.309 mil rms" if runout else "8.6 mil rms")  # |8.6 @ 63 - 0.5 @ 10 deg|

@@ -21,6 +21,7 @@ from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import read_quantity
 from vibopt.units.reading import LARGEST
+from vibopt.units.spelling import split_detector
 
 SAME_SPEED = 0.01
 """Runs whose speeds differ by no more than this part belong together."""
@@ -251,8 +252,9 @@ def _all_readings(
             if name not in raw.readings:
                 raw.mistakes.add((*raw.path, "readings"), _missing(raw, name))
                 continue
+            unit = declared[name].unit if name in declared else ""
             found = read_value(
-                path, raw.readings[name], raw.mistakes, _reading, conventions, sensors[name], name in first
+                path, raw.readings[name], raw.mistakes, _reading, conventions, sensors[name], name in first, unit
             )
             if found is not None:
                 amplitude, row[column] = found
@@ -274,9 +276,11 @@ def _stranger(raw: Raw, what: str, name: str, known: list[str]) -> str:
     return f'run "{raw.label}" has {what}, which is not there.{way_out(name, known)}'
 
 
-def _reading(text: object, conventions: Conventions, sensor: Sensor, seen: bool) -> tuple[Amplitude, complex]:
-    """One reading, of the same kind as the sensor's others."""
-    amplitude, z, has_angle = read_reading(text, conventions, sensor.unit)
+def _reading(
+    text: object, conventions: Conventions, sensor: Sensor, seen: bool, unit: str = ""
+) -> tuple[Amplitude, complex]:
+    """One reading, of the same kind as the sensor's others; `unit` is that of bare numbers, with its detector."""
+    amplitude, z, has_angle = read_reading(text, conventions, unit or sensor.unit)
     if conventions.readings and not has_angle and amplitude.value > 0.0:
         raise QuantityError(
             'has no angle, but other readings have one. Write "8.6 mil pp @ 63 deg"; '
@@ -300,7 +304,7 @@ def kind_of(dimension: str) -> str:
 
 
 def _completed(sensor: Sensor, amplitude: Amplitude) -> Sensor:
-    bare = sensor.unit if sensor.dimension and sensor.unit else amplitude.unit
+    bare = split_detector(sensor.unit)[0] if sensor.dimension and sensor.unit else amplitude.unit
     return replace(sensor, dimension=amplitude.dimension, unit=bare, detector=amplitude.detector)
 
 

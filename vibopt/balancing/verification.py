@@ -111,7 +111,7 @@ def _cosines(
         if one is None:
             continue
         if (units := (one.units, one.turns)) not in scales:
-            own = [_reading_unit(job, sensor, unit) for sensor, unit in zip(sensors, one.units, strict=True)]
+            own = [_reading_unit(sensor, unit) for sensor, unit in zip(sensors, one.units, strict=True)]
             scales[units] = np.array(own), np.array([_unit(turn, "angle") if turn else 1.0 for turn in one.turns])
         size[row] = np.fromiter(map(float, one.amounts), float) * scales[units][0]
         angles = one.angles if "" not in one.angles else [text or "0" for text in one.angles]
@@ -119,11 +119,10 @@ def _cosines(
     return size, _sense(job) * angle
 
 
-def _reading_unit(job: RotorJob, sensor: Sensor, unit: str) -> float:
+def _reading_unit(sensor: Sensor, unit: str) -> float:
     """SI value of one unit of a reading: its own, else that of the sensor; the same for its detector."""
     own, detector, _ = split_detector(unit)
-    usual, declared, _ = split_detector(sensor.unit)
-    return _unit(f"{own or usual} {detector or declared or job.conventions.detector}", sensor.dimension)
+    return _unit(f"{own or split_detector(sensor.unit)[0]} {detector or sensor.detector}", sensor.dimension)
 
 
 def _sense(job: RotorJob) -> float:
