@@ -144,3 +144,22 @@ def test_known_masses_and_engines_are_drawn(name: str, compact: bool) -> None:
     assert figure_of(found, compact=compact) is not None
     if compact:
         assert "Done by (name)" in html(found, sheet=True)
+
+
+def test_beside_a_trim_pictures_and_tables_say_that_they_show_the_whole_weight(solved: Answers) -> None:
+    """Whoever fits a whole weight to what is on spoils the rotor."""
+    text = (PROBLEMS / "fan_verification_run.toml").read_text(encoding="utf-8")
+    trimmed, fresh = solved(text)[0], solved(text.replace("verification = true\n", ""))[0]
+    titles = [block.title for block in blocks_of(trimmed)]
+    assert "Whole weights, all others taken off" in titles
+    assert "Weights" not in titles
+    words = {}
+    for name, plan in (("trimmed", trimmed), ("fresh", fresh)):
+        figure = figure_of(plan)
+        assert figure is not None
+        [legend] = figure.legends
+        words[name] = [one.get_text() for one in (legend.get_title(), *legend.get_texts())]
+    assert "whole weight" in words["trimmed"]
+    assert "fit here" not in words["trimmed"]
+    assert "The discs show whole weights, all others taken off: the trim stands in the plan." in words["trimmed"][0]
+    assert "fit here" in words["fresh"]

@@ -11,6 +11,7 @@ from vibopt.answer.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned
 from vibopt.answer.entry import Entry, Value
 from vibopt.answer.plan import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
 from vibopt.balancing.job import RotorJob
+from vibopt.balancing.trim import shows_whole
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 
@@ -33,7 +34,8 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
     found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, todo), Block("Either", TEXT, answers)]
     for number, fitting in enumerate(plan.plan.fittings, start=1):
         which = f", answer {number}" if several else ""
-        found += [_weights(fitting, f"Weights{which}"), _rows(fitting, f"What will be left{which}")]
+        weights = "Whole weights, all others taken off" if shows_whole(plan.job) else "Weights"
+        found += [_weights(fitting, f"{weights}{which}"), _rows(fitting, f"What will be left{which}")]
     return [
         *found,
         replace(limits_block(plan), on_sheet=any(one.response != "residual" for one in plan.limits.values())),

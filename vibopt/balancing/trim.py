@@ -38,6 +38,11 @@ def trims(job: RotorJob, fitting: Fitting) -> dict[str, Entry]:
     return found
 
 
+def shows_whole(job: RotorJob) -> bool:
+    """Whether weights are on that the plan's whole weights stand instead of."""
+    return verification_run(job.runs) is not None
+
+
 def verification_run(runs: Sequence[Run]) -> Run | None:
     """A run that was made with the correction on; None where there is none."""
     return next((run for run in runs if run.verification), None)

@@ -105,26 +105,27 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
     goal, label = _goal(design, program.aim, flat, shape)
     if goal is None and design.scene.absorbers:
         goal, label = _worst_of(design, program.limits, excesses, shape)
-    left = len(design.scene.variables) - 2
+    here = None
+    if best is not None:
+        here = _one(best[0], units[0], variables[0]), _one(best[1], units[1], variables[1])
+    lines = zip(program.limits, excesses, strict=True)
     return Plane(
-        title=_title(absorber, left),
+        title=_title(absorber, len(design.scene.variables) - 2),
         x=shown[0],
         y=shown[1],
-        boundaries=tuple(
-            Boundary(one.name, excess.reshape(shape)) for one, excess in zip(program.limits, excesses, strict=True)
-        ),
+        boundaries=tuple(Boundary(one.name, excess.reshape(shape)) for one, excess in lines),
         goal=goal,
         goal_label=label,
-        best=(
-            (_one(best[0], units[0], variables[0]), _one(best[1], units[1], variables[1])) if best is not None else None
-        ),
-        best_words="\n".join(
-            f"{one.path.split('.', 1)[-1]} {design.variables[one.path].value.shown}"
-            for one in variables
-            if one.path in design.variables
-        ),
+        best=here,
+        best_words=_chosen_words(design, variables),
         levels=bool(design.scene.absorbers),
     )
+
+
+def _chosen_words(design: Design, variables: Sequence[Variable]) -> str:
+    """What was chosen for both, a line each."""
+    chosen = [one.path for one in variables if one.path in design.variables]
+    return "\n".join(f"{path.split('.', 1)[-1]} {design.variables[path].value.shown}" for path in chosen)
 
 
 def _others(count: int) -> str:

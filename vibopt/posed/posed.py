@@ -83,4 +83,8 @@ class Posed:
 
 def refused(name: str, why: str) -> Posed:
     """Neither program; asking for one says why."""
-    return Posed(name, why, why, lambda: None, lambda: None)  # type: ignore[arg-type, return-value]
+
+    def none() -> Any:
+        raise InputError(f"{name}: there is no program: {why}.")
+
+    return Posed(name, why, why, none, none)

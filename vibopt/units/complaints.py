@@ -22,7 +22,8 @@ def words(*parts: str) -> str:
 def needs(dimension: str, place: str | None) -> str:
     """The half sentence that says what is needed here, or what `place` is, with the way out."""
     wanted = DIMENSIONS[dimension]
-    needed = f"{place} is {wanted.noun}" if place else f"{wanted.noun} is needed here"
+    alike = not place or wanted.noun.endswith(f" {place}")  # "jerk is a jerk" says nothing
+    needed = f"{wanted.noun} is needed here" if alike else f"{place} is {wanted.noun}"
     return f"{needed}. {wanted.way_out}"
 
 

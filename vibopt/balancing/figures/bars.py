@@ -70,8 +70,9 @@ def key(
     circles: bool = False,
     before: bool = True,
     after: bool = True,
+    whole: bool = False,
 ) -> None:
-    """Caption and legend below everything, only with what is drawn."""
+    """Caption and legend below everything, only with what is drawn; `whole` weights stand instead of what is on."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -81,7 +82,9 @@ def key(
         found.append((line([], [], ls="", marker="s", mfc="white", mec=INK), "known mass"))
     if dials:
         if fitted:
-            found.append((line([], [], ls="", ms=8, marker="o", mfc=BLUE, mec=INK), "fit here"))
+            found.append(
+                (line([], [], ls="", ms=8, marker="o", mfc=BLUE, mec=INK), "whole weight" if whole else "fit here")
+            )
         if removed:
             found.append((line([], [], ls="", ms=8, marker="X", mfc="white", mec=RED), "take away here"))
         found.append((line([], [], ls="", marker="v", color=INK, ms=7), "zero mark"))

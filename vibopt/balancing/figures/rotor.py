@@ -13,6 +13,7 @@ from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Dial, Disc, Phasor, Spot, draw_dial, draw_disc
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.planes import Plane
+from vibopt.balancing.trim import shows_whole
 from vibopt.balancing.words import MARK
 from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
 from vibopt.units import to_unit
@@ -55,6 +56,7 @@ def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | No
         removed=any(one.action == "remove" for one in plan.plan.planes),
         fitted=any(one.action == "add" for one in plan.plan.planes),
         circles=bool(dials),
+        whole=shows_whole(job),
     )
     return figure
 
@@ -106,6 +108,8 @@ def _caption(job: RotorJob, dials: bool) -> str:
     words = (
         f"Drawn with the rotor turning counter-clockwise.  0° on the discs: {zero}; weights {job.conventions.angles}."
     )
+    if shows_whole(job):
+        words += "\nThe discs show whole weights, all others taken off: the trim stands in the plan."
     if not dials:
         return words
     if job.conventions.readings == MARK:
