@@ -21,6 +21,7 @@ MODULES = {
 }
 
 FLOORS = (
+    ("records",),
     ("errors", "forms", "work"),
     ("cones", "files", "units"),
     ("document",),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 
 LINEAR, CONE = "linear", "cone"
 Kind = tuple[str, int]

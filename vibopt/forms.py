@@ -6,10 +6,11 @@ Speeds and frequencies are in rad/s, amplitudes are peak values in SI units.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
+
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Callable

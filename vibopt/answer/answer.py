@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Generic, Protocol, TypeVar
 
 from vibopt.answer.entry import Checked, Chosen, Entry, Price, Value, Word
 from vibopt.answer.plan import Plan
 from vibopt.errors import NotProven, UnknownName
+from vibopt.records import dataclass
 
 EXIT_CODES = {
     "optimal": 0,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Checked, Entry, Value
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer

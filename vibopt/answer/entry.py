@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from cmath import phase
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import inf, isfinite, tau
 from typing import Any, TypeAlias
 
+from vibopt.records import dataclass
 from vibopt.units import plain, show, si_unit
 from vibopt.units.showing import show_angle
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import nan
 from typing import Any
 
 from vibopt.answer.entry import Checked, Entry, Value, at_most, direction
 from vibopt.forms import ComplexArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

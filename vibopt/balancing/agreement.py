@@ -9,7 +9,7 @@ whose squares are not too rare; the odd runs are known where one such set alone 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from math import comb
 
@@ -19,6 +19,7 @@ from vibopt.balancing.influence import Identified, Learnt, leverage
 from vibopt.balancing.job import RotorJob
 from vibopt.balancing.trust import Noise
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.work import Budget
 
 ODD = 0.01

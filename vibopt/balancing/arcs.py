@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -12,6 +12,7 @@ from vibopt.balancing.convex import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.question import Sectors
 from vibopt.balancing.scaled import Scaled, into_wedge
 from vibopt.forms import ComplexArray
+from vibopt.records import dataclass
 
 Wedge = tuple[float, float]
 CLOSED = 1e-9

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from vibopt.balancing.scaled import Scaled
 from vibopt.cones import CONE, LINEAR, Kind, by_columns, solve_cones
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.work import worked
 
 Rows = NDArray[np.intp]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from vibopt.balancing.prices import solve_question
 from vibopt.balancing.remedies import remedy_of
 from vibopt.balancing.trust import Noise, bands, noise_of, seen_noise
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 MOST_BESIDE = 6
 """Plans shown side by side."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vibopt.balancing.cone import solve_cone
 from vibopt.balancing.scaled import Dual, Scaled, into_wedge, weak_duality
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 Places = NDArray[np.intp]
 

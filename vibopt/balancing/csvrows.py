@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from vibopt.balancing.written import Written, WrittenByName, are_plain, numbers
 from vibopt.document.mistakes import Mistakes, Path, toml_text
+from vibopt.records import dataclass
 from vibopt.values.sheet import Sheet
 
 OWN = ("run", "speed", "stayed", "verification")

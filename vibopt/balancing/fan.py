@@ -10,12 +10,13 @@ are branched over, and what a set of neighbouring gaps spans is bounded by its c
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 HAIR = 1e-9
 OVER = 1e-9

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vibopt.balancing.arcs import covers_all
 from vibopt.balancing.question import Question, Sectors, inside_arc
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 Places = NDArray[np.intp]
 SAME = 1e-9  # two unbalances this close (as a share of the greatest) are one

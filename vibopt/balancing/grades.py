@@ -9,12 +9,13 @@ What correction planes may keep is such that the bearing planes hold their share
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import inf
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True)

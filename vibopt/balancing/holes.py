@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 MOST_OPTIONS = 3_000_000
 

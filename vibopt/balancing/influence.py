@@ -9,12 +9,12 @@ with c(u) the errors of all of them are carried together, their correlation incl
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.balancing.job import RotorJob, Run
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 EXACT = 1e-13
 """Part of the greatest difference of runs below which one is rounding."""

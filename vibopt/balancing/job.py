@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from math import inf
 from typing import Any, ClassVar
@@ -15,6 +15,7 @@ from vibopt.balancing.planes import Plane
 from vibopt.balancing.words import Conventions, show_reading
 from vibopt.balancing.written import Written
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.units import Detector, show
 
 

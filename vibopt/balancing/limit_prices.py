@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil
 from typing import Any
 
@@ -17,6 +17,7 @@ from vibopt.balancing.pose import OwnCap, Posed, caps, own_caps, row_limits, row
 from vibopt.balancing.prices import THOROUGH, Step, allowance, conflict_words, left_out, smallest_set, solve_question
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.forms import ComplexArray
+from vibopt.records import dataclass
 from vibopt.units import show
 from vibopt.work import Budget
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from math import inf, isclose, pi, tau
 
@@ -12,6 +12,7 @@ import numpy as np
 from vibopt.balancing.planes import Fitted, Plane
 from vibopt.balancing.words import Conventions, show_angle
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 MOST_OPTIONS = 200_000
 ALL_FORBIDDEN = (

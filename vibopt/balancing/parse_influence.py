@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from vibopt.balancing.job import Sensor
@@ -14,6 +13,7 @@ from vibopt.balancing.tables import InfluenceTable, listed_tables, read_table, r
 from vibopt.balancing.words import Conventions, read_amplitude, split_angle
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
+from vibopt.records import dataclass
 from vibopt.units import read_quantity
 
 Influence = dict[tuple[int, int, int], complex]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import tau
 from pathlib import Path as FilePath
 from typing import Any
@@ -19,6 +19,7 @@ from vibopt.balancing.written import Written, WrittenByName, numbers
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.units.reading import LARGEST
 from vibopt.units.spelling import split_detector

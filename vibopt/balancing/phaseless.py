@@ -10,7 +10,6 @@ weights in several planes choose among the answers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations, product
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.job import RotorJob, Run
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 MOST_ANSWERS = 16
 _STEPS = 100

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from math import inf, isclose, pi, tau
 
 from vibopt.balancing.words import Conventions, read_angle, show_angle
 from vibopt.errors import QuantityError
+from vibopt.records import dataclass
 from vibopt.units import read_quantity, show
 from vibopt.units.dimensions import DIMENSIONS
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import inf, isfinite
 from typing import cast
 
@@ -17,6 +17,7 @@ from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True)

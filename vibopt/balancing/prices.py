@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from vibopt.balancing.question import Question, Solved
+from vibopt.records import dataclass
 from vibopt.work import Budget, metered
 
 Which = Literal["reading", "cap", "total"]

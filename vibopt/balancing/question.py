@@ -7,7 +7,7 @@ peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.words`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]
 Sectors = tuple[tuple[float, float], ...]

@@ -7,12 +7,11 @@ for "worst".
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,12 @@ solver answered, this number is a bound; a wrong multiplier makes it weak, never
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.balancing.question import Goal, Question
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ Clarabel finds the answer; the bound is worked out here from its multipliers, ma
 from __future__ import annotations
 
 import heapq
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import count
 
 import numpy as np
@@ -18,6 +18,7 @@ from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question, Solved
 from vibopt.cones import CONE, LINEAR, solve_cones
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.work import Budget
 
 GAP = 1e-7

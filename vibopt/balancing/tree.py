@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from vibopt.balancing.relax import Boxes, goal_bounds, mass_bounds, ratio_bounds
 from vibopt.balancing.rounding import NO_STOCK, judge, short_of
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.work import Budget
 
 BATCH = 512  # boxes opened at a time

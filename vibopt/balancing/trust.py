@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -11,6 +10,7 @@ from vibopt.balancing.influence import Identified, Learnt, with_readings
 from vibopt.balancing.job import RotorJob, Scatter
 from vibopt.balancing.question import Question
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 ALIKE = 30.0
 """Condition number from which planes are named as almost alike."""

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import degrees, tau
 
 from vibopt.errors import QuantityError
+from vibopt.records import dataclass
 from vibopt.units import Detector, read_quantity, show
 from vibopt.units.reading import TO_PEAK
 from vibopt.units.showing import plain

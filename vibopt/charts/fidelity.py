@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from statistics import median
 from typing import TypeVar
@@ -17,6 +16,7 @@ from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason
+from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge

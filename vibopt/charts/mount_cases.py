@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, Shelf, alike, drawn
 from vibopt.charts.mount_truth import every_choice, floor_force, least_price, loads, natural, peaks
 from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case
+from vibopt.records import dataclass
 
 MOUNTS = "mounts"
 """Family of the cases of the chart of speed, whose error is a price."""

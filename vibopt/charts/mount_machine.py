@@ -5,13 +5,13 @@ Shelves of parts are drawn with the laws of real rubber mounts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 
 GRAVITY = 9.80665

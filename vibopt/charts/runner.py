@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import ModuleType
 
 from vibopt.charts import absorber_cases, balancing_cases, isolation_cases, mount_fidelity
 from vibopt.charts import own_scenes as own
 from vibopt.charts.fidelity import Fidelity, on_both_models
 from vibopt.charts.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Case, Table, Trial
+from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 
 Progress = Callable[[str, float], None]

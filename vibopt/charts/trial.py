@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
+from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge

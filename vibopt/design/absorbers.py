@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from math import isfinite, sqrt
 
 import numpy as np
@@ -15,6 +14,7 @@ from vibopt.design.design import Design
 from vibopt.excitations import Excitation
 from vibopt.forms import Band
 from vibopt.mechanics.machine import GROUND, Machine
+from vibopt.records import dataclass
 from vibopt.scene.assemble import bare
 from vibopt.scene.drives import names_for
 from vibopt.scene.places import neighbours, supports, turning

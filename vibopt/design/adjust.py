@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.program.pose import pose
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst import worst
+from vibopt.records import dataclass
 from vibopt.units import plain
 
 GROWTH = 0.05

@@ -7,7 +7,7 @@ inertia, and the worst speed is searched afresh over the whole band.  No form is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
@@ -20,6 +20,7 @@ from vibopt.mechanics.combine import combined
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.ties import foremost
+from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.responses.natural_frequency import NaturalFrequency

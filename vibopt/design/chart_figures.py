@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.design.figures.labels import place
 from vibopt.design.figures.paper import BLUE, FAINT, GRID, INK, RED, SIZE, WIDTH, dress, sheet
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from vibopt.design.routes import LOADS, differs, modelled, rated_loads
 from vibopt.design.words import place_of
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
+from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene, Variable

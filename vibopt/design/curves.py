@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite, log10
 
 import numpy as np
@@ -20,6 +20,7 @@ from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
 from vibopt.program.worst import DriveResponse, drive_extreme
 from vibopt.program.worst import worst as worst_of
+from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import MINIMISE, Scene

@@ -8,13 +8,13 @@ pole, and to infinity exactly by turning the last panels inside out.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.forms import FloatArray
 from vibopt.mechanics.machine import Machine
+from vibopt.records import dataclass
 from vibopt.responses import RandomResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene

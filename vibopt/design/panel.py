@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.units.spelling import split_detector
 
 

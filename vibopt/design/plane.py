@@ -6,7 +6,6 @@ For pictures only: speeds are sampled, closely around every resonance of every d
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
@@ -18,6 +17,7 @@ from vibopt.design.worsts import LARGE, over
 from vibopt.forms import FloatArray, Modulus, Monomials
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Limit
+from vibopt.records import dataclass
 from vibopt.responses.absorbers import Stroke
 from vibopt.scene.scene import Variable
 from vibopt.units import best_unit, to_unit

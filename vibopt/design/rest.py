@@ -9,12 +9,12 @@ number is put in.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.forms import Amplitude, ComplexArray, FloatArray, IntArray, Piece
 from vibopt.mechanics.machine import Machine
+from vibopt.records import dataclass
 
 _POINTS = 64
 _RING = 0.4

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

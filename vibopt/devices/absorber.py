@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
@@ -18,6 +17,7 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Joint, Tuned
 from vibopt.mechanics.monomial import Monomial
+from vibopt.records import dataclass
 from vibopt.values import Fact, Tolerance, Value, number, word
 from vibopt.values.fields import complaint
 

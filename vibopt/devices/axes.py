@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
+from vibopt.records import dataclass
 from vibopt.units import Quantity, read_range
 from vibopt.values import Table, Value, number
 from vibopt.values.fields import Rule, RuleSchema, complaint, read_value

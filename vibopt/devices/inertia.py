@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from vibopt.errors import QuantityError, way_out
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.fields import complaint

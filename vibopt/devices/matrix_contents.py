@@ -8,7 +8,6 @@ import warnings
 import zipfile
 import zlib
 from codecs import BOM_UTF8
-from dataclasses import dataclass
 from io import BytesIO
 from typing import Any, NoReturn
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from vibopt.errors import QuantityError
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 
 MOST_ROWS = 100_000
 """Most degrees of freedom of a structure."""

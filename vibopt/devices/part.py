@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from vibopt.errors import InputError, way_out
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.values import Choice, Fact, Table, Value, number, word
 from vibopt.values.fields import complaint
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
+from vibopt.records import dataclass
 from vibopt.values.fields import complaint
 from vibopt.values.vectors import AXES, OpenVector, Span, Vector, read_direction, read_open_place, read_shift
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from vibopt.mechanics.monomial import Monomial
+from vibopt.records import dataclass
 from vibopt.values.fields import Choice, Fact
 
 

@@ -4,8 +4,10 @@ import re
 import tomllib
 from bisect import bisect_right
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, lru_cache
+
+from vibopt.records import dataclass
 
 Path = tuple[str | int, ...]
 

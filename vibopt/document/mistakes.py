@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from vibopt.document.locate import Locator
 from vibopt.errors import InputError, way_out
+from vibopt.records import dataclass
 
 Path = tuple[str | int, ...]
 MOST_SAID = 200

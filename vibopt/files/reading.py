@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 import stat
-from dataclasses import dataclass
 from pathlib import Path
 
 from vibopt.errors import VibOptError, shortened
+from vibopt.records import dataclass
 
 _SORTS = (
     (stat.S_ISDIR, "a folder"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.forms import FloatArray
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import GROUND, Joint, Machine, Tuned
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from vibopt.mechanics.hosted import Carrier

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.monomial import Monomial
+from vibopt.records import dataclass
 
 GROUND = "ground"
 _AXES, _TURNS = ("x", "y", "z"), ("rx", "ry", "rz")

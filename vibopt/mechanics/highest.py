@@ -8,7 +8,6 @@ one, which Newton finds.  A cell of which nothing is certain is halved.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from math import comb, inf, sqrt
 
@@ -17,6 +16,7 @@ import numpy as np
 from vibopt.forms import FloatArray, IntArray
 from vibopt.mechanics.cells import Stretches, cells
 from vibopt.mechanics.partial_fractions import Fractions, Weight, derivative_sizes, weighted
+from vibopt.records import dataclass
 
 _FLAT = 1e-13
 _ROUNDS = 40

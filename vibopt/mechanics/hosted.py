@@ -8,7 +8,7 @@ finished design is measured with the matrices in full, solved at the speed in qu
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices
 from vibopt.mechanics.host.matrices import Dashed
 from vibopt.mechanics.machine import Machine, Motion, inverse_root
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ works in real arithmetic, and reads forces off the balance of inertia where it c
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
+from vibopt.records import dataclass
 
 GROUND = "ground"
 _MANY = 8

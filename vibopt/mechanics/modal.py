@@ -6,11 +6,10 @@ tried on direct solutions before it is believed, because nearly defective modes 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 WORTH = 6
 """Number of coordinates from which the modes are worth their cost."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from vibopt.forms import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
+from vibopt.records import dataclass
 
 K = TypeVar("K")
 INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3

@@ -6,14 +6,13 @@ points are roots of a small polynomial in v = w - w0, so light damping costs no 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import Band, ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.polynomial import real_roots
+from vibopt.records import dataclass
 
 _DEGREE = {INERTIA: 2, STIFFNESS: 0, DAMPING: 1, HYSTERETIC: 0}
 

@@ -6,13 +6,14 @@ product of the terms' coefficients with a table.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.records import dataclass
 
 _WORST_MASS = 1e6
 _KEPT = 32

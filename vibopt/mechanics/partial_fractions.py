@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import comb
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.records import dataclass
 
 ORDER = 7
 """Order of the Taylor series on a cell."""

@@ -9,12 +9,12 @@ means an infinite amplitude.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.forms import Band, BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.ties import foremost
+from vibopt.records import dataclass
 
 _DEGREE = 10
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1)) / _DEGREE)[::-1]

@@ -6,7 +6,6 @@ where forces of dampers make them depend on the frequency.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +14,7 @@ from vibopt.forms import Amplitude, ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.oscillator import Modes, Oscillator, oscillator_of
 from vibopt.mechanics.partial_fractions import Fractions
+from vibopt.records import dataclass
 
 _KEPT = 64
 

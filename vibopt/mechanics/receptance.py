@@ -8,13 +8,14 @@ again with the devices keeps everything finite where a frequency is an undamped 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray, IntArray, Line, Output
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
+from vibopt.records import dataclass
 
 _SAME = 1e-13
 _CHUNK = 16_000_000

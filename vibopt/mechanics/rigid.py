@@ -8,7 +8,7 @@ coordinate gives the matrices.  Bodies turn about their principal axes, so masse
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from vibopt.forms import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic, inverse_root
 from vibopt.mechanics.vectors import cross
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,7 +8,7 @@ What rounding could spoil is found by checks, and then there is no answer: the g
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations
 from math import comb
 
@@ -18,6 +18,7 @@ from vibopt.forms import Amplitude, Band, BoolArray, ComplexArray, FloatArray, I
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.polynomial import roots
+from vibopt.records import dataclass
 
 MOST = 4
 """Number of free coordinates up to which a model is small."""

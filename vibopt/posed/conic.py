@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.work import worked
 
 REACH = 10.0

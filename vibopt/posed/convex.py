@@ -14,7 +14,7 @@ The variable of a damper is then the square of its damping, "links.mount.damping
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,6 +25,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Mode
 from vibopt.posed import conic
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import extremes_of
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.starts import natural_size
 from vibopt.work import late

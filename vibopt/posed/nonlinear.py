@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
 
 from vibopt.errors import InputError, way_out
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 
 OPTIONS: dict[str, Any] = {
     "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 300,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vibopt.errors import InputError
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from vibopt.design.design import Design

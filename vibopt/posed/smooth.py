@@ -7,7 +7,7 @@ are within 1e-9 of what its rows say.  Natural frequencies are stated with their
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import extremes_of
 from vibopt.program.worst import worst
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.starts import log_box, starts
 from vibopt.work import late, worked

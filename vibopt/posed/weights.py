@@ -8,7 +8,7 @@ variables are unbalances in SI units [kg m], complex, turning with the rotor.  "
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from vibopt.balancing.question import Question
 from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.records import dataclass
 
 ZERO = 1e-9
 HALF_TURN = np.pi * (1.0 + 1e-12)

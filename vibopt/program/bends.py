@@ -7,13 +7,12 @@ A local extreme moves with the design; its own motion is eliminated from the sec
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import Amplitude, Combine, ComplexArray, Drive, FloatArray, Line, Output
 from vibopt.mechanics.harmonic import dynamic_stiffness
 from vibopt.mechanics.model import DAMPING, INERTIA, Model, factors
+from vibopt.records import dataclass
 
 _FLAT = 1e-8
 """Part that a value could still gain at the extreme beside a speed from which on that speed is no extreme."""

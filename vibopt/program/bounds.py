@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,6 +27,7 @@ from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
 from vibopt.program.resonant import applies, resonant_floor
 from vibopt.program.worst import monomials, rigid_form
+from vibopt.records import dataclass
 
 MOST_GROUPS = 12
 

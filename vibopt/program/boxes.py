@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from vibopt.forms import FloatArray, Line
+from vibopt.records import dataclass
 
 Numbers: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"
 """Real or complex."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -15,6 +14,7 @@ from vibopt.mechanics.model import Model
 from vibopt.mechanics.partial_fractions import Weight
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.pole_residue import Reading, reading_of
+from vibopt.records import dataclass
 
 _MOST = 40
 """Number of free coordinates up to which the poles are worth their cost."""

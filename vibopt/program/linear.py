@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, factors
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.program.boxes import Boxes, Scalar, powers_on
+from vibopt.records import dataclass
 
 StaticForm = StaticLoad | StaticForce | StaticRow
 _POWERS = {INERTIA: 2, DAMPING: 1}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -26,6 +26,7 @@ from vibopt.program.pose import asked_of, on_needed
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.slopes import local_extremes
 from vibopt.program.worst import worst
+from vibopt.records import dataclass
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members

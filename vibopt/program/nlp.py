@@ -8,7 +8,7 @@ node, and of order one everywhere.  CasADi is loaded here and nowhere else.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.rational import Sampled, sampled, sampled_static
 from vibopt.program.slopes import plain_slope
 from vibopt.program.worst import plain_value, rigid_form
+from vibopt.records import dataclass
 
 _NEAR_ZERO = 1e-14
 """Part of |N|^2 added to |D|^2 and the other way round, so that their log stays finite."""

@@ -13,7 +13,6 @@ A base whose displacement is white has a state of its own (`displaced`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from vibopt.forms import BoolArray, FloatArray, Noise, Output, RootMeanSquare
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.displaced import decaying, reduced
 from vibopt.program.reduce import closure
+from vibopt.records import dataclass
 
 Numbers = NDArray[Any]
 """Real, or complex with the imaginary part as a slope."""

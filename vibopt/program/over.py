@@ -7,7 +7,7 @@ bound^2 |D|^2 - |N|^2 is not negative on a box where its Bernstein coefficients 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +16,7 @@ from vibopt.forms import Amplitude, Band, BoolArray, Drive, FloatArray, Line, Mo
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.program.program import Aim, Axis, Limit
 from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
+from vibopt.records import dataclass
 from vibopt.work import Budget
 
 MARGIN = 1e-3

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from vibopt.forms import FloatArray, Form, Monomials
 from vibopt.mechanics.model import Model
+from vibopt.records import dataclass
 
 Side = Literal["at_most", "at_least", "outside"]
 

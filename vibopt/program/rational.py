@@ -8,7 +8,7 @@ Written in y with x = y**root, they are polynomials, and Bernstein coefficients 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from math import comb
 
@@ -18,6 +18,7 @@ from vibopt.forms import ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True)

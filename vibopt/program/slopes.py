@@ -7,7 +7,7 @@ a moving peak costs no more than a fixed one.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice, product
 
 import numpy as np
@@ -39,6 +39,7 @@ from vibopt.program.highest import highest
 from vibopt.program.noise import root_mean_square_slope
 from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
+from vibopt.records import dataclass
 
 _STEP = 1e-6
 _BEND_STEP = 1e-5

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from vibopt.program.boxes import Boxes, Scalar, amplitude_on, modulus_on, powers
 from vibopt.program.linear import Linear, StaticForm
 from vibopt.program.over import pieces_of
 from vibopt.program.program import Aim, Axis, Limit
+from vibopt.records import dataclass
 from vibopt.work import Budget
 
 _ROUNDING = 1e-9

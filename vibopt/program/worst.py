@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import hypot
 
 import numpy as np
@@ -35,6 +35,7 @@ from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequenc
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.statics import sag
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -14,6 +13,7 @@ from vibopt.forms import Combine, Drive, Form, FreeMotion
 from vibopt.mechanics.free import propagated
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
+from vibopt.records import dataclass
 from vibopt.responses.kind import Response
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number

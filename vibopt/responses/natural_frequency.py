@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from pydantic import model_validator
@@ -12,6 +11,7 @@ from vibopt.errors import QuantityError
 from vibopt.forms import Band, Combine, Drive, Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
+from vibopt.records import dataclass
 from vibopt.responses.kind import BoundError, Response
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, read_speeds, word

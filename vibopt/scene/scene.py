@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.locate import Locator
 from vibopt.excitations import Excitation
+from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.values import SpeedRange
 from vibopt.values.fields import Choice

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from vibopt.records import dataclass
 from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
 from vibopt.values import Table

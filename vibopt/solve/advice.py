@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from vibopt.answer.entry import Entry
 from vibopt.design.checked import shown_value
 from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.scene.facts import FactAt, fact_at, facts
 from vibopt.scene.read import with_changes

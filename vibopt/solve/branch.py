@@ -8,7 +8,7 @@ more than the gap.  Speeds are added where the exact measurement of a box's midd
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +18,7 @@ from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import Worst, worst
+from vibopt.records import dataclass
 from vibopt.work import Budget, worked
 
 if TYPE_CHECKING:

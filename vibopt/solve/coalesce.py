@@ -9,7 +9,6 @@ a guess counts only where the design that it leads to is measured to be better.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from vibopt.program.poles import characteristic, rates_and_shapes
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import local_extremes
 from vibopt.program.worst import plain_value
+from vibopt.records import dataclass
 
 _NEAR = (0.01, 0.03, 0.1, 0.2, 0.35, 0.6)
 """Distance over frequency at which poles are guessed to belong together."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from vibopt.program.program import Aim, Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.method import Found
 
 Answer = Callable[[Program], Found]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +10,7 @@ from vibopt.forms import Band, Drive, FloatArray, Modulus
 from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst import DriveResponse, drive_extreme, singularities
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 
 Interval = tuple[float, float]

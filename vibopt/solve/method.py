@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol
 
 from vibopt.forms import FloatArray
 from vibopt.program.program import Program
+from vibopt.records import dataclass
 
 Progress = Callable[[str, float], None]
 

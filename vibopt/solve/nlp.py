@@ -6,7 +6,7 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations
 
 import numpy as np
@@ -25,6 +25,7 @@ from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
+from vibopt.records import dataclass
 from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished

@@ -11,7 +11,7 @@ from __future__ import annotations
 import heapq
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.meetings import watched
 from vibopt.program.program import Aim, Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found, Progress
 from vibopt.work import Budget

@@ -6,7 +6,7 @@ nothing broken any more, bound and design are the same.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from vibopt.forms import FloatArray, IntArray, Modulus, StaticRow
 from vibopt.mechanics.polynomial import real_roots
 from vibopt.program.program import Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rows import LineRows, PlaneRows, direction

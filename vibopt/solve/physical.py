@@ -6,13 +6,12 @@ amplitude; whatever stiffness and damping, |m w^2 u| + |force of the links| >= |
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import Band, FloatArray, Modulus
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Limit, Program
+from vibopt.records import dataclass
 
 _MARGIN = 1e-9
 

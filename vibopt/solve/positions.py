@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from vibopt.design.checked import checked_limits
 from vibopt.design.design import Design
 from vibopt.document.mistakes import Mistakes
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.scene.check import check
 from vibopt.scene.positions import open_positions, positioned
 from vibopt.scene.scene import MINIMISE, Scene, Variable

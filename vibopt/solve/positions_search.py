@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.work import Budget
 
 Score = tuple[int, float]

@@ -8,7 +8,7 @@ proven best for them bounds what is best for all.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from vibopt.program.nature import Hit, around, missed
 from vibopt.program.over import MARGIN
 from vibopt.program.program import Program
 from vibopt.program.worst import worst
+from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose

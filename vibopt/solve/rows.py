@@ -6,7 +6,7 @@ delta c^2 <= 0, linear in q = c^2, so that for given k each row bounds q from on
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeVar
 
 import numpy as np
@@ -30,6 +30,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Mode
 from vibopt.mechanics.onemass import numerator
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.rational import Groups, Sampled, sampled, sampled_static
+from vibopt.records import dataclass
 
 _Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)
 

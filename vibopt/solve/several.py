@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from vibopt.forms import FloatArray
 from vibopt.program.nature import doubts_at
 from vibopt.program.pose import asked_of
 from vibopt.program.program import Aim, Axis, Limit, Program, Tie
+from vibopt.records import dataclass
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain

@@ -7,7 +7,7 @@ nothing to sample here and the answer is as sharp as the measurement.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vibopt.cones import LINEAR, solve_cones
 from vibopt.forms import BoolArray, FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
+from vibopt.records import dataclass
 from vibopt.solve.working_set import least_of
 from vibopt.work import Budget
 

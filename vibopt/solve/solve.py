@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -20,6 +20,7 @@ from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason
+from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.positions import open_positions

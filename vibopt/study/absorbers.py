@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
 
 from vibopt.answer.blocks import SIDES, spoken, value_at
@@ -14,6 +14,7 @@ from vibopt.design.certify import machine_of
 from vibopt.design.design import Design
 from vibopt.design.words import THOROUGH, goal_words, place_of
 from vibopt.errors import InputError
+from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.read import from_dict

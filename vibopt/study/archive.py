@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from hashlib import sha256
 from math import tau
 from pathlib import Path
@@ -17,6 +17,7 @@ from vibopt.errors import InputError
 from vibopt.files.marks import is_ours, with_json_check
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 from vibopt.jobs import is_scene
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job

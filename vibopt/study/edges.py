@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby, pairwise
 from math import sqrt
 
 from vibopt.errors import InputError
+from vibopt.records import dataclass
 from vibopt.study.sweep import Sweep, answer_at
 
 CLOSE = 1e-6

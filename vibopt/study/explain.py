@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Checked
@@ -12,6 +12,7 @@ from vibopt.forms import Monomials
 from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
+from vibopt.records import dataclass
 from vibopt.solve import solve
 from vibopt.solve.box import closed
 from vibopt.solve.method import Method, Progress

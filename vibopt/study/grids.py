@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 
 import numpy as np
@@ -13,6 +12,7 @@ from vibopt.design.build import machine_of
 from vibopt.design.design import Design
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt, facts, read_fact
 from vibopt.scene.scene import Scene, Variable
 from vibopt.units import read_quantity, to_unit

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from vibopt.program.nature import around, hit, missed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.worst import worst
+from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene

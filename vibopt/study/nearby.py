@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -13,6 +13,7 @@ from vibopt.answer.entry import Entry
 from vibopt.design.checked import goal_of
 from vibopt.design.design import Design
 from vibopt.errors import InputError
+from vibopt.records import dataclass
 from vibopt.scene.facts import facts
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import MINIMISE, Goal, Scene

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.answer.entry import Entry, Word
 from vibopt.forms import FloatArray
 from vibopt.jobs import is_scene
+from vibopt.records import dataclass
 from vibopt.study.seen import chosen, goal_of, results
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt

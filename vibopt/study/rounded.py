@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
 from vibopt.design.checked import chosen_of
 from vibopt.design.design import Design
 from vibopt.errors import InputError
+from vibopt.records import dataclass
 from vibopt.scene.scene import MINIMISE
 from vibopt.study.freeze import frozen, goal_as_shown
 from vibopt.study.grids import DIGITS, Grid, Number, grids, numbers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import inf, prod
 from typing import TYPE_CHECKING, Any, cast
@@ -12,6 +12,7 @@ from vibopt.answer.answer import EMPTY
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, kept_plan, with_changes
+from vibopt.records import dataclass
 from vibopt.study.freeze import MEASURED
 from vibopt.study.grids import DIGITS, Grid, Number, grids
 from vibopt.study.nearby import ROOMS

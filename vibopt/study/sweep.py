@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.errors import InputError, QuantityError
 from vibopt.forms import FloatArray
 from vibopt.jobs import answer, fact_at, is_open, is_scene, with_changes
+from vibopt.records import dataclass
 from vibopt.scene.positions import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 from vibopt.answer.entry import Entry
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
+from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import Scene
 from vibopt.study.margins import LARGE, Margins

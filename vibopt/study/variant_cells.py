@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
+
+from vibopt.records import dataclass
 
 SAME = 1e-6
 """Part by which entries of a row may differ and be the same: what a search leaves open, what a file rounds."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from vibopt.document.reading import PROBLEM
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, shown_name, stamp_of
 from vibopt.jobs import NO_NAME, open_job
+from vibopt.records import dataclass
 from vibopt.study.records import Row, compare
 from vibopt.study.workers import Lost, each
 from vibopt.work import each_answer_within, seconds_of_each_answer

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, with_changes
+from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.rounded_plan import drawn
 from vibopt.study.seen import chosen_from, kept

@@ -1,6 +1,6 @@
 """What is measured: one line per kind of quantity, with its words for messages and its usual units."""
 
-from dataclasses import dataclass
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

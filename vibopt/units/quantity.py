@@ -1,7 +1,8 @@
 """A value as it came through the door."""
 
-from dataclasses import dataclass
 from typing import Literal, TypeAlias
+
+from vibopt.records import dataclass
 
 Detector: TypeAlias = Literal["pk", "pp", "rms"]
 

@@ -5,10 +5,11 @@ all the rest of a small job.
 """
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TypeAlias
+
+from vibopt.records import dataclass
 
 DEFINITIONS = Path(__file__).with_name("definitions.txt")
 

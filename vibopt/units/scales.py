@@ -1,11 +1,11 @@
 """From a unit text and the place where it stands to a scale, worked out once per text."""
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from math import isclose, log10, tau
 
 from vibopt.errors import QuantityError
+from vibopt.records import dataclass
 from vibopt.units import complaints
 from vibopt.units.dimensions import DIMENSIONS
 from vibopt.units.registry import Dimensionality, factor_and_dimensionality

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from pathlib import Path as FilePath
 
@@ -12,6 +12,7 @@ import numpy as np
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.files.reading import FileFault, Stamp, shown_name, stamp_of
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.units.reading import LARGEST
 from vibopt.units.scales import Scale, scale_of
 from vibopt.values.fields import LEAST

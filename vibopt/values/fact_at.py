@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from vibopt.errors import InputError, way_out
+from vibopt.records import dataclass
 from vibopt.units import Detector, Quantity, read_quantity, read_range, to_unit
 from vibopt.units.reading import TO_PEAK
 

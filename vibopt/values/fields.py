@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import NoneType
 from typing import Any, get_args
 
@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJson
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibopt.errors import QuantityError
+from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
 from vibopt.values.tolerance import read_tolerance
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import re
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
+from vibopt.records import dataclass
 
 SHEET = Kind("a CSV file", 5_000_000, "Name the CSV file, relative to the problem file.", "Name a CSV file.")
 MOST_COLUMNS = 10_000

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from vibopt.errors import QuantityError
 from vibopt.forms import Band
+from vibopt.records import dataclass
 from vibopt.units import is_range, read_quantity, read_range
 
 ROTATION, VEHICLE = "angular_rate", "velocity"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
+from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values.fields import complaint
 

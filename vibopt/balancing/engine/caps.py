@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isfinite
 
 import numpy as np
@@ -11,6 +11,7 @@ from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.program import Lengths
 from vibopt.balancing.engine.shaking import free_shares, free_weights
 from vibopt.balancing.engine.solve import Balanced, box_of
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 from math import tau
 
 import numpy as np
 
 from vibopt.balancing.engine.job import EngineJob
+from vibopt.records import dataclass
 
 EVEN = 1e-6
 MOST_CYLINDERS = 12

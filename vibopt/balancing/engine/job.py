@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import inf, tau
 from typing import Any, ClassVar
 
@@ -20,6 +20,7 @@ from vibopt.balancing.known.job import read_tables
 from vibopt.balancing.tables import listed_tables, read_table
 from vibopt.balancing.words import show_angle
 from vibopt.document.mistakes import Mistakes
+from vibopt.records import dataclass
 from vibopt.values import Choice, Fact
 
 _HAIR = 1e-9

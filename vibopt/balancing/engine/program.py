@@ -6,7 +6,6 @@ Convex, solved as second-order cones by Clarabel; the gap is our own arithmetic 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from vibopt.cones import CONE, LINEAR, solve_cones
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.work import worked
 
 PROVEN = 1e-7

@@ -8,7 +8,6 @@ crank.  Their ellipse is |P| + |N| at its longest; in-line pistons alone have |P
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from vibopt.balancing.engine.job import EngineJob, Share
 from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 _GRID = 1440
 """Crank angles at which the greatest size is looked for."""

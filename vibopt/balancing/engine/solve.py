@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -15,6 +15,7 @@ from vibopt.balancing.engine.program import Box, Least, Lengths, least
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.engine.tables import EngineLimitTable
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 
 Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
 ALIKE = 1e-9

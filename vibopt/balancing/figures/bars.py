@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from vibopt.design.figures.paper import BLUE, FAINT, INK, RED, SIZE, dress
+from vibopt.records import dataclass
 
 MOST = 40
 BEFORE = {"color": "white", "edgecolor": FAINT, "hatch": "////", "lw": 0.8}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import cos, degrees, pi, sin, tau
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.design.figures.paper import BLUE, FAINT, FORBIDDEN, FORBIDDEN_INK, GRID, INK, RED, SIZE
+from vibopt.records import dataclass
 from vibopt.units import plain
 
 if TYPE_CHECKING:

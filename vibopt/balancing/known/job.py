@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import inf, pi
 from typing import Any, ClassVar, TypeVar
 
@@ -19,6 +19,7 @@ from vibopt.balancing.known.tables import (
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane
 from vibopt.balancing.tables import named_tables, read_table
 from vibopt.document.mistakes import Mistakes
+from vibopt.records import dataclass
 from vibopt.values import Choice, Table
 
 KEYS = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, inf, isfinite
 
 from vibopt.answer.entry import Checked
@@ -11,6 +11,7 @@ from vibopt.balancing.known.job import KnownJob
 from vibopt.balancing.known.solve import Correction, correct
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.prices import left_out
+from vibopt.records import dataclass
 from vibopt.units import show, si_unit
 from vibopt.work import Budget, metered
 

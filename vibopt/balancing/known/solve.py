@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import cast
 
@@ -24,6 +24,7 @@ from vibopt.balancing.prices import Solver, solve_question
 from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.words import WITH, Conventions
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 AS_WRITTEN = Conventions("", "", WITH, "pk", "")
 """Angles of known masses have one sense throughout, so none has to be turned round."""

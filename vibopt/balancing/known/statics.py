@@ -8,12 +8,12 @@ by half that span, so that rms over (static, couple) is rms over the two bearing
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.balancing.known.job import KnownJob
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import groupby
 from math import isfinite
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from vibopt.design.absorbers import Modes, Strokes, modes, strokes
 from vibopt.design.design import Design
 from vibopt.design.figures.paper import COLOURS, FAINT, FORBIDDEN, FORBIDDEN_INK, HATCHES, INK, RED, SIZE, dress, legend
+from vibopt.records import dataclass
 from vibopt.units import plain
 
 _FILLS = ("#5b7fb0", "#d8dde6", "#93a9c7", "#3a4a5f")

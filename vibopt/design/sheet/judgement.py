@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from vibopt.answer.blocks import SIDES, at_words, spoken
 from vibopt.answer.entry import Checked
@@ -12,6 +11,7 @@ from vibopt.design.design import Design
 from vibopt.design.sheet.names import said, short
 from vibopt.design.words import goal_words, listed, loosening_words, model_words, notes_of, off_words
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.records import dataclass
 from vibopt.scene.scene import MINIMISE
 from vibopt.scene.uncertain import Uncertain, uncertain, uncertain_at
 from vibopt.units import plain, show

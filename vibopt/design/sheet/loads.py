@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, isfinite
 
 from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

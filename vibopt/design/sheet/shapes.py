@@ -7,7 +7,6 @@ times momentum, along x, y, z and about them through each centre of mass.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from vibopt.forms import FloatArray
 from vibopt.mechanics.hosted import HostedMachine
 from vibopt.mechanics.machine import Machine, inverse_root
 from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.records import dataclass
 from vibopt.units import plain
 
 WORTH_SAYING = 0.1

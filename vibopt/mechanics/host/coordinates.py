@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

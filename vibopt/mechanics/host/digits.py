@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.mechanics.host.matrices import Matrices, solve
+from vibopt.records import dataclass
 
 _HALF_DIGIT = 2.0**-53
 

@@ -8,7 +8,6 @@ differ most; what the last one misses is measured with fresh solutions of the fu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.host.coordinates import Coordinates
 from vibopt.mechanics.host.matrices import Matrices, factored, solve
+from vibopt.records import dataclass
 
 TARGET = 1e-10
 CHECKS = 11

@@ -6,13 +6,13 @@ Residuals are therefore formed in long doubles and every solution is refined wit
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

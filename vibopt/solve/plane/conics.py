@@ -7,12 +7,12 @@ far as rounding goes: rows are believed to be met within `SLACK` of their own si
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray, IntArray
+from vibopt.records import dataclass
 
 SLACK = 1e-12
 _SMALL = 1e-14

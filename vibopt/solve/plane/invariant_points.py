@@ -6,12 +6,11 @@ absorber n1 is zero, and d1 is zero where the machine with the absorber locked r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import Band, ComplexArray, FloatArray, Modulus
 from vibopt.program.program import Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.plane.rows import LinkPlane
 
 _POINTS = 400

@@ -6,13 +6,14 @@ asked to be better by the gap, must leave nothing; where they leave a point, its
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
 from vibopt.program.few import few_sampled
 from vibopt.program.program import Aim, Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress

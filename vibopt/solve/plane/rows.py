@@ -8,7 +8,7 @@ widens what is allowed, since k and c are never negative.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from vibopt.program.bounds import monomial_bounds
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.rational import Groups, Sampled, sampled, sampled_static, to_bernstein
 from vibopt.program.worst import monomials
+from vibopt.records import dataclass
 from vibopt.solve.plane.conics import Conics
 
 Interval = tuple[float, float]

@@ -8,7 +8,7 @@ held by k <= m w^2 - F / X, which asks a little too much where there is damping.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,6 +17,7 @@ from vibopt.forms import FloatArray, Form, Line, Modulus, Monomials, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import sampled_speeds
 

@@ -6,14 +6,13 @@ against each other: four equations for two variables and two speeds, all in logs
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
 from vibopt.mechanics.modes import free_matrices
 from vibopt.program.program import Program
 from vibopt.program.slopes import sampled_slopes
+from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.general import discrete
 from vibopt.solve.rivals.sampled import sampled_speeds

@@ -6,7 +6,7 @@ Variables and rows are scaled by logs, slopes are exact, and the start is a good
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from vibopt.forms import Drive, FloatArray, Modulus
 from vibopt.program.nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import local_extremes
+from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import SampledRows, sampled_speeds
 from vibopt.work import late

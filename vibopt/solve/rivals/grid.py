@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.forms import FloatArray, Monomials
 from vibopt.program.program import Axis, Limit, Program
 from vibopt.program.worst import monomials
+from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import outside_rows, values_on
 from vibopt.solve.starts import log_box

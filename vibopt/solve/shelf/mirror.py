@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 from vibopt.forms import BoolArray, FloatArray, Form, IntArray, Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Program
+from vibopt.records import dataclass
 from vibopt.solve.shelf.tree import Shelf
 
 

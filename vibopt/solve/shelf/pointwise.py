@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vibopt.forms import (
@@ -27,6 +25,7 @@ from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Limit
 from vibopt.program.rational import Groups, sampled_static
 from vibopt.program.worst import monomials
+from vibopt.records import dataclass
 
 ROUGH = 1e-6
 """Part of a bound by which a response at sampled speeds must miss it to count: determinants lose digits."""

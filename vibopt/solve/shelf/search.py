@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import count
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from vibopt.forms import BoolArray, FloatArray, IntArray, Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.program.program import Program
 from vibopt.program.rational import Groups
+from vibopt.records import dataclass
 from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
 from vibopt.solve.shelf.mirror import Mirror, mirrors
 from vibopt.solve.shelf.pointwise import Direct, Pointwise, bounds_of, fails

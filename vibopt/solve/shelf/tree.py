@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray, IntArray
 from vibopt.program.program import Program, Tie
+from vibopt.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

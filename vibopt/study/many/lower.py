@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.program.program import Limit, Program
+from vibopt.records import dataclass
 from vibopt.solve.outer import OneVariable, StiffnessAndDamping
 from vibopt.solve.rows import PlaneRows, direction, single_lines
 

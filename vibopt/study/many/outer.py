@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from vibopt.forms import FloatArray
+from vibopt.records import dataclass
 from vibopt.study.many.extreme import extreme
 from vibopt.study.many.lower import Question, RowKind
 from vibopt.study.many.numbers import Numbers

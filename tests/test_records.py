@@ -1,0 +1,112 @@
+"""Records are what the standard library makes of the same class: fields, order of words, equality, hashes, copies."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+from dataclasses import FrozenInstanceError, field
+from typing import Any
+
+import pytest
+
+from vibopt.records import dataclass
+
+OPTIONS = [
+    {"frozen": frozen, "eq": eq, "slots": slots, "kw_only": kw_only}
+    for frozen in (False, True)
+    for eq in (True, False)
+    for slots in (False, True)
+    for kw_only in (False, True)
+]
+
+
+def _class() -> type:
+    class Sample:
+        """A record with every sort of field."""
+
+        mass: float
+        name: str = "press"
+        places: list[str] = field(default_factory=list)
+        seen: int = field(default=3, compare=False, repr=False)
+        inner: int = field(init=False, default=7)
+        made: list[int] = field(init=False, default_factory=lambda: [1])
+
+        def __post_init__(self) -> None:
+            object.__setattr__(self, "places", [*self.places, "end"])
+
+    return Sample
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
+def test_a_record_is_that_of_the_standard_library(options: dict[str, bool]) -> None:
+    ours: Any = dataclass(**options)(_class())  # type: ignore[call-overload]
+    theirs: Any = dataclasses.dataclass(**options)(_class())  # type: ignore[call-overload]
+    words: dict[str, Any] = {"mass": 2.0, "places": ["floor"], "seen": 5}
+    one, other = ours(**words), theirs(**words)
+    assert dataclasses.asdict(one) == dataclasses.asdict(other)
+    assert repr(one) == repr(other)
+    assert hasattr(one, "__dict__") == hasattr(other, "__dict__")
+    assert ours.__match_args__ == theirs.__match_args__
+    for change in ({"mass": 2.0}, {"mass": 3.0}, {"seen": 9}, {"name": "fan"}):
+        assert (one == dataclasses.replace(one, **change)) is (other == dataclasses.replace(other, **change))
+    assert (one == other) is False
+    assert (ours.__hash__ is None) is (theirs.__hash__ is None)
+    assert dataclasses.asdict(copy.copy(one)) == dataclasses.asdict(copy.copy(other))
+    for wrong in ((), (1.0, "a", [], 3, 4), ()):
+        with pytest.raises(TypeError, match="argument"):
+            ours(*wrong)
+
+
+@pytest.mark.parametrize("slots", [False, True])
+def test_a_frozen_record_refuses_changes_and_hashes_by_what_it_compares(slots: bool) -> None:
+    @dataclass(frozen=True, slots=slots)
+    class Pair:
+        """Two numbers and a remark."""
+
+        low: float
+        high: float
+        said: str = field(default="", compare=False)
+
+    pair = Pair(1.0, 2.0, "a")
+    assert hash(pair) == hash(Pair(1.0, 2.0, "b")) == hash((1.0, 2.0))
+    assert {pair: 1}[Pair(1.0, 2.0)] == 1
+    for change in (lambda: setattr(pair, "low", 3.0), lambda: delattr(pair, "low"), lambda: setattr(pair, "new", 3.0)):
+        with pytest.raises(FrozenInstanceError):
+            change()
+
+
+def test_records_pass_between_processes_before_one_was_made_there() -> None:
+    """What comes out of a pickle compares, though no `__init__` has run."""
+    from vibopt.values.fields import Fact
+
+    sent = pickle.dumps(Fact(1.5, "mm"))
+    assert pickle.loads(sent) == Fact(1.5, "mm")
+    assert hash(pickle.loads(sent)) == hash(Fact(1.5, "mm"))
+    assert repr(pickle.loads(sent)) == "Fact(value=1.5, unit='mm', echo=None, tolerance=0.0)"
+
+
+def test_own_methods_stay_and_children_add_fields() -> None:
+    @dataclass(frozen=True)
+    class Parent:
+        """Says itself in its own words."""
+
+        mass: float
+
+        def __repr__(self) -> str:
+            return f"{self.mass} kg"
+
+        def __hash__(self) -> int:
+            return 11
+
+    @dataclass(frozen=True)
+    class Child(Parent):
+        """One field more."""
+
+        name: str = "press"
+
+    assert repr(Parent(2.0)) == "2.0 kg"
+    assert hash(Parent(2.0)) == 11
+    assert repr(Child(2.0)).endswith("Child(mass=2.0, name='press')")
+    assert Child(2.0) == Child(2.0, "press") != Child(2.0, "fan")
+    assert Parent(2.0) != Child(2.0)

@@ -1,0 +1,127 @@
+"""`dataclass` as in the standard library; what a class never uses of it is never made, which most of a start was."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import MISSING, Field, FrozenInstanceError
+from functools import cache
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass as dataclass
+else:
+
+    def dataclass(cls=None, /, *, frozen=False, eq=True, slots=False, kw_only=False):
+        """As `dataclasses.dataclass`: one class text is compiled, `__init__`, and only with its first object.
+
+        Fields, defaults, `replace`, equality, hashes, frozen attributes and copies are those of the standard library.
+        """
+
+        def made(given):
+            return _made(given, frozen=frozen, eq=eq, slots=slots, kw_only=kw_only)
+
+        return made if cls is None else made(cls)
+
+
+def _made(given: type, *, frozen: bool, eq: bool, slots: bool, kw_only: bool) -> Any:
+    own = {name: one for name, one in vars(given).items() if name in ("__init__", "__repr__", "__eq__", "__hash__")}
+    given.__doc__ = given.__doc__ or f"{given.__name__}(...)"  # the library would work out a signature
+    made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, slots=slots, kw_only=kw_only)(given)
+    methods: dict[str, Any] = {"__init__": _first_init(made, frozen), "__repr__": _repr}
+    if eq:
+        methods |= {"__eq__": _eq, "__hash__": _hash if frozen else None}
+    if frozen:
+        methods |= {"__setattr__": _set, "__delattr__": _delete}
+    if frozen and slots:
+        methods |= {"__getstate__": _state, "__setstate__": _restore}
+    for name, method in methods.items():
+        if own.get(name) is None:
+            setattr(made, name, method)
+    return made
+
+
+def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
+    """An `__init__` that writes the real one into the class when the first object is made."""
+
+    def first(self: Any, *given: Any, **named: Any) -> None:
+        made = _init(kind, frozen)
+        kind.__init__ = made  # type: ignore[misc]
+        made(self, *given, **named)
+
+    return first
+
+
+def _init(kind: type, frozen: bool) -> Callable[..., None]:
+    """The `__init__` of a class; a frozen one sets its fields past its own refusal."""
+    fields = dataclasses.fields(kind)
+    plain, named = ([_word(one) for one in fields if one.init and one.kw_only is by_name] for by_name in (False, True))
+    words = ["self", *plain, *(["*", *named] if named else [])]
+    known: dict[str, Any] = {"_set": object.__setattr__, "_missing": MISSING}
+    for one in fields:
+        known[f"_{one.name}"] = one.default if one.default_factory is MISSING else one.default_factory
+    values = [(one.name, _value(one)) for one in fields if one.init or known[f"_{one.name}"] is not MISSING]
+    lines = [f"_set(self, {name!r}, {value})" if frozen else f"self.{name} = {value}" for name, value in values]
+    if hasattr(kind, "__post_init__"):
+        lines.append("self.__post_init__()")
+    exec(f"def __init__({', '.join(words)}):\n " + "\n ".join(lines or ["pass"]), known)
+    made: Callable[..., None] = known["__init__"]
+    made.__qualname__ = f"{kind.__qualname__}.__init__"
+    return made
+
+
+def _word(one: Field[Any]) -> str:
+    """The parameter of a field."""
+    if one.default_factory is not MISSING:
+        return f"{one.name}=_missing"
+    return one.name if one.default is MISSING else f"{one.name}=_{one.name}"
+
+
+def _value(one: Field[Any]) -> str:
+    """What a field is set to: what is given, its default, or what its factory makes."""
+    if one.default_factory is MISSING:
+        return one.name if one.init else f"_{one.name}"
+    return f"_{one.name}() if {one.name} is _missing else {one.name}" if one.init else f"_{one.name}()"
+
+
+@cache
+def _compared(kind: Any) -> Callable[[Any], Any]:
+    """What of an object is compared, as one tuple."""
+    names = [one.name for one in dataclasses.fields(kind) if one.compare]
+    if len(names) == 1:
+        return lambda given: (getattr(given, names[0]),)
+    return attrgetter(*names) if names else lambda given: ()
+
+
+def _eq(self: Any, other: Any) -> Any:
+    if other.__class__ is not self.__class__:
+        return NotImplemented
+    compared = _compared(self.__class__)
+    return compared(self) == compared(other)
+
+
+def _hash(self: Any) -> int:
+    return hash(_compared(self.__class__)(self))
+
+
+def _repr(self: Any) -> str:
+    said = (f"{one.name}={getattr(self, one.name)!r}" for one in dataclasses.fields(self) if one.repr)
+    return f"{self.__class__.__qualname__}({', '.join(said)})"
+
+
+def _set(self: Any, name: str, value: object) -> None:
+    raise FrozenInstanceError(f"cannot assign to field {name!r}")
+
+
+def _delete(self: Any, name: str) -> None:
+    raise FrozenInstanceError(f"cannot delete field {name!r}")
+
+
+def _state(self: Any) -> list[Any]:
+    return [getattr(self, one.name) for one in dataclasses.fields(self)]
+
+
+def _restore(self: Any, state: list[Any]) -> None:
+    for one, value in zip(dataclasses.fields(self), state, strict=True):
+        object.__setattr__(self, one.name, value)
