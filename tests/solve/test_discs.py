@@ -16,8 +16,11 @@ from vibopt.scene.read import from_dict
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.global_search import BranchAndBound
+from vibopt.solve.local import improved
 from vibopt.solve.plane.conics import Conics, monomials
+from vibopt.solve.plane.equal_peaks import equal_peaks
 from vibopt.solve.plane.method import DiscsOfOneLink
+from vibopt.solve.plane.rows import LinkPlane
 
 
 def scene(**changes: Any) -> dict[str, Any]:
@@ -91,6 +94,46 @@ def test_no_point_of_a_fine_grid_that_is_allowed_lies_beyond_the_extreme_corner(
     assert (rows @ monomials(extreme) <= 1e-9 * np.abs(rows).sum(axis=1)[:, None] * 10.0).all()
 
 
+def touching(seed: int, apart: float) -> tuple[Any, Any, Any]:
+    """Two ellipses within a wide box that touch at a point, and lie apart from each other by a part of their size."""
+    rng = np.random.default_rng(seed)
+    meet, angle = rng.uniform(0.8, 1.2, 2), rng.uniform(0.0, 2.0 * np.pi)
+    rows = []
+    for way in (1.0, -1.0):
+        half, size = rng.uniform(0.05, 0.3), rng.uniform(0.5, 2.0, 2)
+        normal = way * np.array([np.cos(angle), np.sin(angle)])
+        centre = meet + half * normal / size / np.sqrt((normal**2 / size).sum())
+        half *= 1.0 - apart
+        rest = float((size * centre**2).sum()) - half**2
+        rows.append([*size, *(-2.0 * size * centre), rest])
+    return np.array(rows), np.array([0.01, 0.01]), meet
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), apart=st.sampled_from([1e-2, 1e-4, 1e-6]))
+def test_discs_that_do_not_meet_are_told_by_one_sum_of_their_rows(seed: int, apart: float) -> None:
+    rows, low, meet = touching(seed, apart)
+    high = np.array([3.0, 3.0])
+    for lone in rows:  # one row alone leaves its disc
+        assert not Conics(lone[None, :], low, high).left_empty(meet)
+    assert Conics(rows, low, high).left_empty(meet)
+    assert not len(Conics(rows, low, high).corners())
+    overlapping = touching(seed, -apart)[0]
+    assert not Conics(overlapping, low, high).left_empty(meet)
+    assert len(Conics(overlapping, low, high).corners())
+
+
+@settings(max_examples=200, deadline=None)
+@given(seed=st.integers(0, 10**6), count=st.integers(1, 7))
+def test_what_one_sum_of_rows_shows_to_be_empty_has_no_corner(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(np.array([1.0, 1.0, 0.0, 0.0, 1.0]), 1.0, (count, 5))
+    conics = Conics(rows, np.array([0.1, 0.05]), np.array([2.0, 3.0]))
+    near = rng.uniform([0.1, 0.05], [2.0, 3.0])
+    if conics.left_empty(near):
+        assert not len(conics.corners())
+
+
 @pytest.mark.parametrize("bound", ["65 mm", "80 mm", "200 mm"])
 @pytest.mark.parametrize("sense", ["maximise", "minimise"])
 def test_the_stiffness_that_exchange_finds_is_the_best_of_branch_and_bound(bound: str, sense: str) -> None:
@@ -110,6 +153,24 @@ def test_the_absorber_on_an_undamped_mass_reaches_the_least_possible_peak() -> N
     tuning, ratio = 0.95237204433511, 0.133937726515742
     own = np.sqrt(1e5 / 100.0)
     assert found.x == pytest.approx([5.0 * (tuning * own) ** 2, 2.0 * ratio * 5.0 * tuning * own], rel=1e-5)
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.02, 0.05])
+@pytest.mark.parametrize("goal", ["displacement", "velocity", "acceleration"])
+def test_an_absorber_alone_needs_no_search(ratio: float, goal: str) -> None:
+    """Newton on equal peaks gives the best design, and one sum of rows the proof; a search from afar finds the same."""
+    document = scene(goal={"minimise": goal, "of": "machine"})
+    document["bodies"]["small"]["mass"] = f"{100 * ratio} kg"
+    document["links"]["tuner"]["stiffness"] = {"from": "100 N/m", "to": "200 kN/m"}
+    document["links"]["tuner"]["damping"]["to"] = "5 kN s/m"
+    program = closed(pose(from_dict(document)))
+    x = equal_peaks(LinkPlane.of(program))
+    found = DiscsOfOneLink().solve(program)
+    assert found.status == "optimal"
+    assert found.details["rounds"] == 0
+    assert found.x == pytest.approx(x, rel=0.0, abs=0.0)
+    afar = improved(program, np.sqrt(program.low * program.high), Judge(program))
+    assert Judge(program).goal(afar).value >= Judge(program).goal(found.x).value * (1.0 - 1e-12)
 
 
 def test_the_least_mass_under_a_limit_is_proven() -> None:

@@ -18,6 +18,7 @@ from vibopt.excitations import Excitation
 from vibopt.forms import Band, Combine, ComplexArray, FloatArray, Line
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.modal import WORTH
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.ties import foremost
 from vibopt.records import dataclass
@@ -109,7 +110,8 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     singular = np.concatenate([poles / line.order for line in lines])
     breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
     found = (least if want_least else greatest)(shaken, bands, singular, breaks)
-    if not np.isfinite(found.value) or (not between and machine.in_full is machine):
+    whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
+    if whole or not np.isfinite(found.value):
         return found
     return _in_full(shaken, found, bands, want_least)
 

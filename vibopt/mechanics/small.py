@@ -9,6 +9,7 @@ What rounding could spoil is found by checks, and then there is no answer: the g
 from __future__ import annotations
 
 from dataclasses import field
+from functools import cached_property
 from itertools import combinations
 from math import comb
 
@@ -31,6 +32,8 @@ _DONE = 1e-11
 _AT_REST = 1e-7
 _KEPT = 64
 _COUNTED = 0.5
+_FOLLOWED = 2
+"""Steps of Newton by which a peak is followed to a near design."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +130,23 @@ class Ratio:
         at = np.concatenate([one for one in found if one is not None])
         return self._measured(made, at[:, 0], at[:, 1] > 0.0)
 
+    def followed(self, x: FloatArray, speeds: FloatArray) -> list[Peak] | None:
+        """Maxima near `speeds` (n,) at a near design, the highest first; those of half its height are left out.
+
+        None where one of them is no maximum, or where rounding leaves a doubt.
+        """
+        p = np.append(self.model.values(x), 1.0)
+        made = Polynomials.of(self.top.coefficients(p), self.bottom.coefficients(p), self.power)
+        if made is None:
+            return None
+        v = self.order * speeds / made.unit
+        for _ in range(_FOLLOWED):
+            first, second = made.rise(v)
+            if not (second < 0.0).all():
+                return None
+            v = v + np.clip(-first / second, -0.1 * v, 0.1 * v)
+        return self._measured(made, v, np.ones(len(v), dtype=bool))
+
     def _measured(self, made: Polynomials, v: FloatArray, moves: BoolArray) -> list[Peak] | None:
         top, bottom = made.sides(v)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -169,7 +189,7 @@ class Ratio:
         return np.nan_to_num(first), np.nan_to_num(bend)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Polynomials:
     """N and D of one design against v = w / unit.
 
@@ -180,10 +200,6 @@ class Polynomials:
         Absolute coefficients of N and of D.
     unit, size
         What v and the value are multiplied by.
-    stationary, real
-        Points near which the value may be stationary, and whether it must be.
-    poles
-        Complex v at which D is zero.
     """
 
     tables: tuple[tuple[ComplexArray, ...], tuple[ComplexArray, ...]]
@@ -191,9 +207,6 @@ class Polynomials:
     unit: float
     size: float
     power: int
-    stationary: FloatArray
-    real: BoolArray
-    poles: ComplexArray
 
     @classmethod
     def of(cls, top: FloatArray, bottom: FloatArray, power: int) -> Polynomials | None:
@@ -220,11 +233,20 @@ class Polynomials:
         size = scales[0] / scales[1]
         if not (np.isfinite(size) and size > 0.0):
             return None
-        turning = roots(_stationary(tables[0][0][:, 0], tables[1][0][:, 0], power))
-        poles = roots((bottom[first : last + 1, 0] * unit ** np.arange(first, last + 1)) / scales[1]) * -1j
+        return cls((tables[0], tables[1]), (sizes[0], sizes[1]), unit, size, power)
+
+    @cached_property
+    def turning(self) -> tuple[FloatArray, BoolArray]:
+        """Points near which the value may be stationary, and whether it must be."""
+        turning = roots(_stationary(self.tables[0][0][:, 0], self.tables[1][0][:, 0], self.power))
         near = turning[(turning.real > 0.0) & (np.abs(turning.imag) <= 1e-3 * np.abs(turning))]
-        real = np.abs(near.imag) <= 1e-10 * np.abs(near)
-        return cls((tables[0], tables[1]), (sizes[0], sizes[1]), unit, size, power, np.sqrt(near.real), real, poles)
+        return np.sqrt(near.real), np.abs(near.imag) <= 1e-10 * np.abs(near)
+
+    @cached_property
+    def poles(self) -> ComplexArray:
+        """Complex v at which D is zero."""
+        turned = self.tables[1][0][:, 0] / _TURN[: len(self.sizes[1])]
+        return roots(turned.real) * -1j
 
     def sides(self, v: FloatArray) -> tuple[list[ComplexArray], list[ComplexArray]]:
         """N and D with their derivatives in v (none, one, two), each (n_points, n_columns)."""
@@ -282,8 +304,8 @@ class Polynomials:
 
     def _polished(self, low: float, high: float, resonances: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Stationary points inside, ascending, and the sign of the bend at each."""
-        v = np.concatenate([self.stationary, resonances])
-        must = np.concatenate([self.real, np.zeros(len(resonances), dtype=bool)])
+        v = np.concatenate([self.turning[0], resonances])
+        must = np.concatenate([self.turning[1], np.zeros(len(resonances), dtype=bool)])
         inside = (v > 0.999 * low) & (v < 1.001 * high)
         v, must = v[inside], must[inside]
         settled = np.zeros(len(v), dtype=bool)

@@ -39,12 +39,29 @@ def few_peaks(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: 
     found = made.peaks(x, drive.bands, within)
     if found is None:
         return None
-    share = model.counts[form.output.shared_by].scale if form.output.shared_by else 1.0
-    if not all(0.0 < one.at.value < np.inf for one in found):
-        return None
+    return _shared(model, form, found) if all(0.0 < one.at.value < np.inf for one in found) else None
+
+
+def followed(model: Model, form: Modulus, x: FloatArray, speeds: FloatArray) -> list[Peak] | None:
+    """The peaks near `speeds` (n,) [rad/s] at a near design x (n_vars,), the highest first.
+
+    None where the polynomials do not apply, or leave a doubt, or the value is least there.
+    """
+    made = _ratio(model, form, form.drives[0]) if len(form.drives) == 1 else None
+    found = None if made is None else made.followed(x, speeds)
+    return None if found is None else _shared(model, form, found)
+
+
+def _shared(model: Model, form: Modulus, found: list[Peak]) -> list[Peak]:
+    """Peaks of a load, of which each of several mounts has its share."""
+    share = _share(model, form)
     if share == 1.0:
         return found
     return [replace(one, at=Extreme(one.at.value / share, one.at.speed)) for one in found]
+
+
+def _share(model: Model, form: Modulus) -> float:
+    return model.counts[form.output.shared_by].scale if form.output.shared_by else 1.0
 
 
 def applies(model: Model, form: Modulus) -> bool:
@@ -57,12 +74,20 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
 
     No greater than the worst, and near it but for sharp peaks; None where the polynomials do not apply.
     """
+    found = heights_of(model, form, x)
+    return None if found is None else np.asarray(found[1].max(axis=1))
+
+
+def heights_of(model: Model, form: Modulus, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Many speeds within the bands (n_speeds,) [rad/s], and the values there at designs x (n, n_vars).
+
+    The values have the shape (n, n_speeds); None where the polynomials do not apply.
+    """
     made = _ratio(model, form, form.drives[0]) if len(form.drives) == 1 else None
     if made is None:
         return None
-    share = model.counts[form.output.shared_by].scale if form.output.shared_by else 1.0
-    value: FloatArray = made.at(x, _many(form.drives[0].bands)).max(axis=1) / share
-    return value
+    speeds = _many(form.drives[0].bands)
+    return speeds, made.at(x, speeds) / _share(model, form)
 
 
 @lru_cache(maxsize=32)

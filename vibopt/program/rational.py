@@ -14,7 +14,7 @@ from math import comb
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, Line, Output
+from vibopt.forms import ComplexArray, FloatArray, IntArray, Line, Output
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
@@ -111,6 +111,11 @@ class Sampled:
             bottom=np.concatenate([self.bottom, other.bottom]),
             scale=np.concatenate([self.scale, other.scale]),
         )
+
+    def chosen(self, rows: IntArray) -> Sampled:
+        """Those of some of the speeds, by their places (n,)."""
+        parts = (self.factors[rows], self.top[rows], self.bottom[rows], self.scale[rows])
+        return Sampled(self.groups, *parts, static=self.static)
 
     def at(self, x: FloatArray, chosen: slice | FloatArray = slice(None)) -> tuple[ComplexArray, ComplexArray]:
         """N and D at designs x (..., n_vars), each (..., n_samples)."""

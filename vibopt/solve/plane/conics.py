@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import nnls
 
 from vibopt.forms import BoolArray, FloatArray, IntArray
 from vibopt.records import dataclass
@@ -17,6 +18,8 @@ from vibopt.records import dataclass
 SLACK = 1e-12
 _SMALL = 1e-14
 _AT_ONCE = 3
+_HOLDS = 1e-4
+"""Part of its size by which a row that is nearly broken may still hold."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,33 @@ class Conics:
         """
         found: FloatArray = self._outermost(0.0) * self._unit()
         return found
+
+    def left_empty(self, near: FloatArray) -> bool:
+        """Whether some sum of rows with weights no less than zero is above zero everywhere: then nothing is left.
+
+        The weights are those whose slopes best cancel at `near` (2,), so False says nothing.
+        """
+        unit = self._unit()
+        walls = _walls(self.low / unit, self.high / unit)
+        rows = np.concatenate([self.rows * np.array([unit[0] ** 2, unit[1] ** 2, unit[0], unit[1], 1.0]), walls])
+        rows = rows / np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
+        k, c = near / unit
+        at = rows @ monomials(np.array([[k, c]]))[:, 0]
+        rows = rows[at >= -_HOLDS]
+        slopes = np.stack([2.0 * rows[:, 0] * k + rows[:, 2], 2.0 * rows[:, 1] * c + rows[:, 3], np.ones(len(rows))])
+        weights = nnls(slopes, np.array([0.0, 0.0, 1.0]))[0] if len(rows) else np.zeros(0)
+        square, level, along, up, rest = weights @ rows
+        if not (square > 0.0 and level > 0.0):
+            return False
+        least = rest - along**2 / (4.0 * square) - up**2 / (4.0 * level)
+        size = np.abs(weights[:, None] * rows).sum(axis=0) @ [
+            (0.5 * along / square) ** 2,
+            (0.5 * up / level) ** 2,
+            abs(0.5 * along / square),
+            abs(0.5 * up / level),
+            1.0,
+        ]
+        return bool(least > SLACK * size)
 
     def extreme(self, way: float) -> FloatArray:
         """Corner points with the greatest k (`way` 1) or the least (-1), shape (m, 2); none where the set is empty."""

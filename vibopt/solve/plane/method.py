@@ -17,7 +17,8 @@ from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.plane.conics import monomials
+from vibopt.solve.plane.conics import Conics, monomials
+from vibopt.solve.plane.equal_peaks import equal_peaks
 from vibopt.solve.plane.rows import Interval, LinkPlane
 from vibopt.solve.screen import is_cheap
 from vibopt.solve.starts import halton, log_box, starts
@@ -92,6 +93,8 @@ class _Run:
     value: float = np.inf
     rounds: int = 0
     stuck: bool = False
+    _zero: float = 0.0
+    _worst: list[list[float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.program = self.plane.program
@@ -145,7 +148,7 @@ class _Run:
 
     def _begin(self) -> None:
         """A design to beat: what exchange leads to, or the best of many points, polished."""
-        if self._exchanged():
+        if self._exchanged() or self._balanced():
             return
         tried = np.exp(starts(self.program, _TRIED))
         merit = self._rough(tried)
@@ -181,6 +184,14 @@ class _Run:
                 self.best, self.value = x, self.judge.goal(x).value
                 return True
         return False
+
+    def _balanced(self) -> bool:
+        """For the least of a worst response: where two peaks are equal, if that is within all limits."""
+        x = equal_peaks(self.plane)
+        if x is None or self._learn(x) > self.judge.tolerance:
+            return False
+        self.best, self.value = x, self.judge.goal(x).value
+        return True
 
     def _nearer(self, tried: FloatArray, merit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The designs and more around the best of them, ever closer, where a look at many speeds is cheap."""
@@ -231,12 +242,14 @@ class _Run:
         Returns the part of its bound by which the worst limit is missed.
         """
         worst = -np.inf
+        self._worst = []
         for part, known in zip(self.parts, self.speeds, strict=True):
             least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
             found = local_extremes(part.model, part.form, x, least=least)
             worked(part.cost)
+            self._worst.append([at[0] if at else 0.0 for at, _ in found if not at or np.isfinite(at[0])])
             if isinstance(part.form, Modulus):
-                known += [at[0] for at, _ in found if np.isfinite(at[0]) and _is_new(at[0], known)]
+                known += [at for at in self._worst[-1] if _is_new(at, known)]
             if isinstance(part, Limit):
                 worst = max(worst, violation(part, (min if least else max)(value for _, value in found), x))
         return worst
@@ -244,6 +257,8 @@ class _Run:
     def _search(self, interval: Interval) -> list[Interval]:
         """What is left of an interval of v: nothing, or its two halves."""
         self.budget.spend()
+        if self.plane.other < 0 and self.best is not None and self._left_empty(interval):
+            return []
         corners = self._corners(interval)
         if corners is None or not len(corners):
             return []
@@ -271,8 +286,17 @@ class _Run:
         return True
 
     def _corners(self, interval: Interval) -> FloatArray | None:
+        conics = self._rows(interval, self.speeds)
+        if conics is None:
+            return None
+        corners = conics.corners()
+        self._conics = conics
+        return corners
+
+    def _rows(self, interval: Interval, every: list[list[float]]) -> Conics | None:
+        """What limits leave at these speeds of each part, and what of it is better than the best by the gap."""
         limits = []
-        for part, speeds in zip(self.parts, self.speeds, strict=True):
+        for part, speeds in zip(self.parts, every, strict=True):
             if isinstance(part, Aim):
                 if not np.isfinite(self.value):
                     continue
@@ -280,12 +304,13 @@ class _Run:
                 limits.append((as_limit(part, wanted), speeds))
             else:
                 limits.append((_widened(part), speeds))
-        conics = self.plane.conics(limits, interval)
-        if conics is None:
-            return None
-        corners = conics.corners()
-        self._conics = conics
-        return corners
+        return self.plane.conics(limits, interval)
+
+    def _left_empty(self, interval: Interval) -> bool:
+        """Whether one sum of the rows at the worst speeds of the best design shows that nothing is better."""
+        assert self.best is not None
+        conics = self._rows(interval, self._worst)
+        return conics is not None and conics.left_empty(np.array(self.plane.point(self.best)))
 
     def _try(self, corners: FloatArray, v: float) -> bool:
         """Exact measurement of a point or two of what the rows leave; whether a better design was found."""

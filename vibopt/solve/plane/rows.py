@@ -50,7 +50,7 @@ class LinkPlane:
     c_term: Term
     bend: float
     mass_term: Term | None = None
-    known: dict[int, dict[float, Sampled]] = field(default_factory=dict, compare=False)
+    known: dict[int, tuple[dict[float, int], Sampled | None]] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, program: Program) -> LinkPlane | None:
@@ -325,14 +325,16 @@ class LinkPlane:
         if isinstance(form, StaticRow):
             return sampled_static(limit.model, form.row, reference)
         assert isinstance(form, Modulus)
-        known = self.known.setdefault(id(form), {})
-        fresh = np.array([speed for speed in dict.fromkeys(speeds.tolist()) if speed not in known])
-        if len(fresh):
-            made = sampled(limit.model, form.output, form.drives[0].lines[0], fresh, reference)
-            for i, speed in enumerate(fresh.tolist()):
-                known[speed] = _slice(made, i)
-        parts = [known[speed] for speed in speeds.tolist()]
-        return _stack(parts)
+        asked = speeds.tolist()
+        places, made = self.known.get(id(form), ({}, None))
+        fresh = [speed for speed in dict.fromkeys(asked) if speed not in places]
+        if fresh:
+            more = sampled(limit.model, form.output, form.drives[0].lines[0], np.array(fresh), reference)
+            places.update(zip(fresh, range(len(places), len(places) + len(fresh)), strict=True))
+            made = more if made is None else made.joined(more)
+            self.known[id(form)] = places, made
+        assert made is not None
+        return made.chosen(np.array([places[speed] for speed in asked]))
 
     def _reference(self) -> FloatArray:
         program = self.program
@@ -421,23 +423,3 @@ class LinkPlane:
 
 def _value(term: Term, x: FloatArray) -> float:
     return term.scale * float(np.prod(np.where(term.exponents == 0.0, 1.0, x**term.exponents)))
-
-
-def _slice(made: Sampled, i: int) -> Sampled:
-    return replace(
-        made,
-        factors=made.factors[i : i + 1],
-        top=made.top[i : i + 1],
-        bottom=made.bottom[i : i + 1],
-        scale=made.scale[i : i + 1],
-    )
-
-
-def _stack(parts: list[Sampled]) -> Sampled:
-    return replace(
-        parts[0],
-        factors=np.concatenate([one.factors for one in parts]),
-        top=np.concatenate([one.top for one in parts]),
-        bottom=np.concatenate([one.bottom for one in parts]),
-        scale=np.concatenate([one.scale for one in parts]),
-    )

@@ -1,0 +1,93 @@
+"""One absorber by Newton on its equal peaks, from Den Hartog's rule: a candidate for the proof, and no more.
+
+At the optimum of one absorber two peaks are equally high, and the slopes of their heights in stiffness and damping
+point against each other.  Nothing is claimed here: that the point is best is shown by the rows of all designs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Modulus
+from vibopt.mechanics.modes import free_matrices
+from vibopt.program.few import followed, heights_of
+from vibopt.program.program import Aim
+from vibopt.solve.plane.rows import LinkPlane
+
+_STEPS = 20
+_LONGEST = 0.3
+_SQUARED = 1e-7
+"""A step of Newton this short leaves nothing: the next is as short as its square."""
+_HELD = 1e-9
+
+
+def equal_peaks(plane: LinkPlane) -> FloatArray | None:
+    """A design (n_vars,) at which two peaks of the goal are equally high and no direction lowers both.
+
+    None where the link holds no absorber on a machine of two coordinates, or Newton leads nowhere within the ranges.
+    """
+    aim = plane.program.aim
+    if aim is None or not isinstance(aim.form, Modulus) or aim.sense < 0.0 or aim.others or plane.other >= 0:
+        return None
+    x = _den_hartog(plane, aim)
+    speeds = None if x is None else _two_peaks(aim, aim.form, x)
+    if x is None or speeds is None:
+        return None
+    y = np.log(x)
+    for _ in range(_STEPS):
+        found = followed(aim.model, aim.form, np.exp(y), speeds)
+        if found is None or len(found) != 2:
+            return None
+        speeds = np.array([one.at.speed for one in found])
+        first, second = found
+        apart = first.slope - second.slope
+        size = float(apart @ apart)
+        part = float(np.clip(-(second.slope @ apart) / size, 0.0, 1.0)) if size else 0.5
+        matrix = np.zeros((3, 3))
+        matrix[:2, :2] = part * first.bend + (1.0 - part) * second.bend
+        matrix[:2, 2] = matrix[2, :2] = apart
+        slope = part * first.slope + (1.0 - part) * second.slope
+        try:
+            step = np.linalg.solve(matrix, -np.append(slope, np.log(first.at.value / second.at.value)))[:2]
+        except np.linalg.LinAlgError:
+            return None
+        longest = float(np.abs(step).max())
+        y = y + step * min(1.0, _LONGEST / max(longest, 1e-300))
+        x = np.exp(y)
+        if not np.isfinite(y).all() or (x <= plane.program.low).any() or (x >= plane.program.high).any():
+            return None
+        if longest <= _SQUARED:
+            return x
+    return None
+
+
+def _two_peaks(aim: Aim, form: Modulus, x: FloatArray) -> FloatArray | None:
+    """Speeds of the two peaks of the goal [rad/s], roughly; None where there are not two."""
+    found = heights_of(aim.model, form, x[None, :])
+    if found is None:
+        return None
+    speeds, heights = found[0], found[1][0]
+    inner = np.flatnonzero((heights[1:-1] > heights[:-2]) & (heights[1:-1] >= heights[2:])) + 1
+    return speeds[inner] if len(inner) == 2 else None
+
+
+def _den_hartog(plane: LinkPlane, aim: Aim) -> FloatArray | None:
+    """Den Hartog's absorber: the mass that only the link holds, tuned to 1 / (1 + mu) of the machine without it."""
+    model, x = aim.model, plane.program.high
+    if model.n_free != 2:
+        return None
+    of_link = model.exponents[:, [plane.spring, plane.damper]].any(axis=1)
+    b = model.vectors[of_link, :2][0]
+    mass, _, stiffness, _ = free_matrices(model, np.where(of_link, 0.0, model.values(x)))
+    values, vectors = np.linalg.eigh(stiffness)
+    loose, locked = vectors[:, 0], np.array([b[1], -b[0]])
+    if abs(values[0]) > _HELD * values[1] or not (along := float(b @ loose)):
+        return None
+    own = float(loose @ mass @ loose) / along**2
+    free = float(np.trace(np.linalg.solve(mass, stiffness)))
+    ratio = free * float(locked @ mass @ locked) / float(locked @ stiffness @ locked) - 1.0
+    if not (0.0 < ratio < np.inf and free > 0.0):
+        return None
+    tuned = np.sqrt(free) / (1.0 + ratio)
+    damping = 2.0 * np.sqrt(0.375 * ratio / (1.0 + ratio)) * own * tuned
+    return plane.design(own * tuned**2, damping, 1.0)
