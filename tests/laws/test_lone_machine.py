@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from vibopt.forms import Band, FloatArray
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import GROUND, Joint, Machine
+from vibopt.mechanics.peaks import greatest, least
 
 sizes = st.floats(-3.0, 3.0).map(lambda power: 10.0**power)
 OMEGA = np.array([1e-3, 0.3, 1.0, 4.0, 300.0])
@@ -48,3 +50,30 @@ def test_poles_of_one_body_are_those_of_any_machine(both: tuple[LoneMachine, Mac
     size = np.abs(machine).max()
     assert np.abs(lone[:, None] - machine).min(axis=1).max() <= 1e-7 * size
     assert both[0].loose == both[1].loose
+
+
+@given(machines(), st.sampled_from([-1, 0, 1, 2]), st.booleans(), st.booleans())
+def test_extremes_of_one_body_are_those_that_a_search_finds(
+    both: tuple[LoneMachine, Machine], power: int, shaken: bool, into: bool
+) -> None:
+    machine = both[0]
+
+    def read(omega: FloatArray) -> FloatArray:
+        unit = np.ones(omega.shape, dtype=complex)
+        moved = machine.shake(omega, {} if shaken else {"body": unit}, {"floor": unit} if shaken else {})
+        return np.abs(machine.force_into(GROUND, moved) if into else moved.points["body"] * omega**2)
+
+    def response(omega: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            value = read(omega) * omega ** float(power)
+        return np.where(np.isnan(value), np.inf, value)
+
+    turning = machine.turning(read, power)
+    assume(turning is not None)
+    assert turning is not None
+    natural = float(turning[0])
+    bands, poles = (Band(0.02 * natural, 7.0 * natural),), machine.poles()
+    for search in (greatest, least):
+        found = search(response, bands, poles, np.zeros(0), turning).value
+        searched = search(response, bands, poles, np.zeros(0)).value
+        assert found == pytest.approx(searched, rel=1e-8)

@@ -109,7 +109,8 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
         poles = np.concatenate([poles, shaken.bolted.poles()])
     singular = np.concatenate([poles / line.order for line in lines])
     breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
-    found = (least if want_least else greatest)(shaken, bands, singular, breaks)
+    turning = shaken.turning if between else None
+    found = (least if want_least else greatest)(shaken, bands, singular, breaks, turning)
     whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
     if whole or not np.isfinite(found.value):
         return found
@@ -181,6 +182,22 @@ class Shaken:
 
             self._known[key] = orders_of(steady, machine)
         return self._known[key]
+
+    @property
+    def turning(self) -> FloatArray | None:
+        """Speeds of all extremes [rad/s], where one harmonic of one power of the speed tells them from the machine."""
+        line, *others = self.lines
+        amplitude = UNIT if self.response.normalised else line.amplitude
+        piece = amplitude.pieces[0]
+        plain = not others and len(amplitude.pieces) == 1 and not piece.slope and not amplitude.grows_to_rest
+        if not plain or self.machine.loose or isinstance(self.response, InsertionLoss):
+            return None
+
+        def read(omega: FloatArray) -> FloatArray:
+            return np.abs(self._steady(self.machine, line, omega, np.ones(omega.shape)))
+
+        found = self.machine.turning(read, piece.power)
+        return None if found is None else found / line.order
 
     @cached_property
     def lines(self) -> tuple[Line, ...]:

@@ -34,6 +34,7 @@ from vibopt.forms import (
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, motion, mount_count
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies, poles
+from vibopt.mechanics.onemass import reading
 from vibopt.mechanics.statics import sag
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
@@ -113,8 +114,19 @@ class _Modelled:
             value = plain_value(self.full, self.form, self.x)
         return value, self._room(self.form, value, found.value)
 
+    def _of_one_mass(self, form: Modulus, found: Measured) -> float:
+        """Its value where one coordinate and one harmonic tell it outright; nan elsewhere."""
+        (drive, *others), model = form.drives, self.full
+        if others or form.rigid_link or model.n_free > 1 or len(drive.lines) > 1:
+            return float("nan")
+        line, speed = drive.lines[0], found.speeds[drive.name]
+        size = abs(float(line.amplitude.at(np.array(speed)))) / mount_count(model, form, self.x)
+        return size * abs(reading(model, model.values(self.x), form.output, line, line.order * speed))
+
     def _harmonic(self, form: Modulus, found: Measured) -> tuple[float, float]:
-        model = self.full
+        model, alone = self.full, self._of_one_mass(form, found)
+        if _within(alone, 1.0 - found.value if self.response.complement else found.value, 0.0):
+            return alone, 0.0
         if 0.0 in found.speeds.values():
             model = graded(self.full, form)
             asked = form_of(self.scene, model, self.response)

@@ -6,7 +6,7 @@ works in real arithmetic, and reads forces off the balance of inertia where it c
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from functools import cached_property
 
@@ -114,6 +114,13 @@ class Machine:
     def in_full(self) -> Machine:
         """The same machine, nothing shortened to save time."""
         return self
+
+    def turning(self, read: Callable[[FloatArray], FloatArray], power: float) -> FloatArray | None:
+        """Every frequency [rad/s] at which a reading times w**power may be greatest or least; None where not known.
+
+        `read` is the modulus under a unit amplitude at frequencies of any shape.
+        """
+        return None
 
     def joint(self, name: str) -> Joint:
         """The joint of a name."""

@@ -124,6 +124,23 @@ def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | No
     return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, k / mass, decay, line.order)
 
 
+def reading(model: Model, p: FloatArray, output: Output, line: Line, omega: float) -> complex:
+    """What is read of one free coordinate under a unit amplitude, at one frequency [rad/s]; inf at a pole."""
+    factors = (-(omega**2), 1.0, 1j * omega, 1j)
+    moved = model.vectors[:, 1:] @ line.vector[1:]
+    stiff, load, read, still = 0j, complex(line.vector[0]), complex(output.row[0]), output.row[1:] @ line.vector[1:]
+    terms = (one.tolist() for one in (model.kinds, p, model.vectors[:, 0], moved, output.signs))
+    for kind, size, own, other, sign in zip(*terms, strict=True):
+        z = size * factors[kind]
+        stiff += z * own * own
+        load -= z * own * other
+        read += sign * z * own
+        still += sign * z * other
+    if not stiff:
+        return complex("inf")
+    return complex((read * load / stiff + still) * (1j * omega) ** output.power)
+
+
 def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> ComplexArray:
     """Numerator of the transfer as a polynomial in s = i w, ascending.
 

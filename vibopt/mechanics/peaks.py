@@ -33,6 +33,9 @@ _FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 _FIT = np.linalg.pinv(np.vander(_FIVE, 3, increasing=True))
 _SLOPE, _BEND = _FIT[1], 2.0 * _FIT[2]
 
+BETWEEN = (0.11, 0.37, 0.63, 0.89)
+"""Further places in a band, as parts of it, that are looked at where all extremes are known."""
+
 Response = Callable[[FloatArray], FloatArray]
 
 
@@ -44,7 +47,13 @@ class Extreme:
     speed: float
 
 
-def greatest(response: Response, bands: tuple[Band, ...], poles: ComplexArray, breaks: FloatArray) -> Extreme:
+def greatest(
+    response: Response,
+    bands: tuple[Band, ...],
+    poles: ComplexArray,
+    breaks: FloatArray,
+    turning: FloatArray | None = None,
+) -> Extreme:
     """The greatest value over all bands, and where.
 
     Parameters
@@ -57,13 +66,21 @@ def greatest(response: Response, bands: tuple[Band, ...], poles: ComplexArray, b
         Complex speeds at which the response is singular [rad/s].
     breaks
         Speeds at which the response is not smooth.
+    turning
+        All speeds at which it may be greatest or least, where they are known.
     """
-    return _best(_candidates(response, bands, poles, breaks, least=False), least=False)
+    return _best(_candidates(response, bands, poles, breaks, least=False, turning=turning), least=False)
 
 
-def least(response: Response, bands: tuple[Band, ...], poles: ComplexArray, breaks: FloatArray) -> Extreme:
+def least(
+    response: Response,
+    bands: tuple[Band, ...],
+    poles: ComplexArray,
+    breaks: FloatArray,
+    turning: FloatArray | None = None,
+) -> Extreme:
     """The least value over all bands, and where; parameters as for `greatest`."""
-    return _best(_candidates(response, bands, poles, breaks, least=True), least=True)
+    return _best(_candidates(response, bands, poles, breaks, least=True, turning=turning), least=True)
 
 
 def peaks(
@@ -90,17 +107,28 @@ def _candidates(
     *,
     least: bool,
     keep: float = 1.0 - _CLOSE,
+    turning: FloatArray | None = None,
 ) -> list[Extreme]:
-    points = np.array([band.low for band in bands] + [band.high for band in bands])
-    found = [Extreme(float(v), float(s)) for v, s in zip(response(points), points, strict=True)]
+    ends = [end for band in bands for end in ((band.low,) if band.is_point else (band.low, band.high))]
+    inside = [] if turning is None else [one for band in bands for one in _looked_at(band, turning)]
+    points = np.array(ends + inside)
+    found = [Extreme(v, s) for v, s in zip(response(points).tolist(), points.tolist(), strict=True)]
     for band in bands:
         if not band.is_point:
             infinite = _infinite(response, band, poles)
             found += infinite
-            if infinite and not least:
+            if (infinite and not least) or turning is not None:
                 continue
             found += _inside(response, band, poles, breaks, least=least, keep=keep)
     return found
+
+
+def _looked_at(band: Band, turning: FloatArray) -> list[float]:
+    """The known speeds in a band, and a few between at which nothing may be worse than there."""
+    if band.is_point:
+        return []
+    inside: list[float] = turning[(turning > band.low) & (turning < band.high)].tolist()
+    return inside + [band.low + part * (band.high - band.low) for part in BETWEEN]
 
 
 def _infinite(response: Response, band: Band, poles: ComplexArray) -> list[Extreme]:
