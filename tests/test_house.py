@@ -23,7 +23,7 @@ MODULES = {
 FLOORS = (
     ("records",),
     ("errors", "forms", "work"),
-    ("cones", "files", "units"),
+    ("cones", "files", "frontier", "units"),
     ("document",),
     ("values",),
     ("answer",),

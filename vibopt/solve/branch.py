@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray, Form, Modulus, Monomials
+from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.program import Aim, Limit, Program
@@ -130,18 +131,16 @@ class Search:
         if start is not None:
             self._offer(start)
         low, high = self._first_boxes()
-        bounds = np.full(len(low), -np.inf)
+        self.open = Frontier(self.budget, self.progress, "branch and bound")
+        self.open.add(np.full(len(low), -np.inf), low, high)
         looked = 0
-        while len(low):
-            self._open = (low, high, bounds)
+        while self.open:
             waiting = not np.isfinite(self.best) and looked > self.patience
-            if waiting or self.budget.over:
-                return Proof("open", self.best_x, self.best, float(bounds.min()), looked)
-            low, high, bounds, count = self._step(low, high, bounds)
+            if waiting or self.open.over:
+                return Proof("open", self.best_x, self.best, self.open.bound, looked)
+            count = self._step()
             looked += count
             self.budget.spend(count)
-            if self.progress is not None:
-                self.progress("branch and bound", self.budget.part)
             if self.best == -np.inf:
                 return Proof("optimal", self.best_x, self.best, self.best, looked)
             if self.judge.program.aim is None and self.best_x is not None:
@@ -159,7 +158,7 @@ class Search:
 
     def open_middles(self, count: int) -> FloatArray:
         """Middles of boxes that were left open, spread over them, shape (at most count, n_vars)."""
-        low, high, _ = self._open
+        low, high = self.open.columns
         picks = np.linspace(0, len(low) - 1, min(count, len(low))).astype(int)
         return _middle(low[picks], high[picks])
 
@@ -196,26 +195,22 @@ class Search:
     def _room(self) -> float:
         return self.gap * max(abs(self.best), 1e-300)
 
-    def _step(
-        self, low: FloatArray, high: FloatArray, bounds: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray, int]:
-        order = np.argsort(bounds, kind="stable")
-        take, rest = order[:BATCH], order[BATCH:]
-        here_low, here_high = self._contract(low[take], high[take])
-        alive, goal = self._judge_boxes(here_low, here_high)
-        here_low, here_high, goal = here_low[alive], here_high[alive], goal[alive]
-        if len(here_low):
-            self._explore(here_low, here_high, goal)
+    def _step(self) -> int:
+        """Look at the best open boxes and split what is left of them; how many there were."""
+        _, low, high = self.open.take(BATCH)
+        count = len(low)
+        low, high = self._contract(low, high)
+        alive, goal = self._judge_boxes(low, high)
+        low, high, goal = low[alive], high[alive], goal[alive]
+        if len(low):
+            self._explore(low, high, goal)
             kept = goal < self.best - self._room() if np.isfinite(self.best) else np.ones(len(goal), dtype=bool)
-            new_low, new_high, goal = here_low[kept], here_high[kept], goal[kept]
-            for _ in range(3 if len(new_low) <= 24 else 1):
-                new_low, new_high = self._split(new_low, new_high)
+            low, high, goal = low[kept], high[kept], goal[kept]
+            for _ in range(3 if len(low) <= 24 else 1):
+                low, high = self._split(low, high)
                 goal = np.repeat(goal, 2)
-        else:
-            new_low, new_high = here_low, here_high
-        low = np.concatenate([low[rest], new_low])
-        high = np.concatenate([high[rest], new_high])
-        return low, high, np.concatenate([bounds[rest], goal]), len(take)
+        self.open.add(goal, low, high)
+        return count
 
     def _contract(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Cut off the part of each box on which the goal itself, a sum of powers, cannot beat the best."""

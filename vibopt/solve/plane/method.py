@@ -11,6 +11,7 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
+from vibopt.frontier import Frontier
 from vibopt.program.few import few_sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -114,14 +115,15 @@ class _Run:
             return self._found("unbounded", "the goal is infinite: an undamped resonance lies within reach")
         if self._nothing_left():
             return replace(self._found("optimal", _ZERO), zero=True)
-        waiting = self._whole()
-        while waiting:
-            if self.stuck or self.budget.over:
+        slices = Frontier(self.budget, self.progress, "slices")
+        for interval in reversed(self._whole()):
+            slices.push(0.0, interval)
+        while slices:
+            if self.stuck or slices.over:
                 return self._stopped()
-            interval = waiting.pop()
-            waiting += self._search(interval)
-            if self.progress is not None:
-                self.progress("slices", self.slices / (self.slices + len(waiting) + 1.0))
+            depth, interval = slices.pop()
+            for half in reversed(self._search(interval)):
+                slices.push(depth - 1.0, half)  # narrow ones first: designs that are found there drop the others
             if self._nothing_left():
                 return replace(self._found("optimal", _ZERO), zero=True)
             if self.best is not None and self.program.aim is None:

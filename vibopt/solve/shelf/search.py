@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable
 from dataclasses import field
-from itertools import count
 
 import numpy as np
 
 from vibopt.forms import BoolArray, FloatArray, IntArray, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.frontier import Frontier
 from vibopt.program.program import Program
 from vibopt.program.rational import Groups
 from vibopt.records import dataclass
@@ -139,34 +138,30 @@ class Search:
 
     def run(self) -> None:
         """Search until the best are proven, or the budget is spent."""
-        ticket = count()
-        heap: list[tuple[float, int, Node]] = []
+        sets = Frontier(self.budget, self.progress, "catalogue")
         for node in self._presolved(self.shelf.root):
-            heapq.heappush(heap, (-np.inf, next(ticket), node))
+            sets.push(-np.inf, node)
         goals, waiting = np.zeros(0), np.zeros((0, len(self.shelf.factors)), dtype=int)
-        while heap or len(waiting):
-            if self.budget.over:
+        while sets or len(waiting):
+            if sets.over:
                 self.stopped = True
                 return
-            first = heap[0][0] if heap else np.inf
+            first = sets.bound
             if min(first, goals[0] if len(goals) else np.inf) > self._bar:
                 return
             if len(goals) and goals[0] < first:
                 goals, waiting = self._measure(goals, waiting, first)
-            else:
-                _, _, node = heapq.heappop(heap)
-                self.tally.nodes += 1
-                self.budget.spend(_OF_SET)
-                if node.size <= LEAF:
-                    made = self._leaf(node)
-                    goals, waiting = _merged((goals, waiting), made)
-                else:
-                    for part in self.shelf.halves(node, self._weight):
-                        bound = self._bound(part)
-                        if bound <= self._bar:
-                            heapq.heappush(heap, (bound, next(ticket), part))
-            if self.progress is not None:
-                self.progress("catalogue", self.budget.part)
+                continue
+            _, node = sets.pop()
+            self.tally.nodes += 1
+            self.budget.spend(_OF_SET)
+            if node.size <= LEAF:
+                goals, waiting = _merged((goals, waiting), self._leaf(node))
+                continue
+            for part in self.shelf.halves(node, self._weight):
+                bound = self._bound(part)
+                if bound <= self._bar:
+                    sets.push(bound, part)
 
     @property
     def _bar(self) -> float:
