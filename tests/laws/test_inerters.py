@@ -164,6 +164,25 @@ def test_an_inertance_within_its_tolerance_is_worst_at_an_end() -> None:
     assert found["force"] == pytest.approx(max(each), rel=1e-10)
 
 
+def test_a_ratio_to_a_body_in_space_is_one_of_its_mass_as_said() -> None:
+    document: dict[str, Any] = {
+        "bodies": {"pump": {"mass": "200 kg", "inertia": ["10 kg m2", "12 kg m2", "9 kg m2"]}},
+        "mounts": {
+            "foot": {
+                "between": ["pump", "ground"],
+                "at": [[x, y, "0 m"] for x in ("-0.4 m", "0.4 m") for y in ("-0.3 m", "0.3 m")],
+                "stiffness": ["200 kN/m", "200 kN/m", "400 kN/m"],
+            }
+        },
+        "excitations": {"rotor": {**FORCE, "direction": "z"}},
+    }
+    place = {"between": ["pump", "ground"], "at": ["0.4 m", "0.3 m", "0 m"], "direction": "z"}
+    ask = {"jerk": {"response": "jerk", "of": "pump", "direction": "z", "at": "9 Hz"}}
+    plain = asked({**document, "inerters": {"one": {**place, "inertance": "30 kg"}}}, **ask)
+    ratio = asked({**document, "inerters": {"one": {**place, "mass_ratio": 0.15, "relative_to": "pump"}}}, **ask)
+    assert ratio["jerk"] == pytest.approx(plain["jerk"], rel=1e-12)
+
+
 @pytest.mark.parametrize(("noise", "place"), [("force", "pump"), ("base", "ground")])
 def test_random_vibration_beside_an_inerter_is_that_of_the_sum_over_frequencies(noise: str, place: str) -> None:
     """A Lyapunov equation and a sum over all frequencies agree, and S_0 / (4 c k) of any mass with them."""

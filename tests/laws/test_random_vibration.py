@@ -272,3 +272,57 @@ def test_an_undamped_mode_that_is_not_shaken_does_no_harm() -> None:
     assert _value(document) == pytest.approx(_value(there), rel=1e-9)
     document["measures"] = {"x": {"response": "rms_displacement", "of": "a"}}
     assert vo.solve(vo.from_dict(document)).measures["x"].value.value == np.inf
+
+
+@settings(max_examples=25)
+@given(
+    hung=st.floats(0.1, 50.0),
+    damping=st.floats(1.0, 300.0),
+    stiffness=st.floats(1e3, 1e6),
+    lossy=st.floats(5.0, 300.0),
+)
+def test_what_hangs_by_a_damper_alone_follows_and_drifts_only_where_it_is_pushed_itself(
+    hung: float, damping: float, stiffness: float, lossy: float
+) -> None:
+    """20 kg on a spring, and a mass on it by a damper: no spring holds its place, yet nothing carries it away."""
+    document = {
+        "bodies": {"machine": {"mass": "20 kg"}},
+        "links": {
+            "mount": {
+                "between": ["machine", "ground"],
+                "stiffness": f"{stiffness!r} N/m",
+                "damping": f"{lossy!r} N s/m",
+            }
+        },
+        "absorbers": {"tmd": {"on": "machine", "mass": f"{hung!r} kg", "damping": f"{damping!r} N s/m"}},
+        "excitations": {"noise": {"kind": "white_noise", "on": "machine", "density": "3 N²/Hz"}},
+        "measures": {"place": {"response": "rms_displacement", "of": "tmd"}},
+    }
+    # c v' = c / m (v_machine - v): states x_machine, v_machine, v_hung; place = x_machine - m v_hung / c
+    a = np.array(
+        [
+            [0.0, 1.0, 0.0],
+            [-stiffness / 20.0, -(lossy + damping) / 20.0, damping / 20.0],
+            [0.0, damping / hung, -damping / hung],
+        ]
+    )
+    squares = np.kron(a, np.eye(3)) + np.kron(np.eye(3), a)
+    b, row = np.array([0.0, 1.0 / 20.0, 0.0]), np.array([1.0, 0.0, -hung / damping])
+    spread = np.linalg.solve(squares, -1.5 * np.outer(b, b).ravel()).reshape(3, 3)
+    design = vo.solve(vo.from_dict(document))
+    assert design.status == "met", design.claim
+    assert design.measures["place"].value.value == pytest.approx(float(np.sqrt(row @ spread @ row)), rel=1e-7)
+    document["excitations"]["noise"]["on"] = "tmd"
+    assert vo.solve(vo.from_dict(document)).measures["place"].value.value == np.inf
+
+
+def test_a_place_that_a_damper_alone_holds_is_designed() -> None:
+    document = {
+        "bodies": {"machine": {"mass": "20 kg"}},
+        "links": {"mount": {"between": ["machine", "ground"], "stiffness": "40 kN/m", "damping": "60 N s/m"}},
+        "absorbers": {"tmd": {"on": "machine", "mass": {"from": "0.5 kg", "to": "9 kg"}, "damping": "90 N s/m"}},
+        "excitations": {"noise": {"kind": "white_noise", "on": "machine", "density": "3 N²/Hz"}},
+        "goal": {"minimise": "rms_displacement", "of": "tmd"},
+    }
+    design = vo.solve(vo.from_dict(document))
+    assert (design.status, design.variables["absorbers.tmd.mass"].value.value) == ("optimal", pytest.approx(9.0))

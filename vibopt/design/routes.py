@@ -204,7 +204,8 @@ class _Modelled:
         if isinstance(form, FreeMotion):
             begun = np.abs(form.displacements) + form.after * np.abs(form.velocities)
             return _ROOTS * float(np.abs(form.row[: model.n_free]) @ begun)
-        return _ROOTS * max(abs(other), 1.0 if isinstance(form, ModeDamping) else abs(value))
+        sizes = [abs(one) for one in (value, other) if np.isfinite(one)]
+        return _ROOTS * max([1.0 if isinstance(form, ModeDamping) else 0.0, *sizes])
 
 
 def _both(model: Model, u: Numbers) -> FloatArray:

@@ -270,7 +270,7 @@ class BodyTable(Device):
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """What resists acceleration, and the part of it on which gravity acts; in space mass, centre and tensor."""
         if self.freedoms:
-            assembly.add_rigid(name, self._rigid(name, numbers))
+            assembly.add_rigid(name, self._rigid(name, numbers), self._rigid(name, numbers.said).mass)
             return
         mass, weight = self._resists(name, numbers)
         assembly.add_mass(name, mass, weight, self._resists(name, numbers.said)[0])

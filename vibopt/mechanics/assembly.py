@@ -67,9 +67,9 @@ class Assembly:
         """A mass that moves along the line or about the axis: as built, what of it weighs, and as said."""
         self.masses[name], self.weights[name], self.said[name] = mass, weight, said
 
-    def add_rigid(self, name: str, body: Rigid) -> None:
-        """A body in space."""
-        self.rigid[name], self.weights[name] = body, body.mass
+    def add_rigid(self, name: str, body: Rigid, said: float) -> None:
+        """A body in space, and its mass as the file says it."""
+        self.rigid[name], self.weights[name], self.said[name] = body, body.mass, said
 
     def add_joint(self, joint: Joint) -> None:
         """Forces between two points, along the line or about the axis."""

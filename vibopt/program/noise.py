@@ -77,6 +77,8 @@ class _Frame:
         Typical rate [rad/s]: time is counted in its inverse.
     ride
         Motion of the free coordinates with a base, (n_free,); None for forces, and where ground holds them back.
+    loose
+        Whether the place of a motion that no spring holds is read: the integral of its velocity.
     """
 
     model: Model
@@ -86,6 +88,7 @@ class _Frame:
     held: int
     rate: float
     ride: FloatArray | None
+    loose: bool = False
 
     @property
     def from_base(self) -> bool:
@@ -108,6 +111,10 @@ class _Frame:
         b, c = np.concatenate([first[:held], second]) / np.sqrt(self.rate), np.concatenate([c0[:held], c1])
         if self.integrated:
             c = np.linalg.solve(a.T, np.linalg.solve(a.T, c)) / self.rate**2
+        if self.loose:
+            velocities = np.zeros_like(c)
+            velocities[2 * held :] = c0[held:]
+            c = c + np.linalg.solve(a.T, velocities)
         return a, b, c
 
     @property
@@ -131,6 +138,14 @@ class _Frame:
         again = np.linalg.solve(a, once)
         flat = abs(through - c @ once) > _SLOW * np.linalg.norm(c) * np.linalg.norm(once)
         return bool(flat or abs(c @ again) > _SLOW * np.linalg.norm(c) * np.linalg.norm(again))
+
+    def runs_away(self, p: FloatArray) -> bool:
+        """Whether a motion that no spring holds is read, and pushed without anything to stop it."""
+        if not self.loose:
+            return False
+        a, b, _ = self.matrices(p)  # of motions that are damped: what is not held settles at a speed of its own
+        read = self.output.row[: self.model.n_free] @ self.basis[:, self.held :]
+        return not _small(np.linalg.solve(a.T, np.concatenate([np.zeros(2 * self.held), read])), b)
 
     def _load(self, p: Numbers, free: FloatArray, inverse: Numbers, damping: Numbers) -> tuple[Numbers, Numbers]:
         """What the noise adds to the rates of position and of velocity, each (d,), in units of `rate`."""
@@ -297,12 +312,11 @@ def _frame(model: Model, output: Output, noise: Noise, p: FloatArray) -> _Frame 
     shapes = np.linalg.eigh(basis[:, :held].T @ stiff @ basis[:, :held])[1]
     basis = np.concatenate([basis[:, :held] @ shapes, basis[:, held:]], axis=1)
     drifts = output.row.any() and output.power == 0 and not _nothing_of(row @ basis[:, held:], row @ basis)
-    if drifts and (ride is not None or not noise.vector[n:].any()):
-        return None
+    loose = bool(drifts and (ride is not None or not noise.vector[n:].any()))
     rate = float(np.sqrt(np.abs(basis.T @ stiff @ basis).max(initial=0.0)))
     rate = rate or float(np.abs(basis.T @ damping @ basis).max(initial=0.0)) or 1.0
-    found = _Frame(model, output, noise, basis, held, rate, ride)
-    return None if found.integrated and found.feels_drift(p) else found
+    found = _Frame(model, output, noise, basis, held, rate, ride, loose)
+    return None if (found.integrated and found.feels_drift(p)) or found.runs_away(p) else found
 
 
 def _row(model: Model, output: Output, p: FloatArray) -> FloatArray:
