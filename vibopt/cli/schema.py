@@ -99,7 +99,7 @@ def _tidy(node: Any) -> Any:
     options = [one for one in kept.get("anyOf", []) if one != {"type": "null"}]
     if len(options) == 1:
         kept.pop("anyOf")
-        kept = {**options[0], **kept}
+        kept = _tidy({**options[0], **kept})
     elif options:
         kept["anyOf"] = options
     return {key: _tidy(one) for key, one in kept.items()}

@@ -56,10 +56,12 @@ def solve(
 
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
-    from vibopt.files.writing import checked_target
-
     job = read_job(file, changes)
-    target = checked_target(save, PROBLEMS, force=force) if save is not None else None
+    target = None
+    if save is not None:
+        from vibopt.files.writing import checked_target
+
+        target = checked_target(save, PROBLEMS, force=force)
     learnt = _coefficients(job, save_coefficients, force=force)
     found: Answer[Any] = answer(job, method)
     drawn = _rounded(found, job, rounding) if rounding else None

@@ -23,12 +23,9 @@ from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.mechanics.ties import foremost
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
-from vibopt.responses.insertion_loss import InsertionLoss
-from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
-from vibopt.values import SpeedRange
 
 if TYPE_CHECKING:
     from vibopt.design.rest import Orders
@@ -76,15 +73,15 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
         from vibopt.design.noise import rms_of
 
         return Measured(rms_of(scene, machine, response), {}, response)
-    if isinstance(response, NaturalFrequency) and isinstance(response.outside, SpeedRange):
-        return Measured(_nearest_mode(machine, response.outside), {}, response)
+    if response.outside_bands:
+        return Measured(_nearest_mode(machine, response.outside_bands), {}, response)
     return Measured(response.measure_static(machine), {}, response)
 
 
-def _nearest_mode(machine: Machine, outside: SpeedRange) -> float:
+def _nearest_mode(machine: Machine, outside: tuple[Band, ...]) -> float:
     """The natural frequency deepest inside any band, or else the nearest to one [rad/s]."""
     modes = machine.natural_frequencies()
-    depth = [(min(w - band.low, band.high - w), w) for band in outside.bands for w in modes]
+    depth = [(min(w - band.low, band.high - w), w) for band in outside for w in modes]
     return float(max(depth)[1])
 
 
@@ -105,7 +102,7 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     lines = shaken.lines
     between = any(not band.is_point for band in bands)
     poles = machine.poles() if between else np.zeros(0, dtype=complex)
-    if isinstance(response, InsertionLoss) and between:
+    if response.rigid_link and between:
         poles = np.concatenate([poles, shaken.bolted.poles()])
     singular = np.concatenate([poles / line.order for line in lines])
     breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
@@ -141,7 +138,7 @@ class Shaken:
     def __call__(self, speed: FloatArray) -> FloatArray:
         """Combined peak amplitude, shape of `speed` [rad/s]; a ratio for normalised responses."""
         with np.errstate(all="ignore"):
-            if not isinstance(self.response, InsertionLoss):
+            if not self.response.rigid_link:
                 value = self._size(self.machine, speed)
             else:
                 moving = np.maximum(speed, _AS_REST * self._within)
@@ -190,7 +187,7 @@ class Shaken:
         amplitude = UNIT if self.response.normalised else line.amplitude
         piece = amplitude.pieces[0]
         plain = not others and len(amplitude.pieces) == 1 and not piece.slope and not amplitude.grows_to_rest
-        if not plain or self.machine.loose or isinstance(self.response, InsertionLoss):
+        if not plain or self.machine.loose or self.response.rigid_link:
             return None
 
         def read(omega: FloatArray) -> FloatArray:
@@ -210,8 +207,7 @@ class Shaken:
 
     @cached_property
     def bolted(self) -> Machine:
-        assert isinstance(self.response, InsertionLoss)
-        return joined(self.machine, self.response.across)
+        return joined(self.machine, self.response.rigid_link)
 
     @cached_property
     def _within(self) -> float:
@@ -226,8 +222,7 @@ class Shaken:
         on = self.excitation.on
         if self.excitation.direction_known or on in machine.places or on in machine.bases:
             return on
-        assert isinstance(self.response, InsertionLoss)
-        return next(one.ends[1] for one in self.machine.joints if one.name == self.response.across)
+        return next(one.ends[1] for one in self.machine.joints if one.name == self.response.rigid_link)
 
 
 def joined(machine: Machine, link: str) -> Machine:

@@ -40,9 +40,7 @@ from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
 from vibopt.program.worst import DriveResponse, plain_value, rigid_form
 from vibopt.responses import Response
-from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.scene import Scene
-from vibopt.values import SpeedRange
 
 Numbers = FloatArray | ComplexArray
 _SAME = 1e-9
@@ -107,7 +105,7 @@ class _Modelled:
             with np.errstate(all="ignore"):
                 value, room = self._harmonic(self.form, found)
             return (1.0 - value if self.response.complement else value), room
-        if isinstance(self.response, NaturalFrequency) and isinstance(self.response.outside, SpeedRange):
+        if self.response.outside_bands:
             modes = natural_frequencies(self.full, self.full.values(self.x))
             value = float(modes[np.abs(modes - found.value).argmin()])
         else:

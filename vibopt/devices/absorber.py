@@ -8,9 +8,9 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
-from vibopt.devices.device import Device, Ends
+from vibopt.devices.device import OTHER_WAY, Device, Ends
 from vibopt.devices.disc import Disc
-from vibopt.devices.spring import OTHER_WAY, Shaft
+from vibopt.devices.spring import Shaft
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder

@@ -62,6 +62,11 @@ class Rating:
     least: Quantity
     most: Quantity
 
+    @property
+    def rated(self) -> tuple[float, float]:
+        """Both ends [N]."""
+        return self.least.value, self.most.value
+
 
 def _rating(given: object) -> object:
     if isinstance(given, Rating):

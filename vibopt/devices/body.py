@@ -3,24 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import field_validator, model_validator
 
 from vibopt.devices.device import Device
-from vibopt.devices.disc import Disc
-from vibopt.devices.inertia import (
-    Piece,
-    Principal,
-    Shape,
-    Solid,
-    Tensor,
-    is_tensor,
-    read_inertia,
-    tensor_fault,
-    together,
-)
 from vibopt.devices.offset import SPAN, add_offset, offset_of
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
@@ -29,11 +17,20 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
-from vibopt.values.fields import Choice, complaint
-from vibopt.values.vectors import AXES, Place, Reach
+from vibopt.values.fields import Choice, Later, complaint
+from vibopt.values.vectors import AXES, Place, Reach, is_tensor
 
 if TYPE_CHECKING:
+    from vibopt.devices.disc import Disc
+    from vibopt.devices.inertia import Piece, Principal, Shape, Solid, Tensor
     from vibopt.mechanics.rigid import Rigid
+
+    Inertia = Value | Principal | Tensor
+else:
+    Inertia = Value
+    Disc, Piece, Shape = (
+        Annotated[Any, Later("vibopt.devices", one)] for one in ("disc.Disc", "inertia.Piece", "inertia.Shape")
+    )
 
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
 """Coordinates of a body by the word for its motion; of any other it is the one along its line."""
@@ -57,7 +54,7 @@ class BodyTable(Device):
 
     mass: Value | None = number("mass")
     weight: Fact | None = number("force", choice=False, tolerance=True)
-    inertia: Value | Principal | Tensor | None = number("inertia")
+    inertia: Inertia | None = number("inertia")
     disc: Disc | None = None
     rolling: Rolling | None = None
     tolerance: Tolerance | None = None
@@ -70,6 +67,10 @@ class BodyTable(Device):
     @field_validator("inertia", mode="before")
     @classmethod
     def _tensor(cls, given: Any) -> Any:
+        if not is_tensor(given):
+            return given
+        from vibopt.devices.inertia import read_inertia
+
         return read_inertia(given)
 
     @field_validator("motion", mode="before")
@@ -101,7 +102,9 @@ class BodyTable(Device):
                 raise word(f"gives made_of and {doubled[0]}. Keep one: made_of says mass, centre and inertia.")
             if not self.made_of:
                 raise word("has an empty made_of. Name its pieces, or give mass and inertia.")
-            fault = tensor_fault(together(self.made_of).tensor) if self.moves == "space" else ""
+            from vibopt.devices.inertia import tensor_fault
+
+            fault = tensor_fault(self._sum.tensor) if self.moves == "space" else ""
             if fault:
                 raise word(f"is made of pieces whose sum {fault}")
         elif (self.mass is None) == (self.weight is None):
@@ -146,7 +149,7 @@ class BodyTable(Device):
         """ "space", "plane" or "line"."""
         if self.motion is not None:
             return self.motion
-        spatial = isinstance(self.inertia, (Principal, Tensor)) or self.shape is not None or self.made_of is not None
+        spatial = isinstance(self.inertia, Table) or self.shape is not None or self.made_of is not None
         return "space" if spatial else "line"
 
     @property
@@ -158,19 +161,29 @@ class BodyTable(Device):
     def place(self) -> tuple[float, float, float]:
         """Centre of mass [m]."""
         if self.made_of is not None:
-            centre = together(self.made_of).centre
+            centre = self._sum.centre
             return float(centre[0]), float(centre[1]), float(centre[2])
         return self.centre or (0.0, 0.0, 0.0)
+
+    @property
+    def _sum(self) -> Solid:
+        """Its pieces as one."""
+        from vibopt.devices.inertia import together
+
+        assert self.made_of is not None
+        return together(self.made_of)
 
     def solid(self, mass: float) -> Solid:
         """The body at a mass [kg]: what a shape weighs turns with it, an inertia in numbers does not."""
         if self.made_of is not None:
-            return together(self.made_of)
+            return self._sum
+        from vibopt.devices.inertia import Solid
+
         if self.shape is not None:
             return Solid(mass, np.array(self.place), mass * self.shape.per_mass)
         if isinstance(self.inertia, Fact):
             return Solid(mass, np.array(self.place), np.diag([0.0, self.inertia.value, 0.0]))
-        assert isinstance(self.inertia, (Principal, Tensor))
+        assert isinstance(self.inertia, Table)
         return Solid(mass, np.array(self.place), self.inertia.tensor)
 
     @property
@@ -188,7 +201,7 @@ class BodyTable(Device):
         if self.weight is not None:
             return "mass", Fact(self.weight.value / GRAVITY, "kg")
         if self.made_of is not None:
-            return "mass", Fact(together(self.made_of).mass, "kg")
+            return "mass", Fact(self._sum.mass, "kg")
         if self.freedoms:
             assert self.mass is not None
             return "mass", self.mass

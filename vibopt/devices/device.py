@@ -15,6 +15,17 @@ if TYPE_CHECKING:
 
 Ends = tuple[str, str]
 
+OTHER_WAY = {
+    "stiffness": 'torsional_stiffness = "40 kN m/rad"',
+    "beam": 'torsional_stiffness = "40 kN m/rad"',
+    "damping": 'torsional_damping = "20 N m s/rad"',
+    "dynamic_to_static": "torsional_stiffness alone",
+    "torsional_stiffness": 'stiffness = "200 kN/m"',
+    "shaft": 'stiffness = "200 kN/m"',
+    "torsional_damping": 'damping = "5 kN s/m"',
+}
+"""What to write for a key of a spring or damper where its ends move in the other way."""
+
 
 class Device(Table):
     """A table of a device.

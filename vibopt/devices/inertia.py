@@ -14,9 +14,8 @@ from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.fields import complaint
-from vibopt.values.vectors import AXES, Direction, Place
+from vibopt.values.vectors import AXES, SIX, Direction, Place
 
-_SIX = ("xx", "yy", "zz", "xy", "yz", "zx")
 _ROUNDING = 1e-9
 
 
@@ -113,11 +112,6 @@ class Shape(Table):
         return value
 
 
-def is_tensor(given: object) -> bool:
-    """Whether an inertia, as it stands in a file, is that of a body in space."""
-    return isinstance(given, list) or (isinstance(given, Mapping) and bool(set(given) & set(_SIX)))
-
-
 def read_inertia(given: object) -> object:
     """Three moments or a table of a tensor; anything else is left for the field to read."""
     if isinstance(given, list):
@@ -129,11 +123,11 @@ def read_inertia(given: object) -> object:
         made: Principal | Tensor = Principal(
             **dict(zip(AXES, _facts(dict(zip(AXES, given, strict=True))), strict=True))
         )
-    elif isinstance(given, Mapping) and set(given) & set(_SIX):
+    elif isinstance(given, Mapping) and set(given) & set(SIX):
         for key in given:
-            if key not in _SIX:
-                raise complaint(f'has the unknown key "{key}".{way_out(str(key), _SIX)}')
-        missing = [key for key in _SIX[:3] if key not in given]
+            if key not in SIX:
+                raise complaint(f'has the unknown key "{key}".{way_out(str(key), SIX)}')
+        missing = [key for key in SIX[:3] if key not in given]
         if missing:
             raise complaint(f"has no {missing[0]}. Write xx, yy and zz; products xy, yz, zx are zero where left out.")
         made = Tensor(**dict(zip(given, _facts(given), strict=True)))
@@ -152,7 +146,7 @@ def _facts(given: Mapping[str, object]) -> list[Fact]:
             quantity = read_quantity(one, "inertia")
         except QuantityError as error:
             raise complaint(f"has a wrong {key}: {one!r} {error}".replace("'", '"')) from None
-        if quantity.value < 0.0 and key in (*AXES, *_SIX[:3]):
+        if quantity.value < 0.0 and key in (*AXES, *SIX[:3]):
             raise complaint(f"has a negative moment of inertia about {key[0]}. Write a positive value.")
         found.append(Fact(quantity.value, quantity.unit, quantity.echo))
     return found

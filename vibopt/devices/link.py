@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, ValidationError, model_validator
 
-from vibopt.devices.device import Device, Ends
-from vibopt.devices.part import DYNAMIC, OWN, Bound, Part
-from vibopt.devices.spring import OTHER_WAY, Beam, Shaft
+from vibopt.devices.device import OTHER_WAY, Device, Ends
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.machine import Joint
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Tolerance, Value, number, word
-from vibopt.values.fields import Choice, complaint
+from vibopt.values import Fact, Table, Tolerance, Value, number, word
+from vibopt.values.fields import Choice, Later, complaint
+
+if TYPE_CHECKING:
+    from vibopt.devices.part import Bound, Part
+    from vibopt.devices.spring import Beam, Shaft
+else:
+    Beam, Part, Shaft = (
+        Annotated[Any, Later("vibopt.devices", one)] for one in ("spring.Beam", "part.Part", "spring.Shaft")
+    )
 
 
 def _two_ends(given: object) -> object:
@@ -62,8 +68,10 @@ class LinkTable(Device):
     @classmethod
     def _of_part(cls, given: Any) -> Any:
         """The columns of a part that are keys of a link stand there as if they had been written there."""
-        if not isinstance(given, Mapping) or given.get("part") is None or isinstance(given["part"], Part):
+        if not isinstance(given, Mapping) or given.get("part") is None or isinstance(given["part"], Table):
             return given
+        from vibopt.devices.part import DYNAMIC, Part
+
         for key in (*_SPRINGS, *_DAMPERS, "dynamic_to_static"):
             if key in given:
                 raise word(f"gives part and {key}. Keep one: a part brings its stiffness and its damping with it.")
@@ -120,7 +128,11 @@ class LinkTable(Device):
     @property
     def brought(self) -> tuple[str, ...]:
         """Keys that the part has filled in."""
-        return DYNAMIC if self.part is not None else ()
+        if self.part is None:
+            return ()
+        from vibopt.devices.part import DYNAMIC
+
+        return DYNAMIC
 
     @property
     def printed(self) -> Value | None:
@@ -133,8 +145,12 @@ class LinkTable(Device):
         return self.dynamic_to_static if self.part is None else self.part.dynamic_to_static
 
     def bound(self, name: str) -> tuple[Bound, ...]:
+        if self.part is None:
+            return ()
+        from vibopt.devices.part import DYNAMIC, OWN
+
         paths = {key: f"links.{name}.{key}" for key in DYNAMIC} | {key: f"links.{name}.part.{key}" for key in OWN}
-        found = self.part.bound(f"links.{name}.part", paths) if self.part is not None else None
+        found = self.part.bound(f"links.{name}.part", paths)
         return () if found is None else (found,)
 
     def parts(self) -> dict[str, str]:

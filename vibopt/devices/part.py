@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, ValidationInfo, WithJsonSchema, model_validator
@@ -95,6 +95,7 @@ def _asked(schema: dict[str, Any]) -> None:
 class Part(Table):
     """`part = { catalogue = "mounts.csv" }`: a row is chosen; with `name` it is that one, with `only` one of those."""
 
+    printed_in_catalogue: ClassVar[bool] = True
     model_config = ConfigDict(**{**Table.model_config, "json_schema_extra": _asked})
 
     catalogue: CatalogueFile

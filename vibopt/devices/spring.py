@@ -13,17 +13,6 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import Choice, complaint
 
-OTHER_WAY = {
-    "stiffness": 'torsional_stiffness = "40 kN m/rad"',
-    "beam": 'torsional_stiffness = "40 kN m/rad"',
-    "damping": 'torsional_damping = "20 N m s/rad"',
-    "dynamic_to_static": "torsional_stiffness alone",
-    "torsional_stiffness": 'stiffness = "200 kN/m"',
-    "shaft": 'stiffness = "200 kN/m"',
-    "torsional_damping": 'damping = "5 kN s/m"',
-}
-"""What to write for a key of a spring or damper where its ends move in the other way."""
-
 
 class Shaft(Table):
     """`shaft = { length, diameter, shear_modulus }`: k = pi G d^4 (1 - r^4) / (32 L) [N m/rad].
@@ -153,4 +142,4 @@ class Beam(Table):
         return 1.0 / sag_under_load(self.kind, long, at, self.modulus.value * self.area_moment)
 
 
-__all__ = ["OTHER_WAY", "Beam", "Shaft"]
+__all__ = ["Beam", "Shaft"]

@@ -134,6 +134,8 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
         mistakes.unknown_key(path, known)
     elif kind == "missing":
         mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. Add it.")
+    elif kind == "value_error" and hasattr(context.get("error"), "kind"):
+        take(context["error"].error, path, given, mistakes, context["error"].kind)
     elif kind == "value_error" and hasattr(context.get("error"), "key"):
         wrong = context["error"]
         mistakes.value((*path, wrong.key), wrong.given, wrong.text)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
+from vibopt.forms import Amplitude, Band, FloatArray, Line, Noise, Piece
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, Table, read_speeds
 from vibopt.values.fields import complaint
@@ -164,6 +165,20 @@ class Excitation(Table):
     def place(self) -> str:
         """Name of the place where it acts."""
         return self.on
+
+    @property
+    def quantity(self) -> str:
+        """Of noise the dimension of its density; "" of all others."""
+        return ""
+
+    @property
+    def displaced(self) -> bool:
+        """Whether it is noise, as the displacement of a base."""
+        return False
+
+    def noise(self, name: str, points: Mapping[str, FloatArray]) -> Noise:
+        """What random vibration counts of it; `points` are rows of the model by name, (n_coords,) each."""
+        raise NotImplementedError(f"{type(self).__name__} is no noise")
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """Harmonics of the excitation; `direction` (n_coords,) is the unit row of `on`."""

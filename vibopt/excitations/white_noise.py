@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
 from vibopt.excitations.kind import Excitation
-from vibopt.forms import Band, FloatArray, Line
+from vibopt.forms import Band, FloatArray, Line, Noise
 from vibopt.units import Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
 from vibopt.values.fields import complaint
@@ -94,6 +95,9 @@ class WhiteNoise(Excitation):
     def family(self) -> str:  # type: ignore[override]  # only the unit tells force from motion
         """Where it acts: a force on bodies, a motion on bases."""
         return "bodies" if self.quantity == FORCE else "bases"
+
+    def noise(self, name: str, points: Mapping[str, FloatArray]) -> Noise:
+        return Noise(name, points[self.on], self.density.value, self.displaced)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """None: noise has no lines."""

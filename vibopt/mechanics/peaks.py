@@ -18,11 +18,21 @@ from vibopt.records import dataclass
 
 _DEGREE = 10
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1)) / _DEGREE)[::-1]
-_TO_COEFFICIENTS = np.linalg.inv(np.polynomial.chebyshev.chebvander(_NODES, _DEGREE))
+
+
+def _chebyshev(t: FloatArray) -> FloatArray:
+    """Chebyshev polynomials at some places, shape (len(t), _DEGREE + 1)."""
+    columns = [np.ones(len(t)), t]
+    while len(columns) <= _DEGREE:
+        columns.append(2.0 * t * columns[-1] - columns[-2])
+    return np.stack(columns, axis=1)
+
+
+_TO_COEFFICIENTS = np.linalg.inv(_chebyshev(_NODES))
 _FINE = np.linspace(-1.0, 1.0, 41)
 _ENDS = np.array([[-((-1.0) ** n) * n**2, float(n**2)] for n in range(_DEGREE + 1)]).T @ _TO_COEFFICIENTS
 """Slopes at both ends of an interval from the values at its nodes."""
-_TO_FINE = np.polynomial.chebyshev.chebvander(_FINE, _DEGREE) @ _TO_COEFFICIENTS
+_TO_FINE = _chebyshev(_FINE) @ _TO_COEFFICIENTS
 _REACH = 0.35
 _FINEST = 1e-9
 _REAL = 4e-16

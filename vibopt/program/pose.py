@@ -15,13 +15,11 @@ from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.program.reduce import reduced
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
-from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import combine_for, drives_for, noises_for
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
-from vibopt.values import SpeedRange
 
 _RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
 
@@ -154,8 +152,8 @@ def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:
 
 def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bool) -> list[Limit]:
     model, form = on_needed(scene, full, response, reduce=reduce)
-    if isinstance(response, NaturalFrequency) and isinstance(response.outside, SpeedRange):
-        return [Limit(name, model, form, "outside", band.low, band.high) for band in response.outside.bands]
+    if response.outside_bands:
+        return [Limit(name, model, form, "outside", band.low, band.high) for band in response.outside_bands]
     made = []
     sides: tuple[tuple[Side, Side, Any], ...] = (
         ("at_most", "at_least", response.at_most),

@@ -22,6 +22,14 @@ class InsertionLoss(HarmonicResponse):
     less_is_worse: ClassVar[bool] = True
     unit_without: ClassVar[str] = "dB"
 
+    @property
+    def rigid_link(self) -> str:
+        return self.across
+
+    @property
+    def ratio_to(self) -> tuple[str, str, str]:
+        return "bodies", "insertion loss needs a force on a body", ""
+
     def places(self) -> dict[str, tuple[str, str]]:
         return {"across": (self.across, "joining link")}
 

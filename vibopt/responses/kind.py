@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Noise, Output, RootMeanSquare
+from vibopt.forms import Band, Combine, ComplexArray, Drive, Form, Modulus, Noise, Output, RootMeanSquare
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.units import Quantity, read_quantity, to_unit
@@ -74,6 +74,12 @@ class Response(Table):
         "alike" where one answers for the group, "group" of it as a whole; "" not at all.
     other_bound
         What else may bound it, in brackets.
+    sags
+        Whether it asks for a static deflection, for which springs must carry the weights.
+    priced
+        Whether it asks what is bought costs.
+    sums
+        Families whose members that move along a line it adds up; the first is what messages call them.
     """
 
     response: str
@@ -96,6 +102,9 @@ class Response(Table):
     of_link: ClassVar[bool] = False
     of_mount: ClassVar[str] = ""
     other_bound: ClassVar[str] = ""
+    sags: ClassVar[bool] = False
+    priced: ClassVar[bool] = False
+    sums: ClassVar[tuple[str, ...]] = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -160,8 +169,22 @@ class Response(Table):
         """How many of the lowest modes of a structure it needs, where nothing says how high to look."""
         return 0
 
+    @property
+    def outside_bands(self) -> tuple[Band, ...]:
+        """Bands that no natural frequency may lie in [rad/s]."""
+        return ()
+
+    @property
+    def orders_of(self) -> str:
+        """The excitation to whose speeds the orders that it must avoid belong, where these are not known yet."""
+        return ""
+
+    def at_orders(self, speeds: tuple[Band, ...]) -> Response:
+        """The same with the orders of these speeds [rad/s] as bands."""
+        return self
+
     def places(self) -> dict[str, tuple[str, str]]:
-        """Names used, by key: (name, family), family "body", "link", "support" or "point"."""
+        """Names used, by key: (name, family), family "body", "link", "joining link" (of two bodies), "point", ..."""
         return {}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
@@ -190,6 +213,16 @@ class HarmonicResponse(Response):
     combine: str | None = None
     harmonic: ClassVar[bool] = True
     normalised: ClassVar[bool] = False
+
+    @property
+    def rigid_link(self) -> str:
+        """The link against whose rigid one it is a ratio; "" where there is none."""
+        return ""
+
+    @property
+    def ratio_to(self) -> tuple[str, str, str]:
+        """Of a ratio: the family on which the excitation must act, why, and the way out."""
+        return "", "", ""
 
     @model_validator(mode="after")
     def _words(self) -> HarmonicResponse:

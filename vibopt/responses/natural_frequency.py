@@ -92,6 +92,17 @@ class NaturalFrequency(Response):
     def modes(self) -> int:
         return self.mode
 
+    @property
+    def outside_bands(self) -> tuple[Band, ...]:
+        return self.outside.bands if isinstance(self.outside, SpeedRange) else ()
+
+    @property
+    def orders_of(self) -> str:
+        return self.outside.of if isinstance(self.outside, Orders) else ""
+
+    def at_orders(self, speeds: tuple[Band, ...]) -> Response:
+        return self.model_copy(update={"outside": self.outside.bands(speeds)})
+
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return ModeFrequency(0 if self.outside is not None else self.mode)
 

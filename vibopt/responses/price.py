@@ -16,6 +16,7 @@ class TotalPrice(Response):
     """`response = "price"`: of all bought parts together, number of mounts times price."""
 
     dimension: ClassVar[str] = "price"
+    priced: ClassVar[bool] = True
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         prices = [one for (_, word), one in model.properties.items() if word == "price"]

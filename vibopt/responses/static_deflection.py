@@ -26,6 +26,7 @@ class StaticDeflection(Response):
     twin: ClassVar[str] = "rotation"
     in_space: ClassVar[str] = "place"
     of_mount: ClassVar[str] = "axis"
+    sags: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body or link")}

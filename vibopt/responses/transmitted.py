@@ -101,6 +101,13 @@ class Transmissibility(HarmonicResponse):
             raise word('needs either into (force ratio) or of (motion ratio). Write into = "ground".')
         return self
 
+    @property
+    def ratio_to(self) -> tuple[str, str, str]:
+        if self.into is not None:
+            return "bodies", "transmissibility into a place is the force ratio to a force", ' Write of = "BODY".'
+        moving = "transmissibility of a body is the motion ratio to a moving base"
+        return "bases", moving, ' Write into = "ground".'
+
     def places(self) -> dict[str, tuple[str, str]]:
         if self.into is not None:
             return {"into": (self.into, "point")}

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.responses.natural_frequency import Orders
-from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
@@ -70,10 +68,10 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     if path[0] != "measures" and response.worst is not None:
         why = "its bound says" if path[0] == "limits" else "minimise and maximise say"
         mistakes.add((*path, "worst"), f"{name} has worst, but {why} which value is the worst. Remove worst.")
-    outside = getattr(response, "outside", None)
-    if isinstance(outside, Orders) and path[0] == "limits":
-        known = [one for one, shaker in scene.excitations.items() if not shaker.random]
-        said = f'"{outside.of}", which is no excitation with a speed.{way_out(outside.of, known)}'
+    shaker = response.orders_of
+    if shaker and path[0] == "limits":
+        known = [name for name, one in scene.excitations.items() if not one.random]
+        said = f'"{shaker}", which is no excitation with a speed.{way_out(shaker, known)}'
         mistakes.add((*path, "outside"), f"{name}.outside speaks of orders of {said}")
     low, high = response.at_least, response.at_most
     if low is not None and high is not None and low.value > high.value:
@@ -82,8 +80,8 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
 
 def _moved(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     name = ".".join(str(one) for one in path)
-    if isinstance(response, StaticDeflection):
-        _sags(scene, path, name, response.of, mistakes)
+    if response.sags:
+        _sags(scene, path, name, next(place for place, _ in response.places().values()), mistakes)
     fits = check_random(scene, path, response, mistakes, broken)
     if fits and isinstance(response, HarmonicResponse):
         check_speeds(scene, path, response, mistakes, broken)

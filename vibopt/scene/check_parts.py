@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
-from vibopt.responses.price import TotalPrice
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
 
 
 def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
     """A price is asked for only where every part has one, all in one currency."""
-    if not isinstance(response, TotalPrice):
+    if not response.priced:
         return
     tables = {f"links.{name}": link.part for name, link in scene.links.items()}
     tables |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}

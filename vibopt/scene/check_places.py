@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from vibopt.devices import Device
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
-from vibopt.responses.insertion_loss import InsertionLoss
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
 from vibopt.scene.check_space import check_in_space
@@ -39,17 +38,14 @@ def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistake
             mistakes.unknown_name((*path, key), name, words.get(family, family), known[family])
             return
         _kind(scene, path, response, name, mistakes)
-    if (
-        isinstance(response, InsertionLoss)
-        and response.across in scene.links
-        and any(end not in scene.bodies for end in scene.links[response.across].between)
-    ):
-        mistakes.value(
-            (*path, "across"),
-            response.across,
-            "does not join two bodies. Insertion loss compares the motion of the body behind the link: model "
-            "the floor as a body.",
-        )
+        link = scene.links.get(name) if family == "joining link" else None
+        if link is not None and any(end not in scene.bodies for end in link.between):
+            mistakes.value(
+                (*path, key),
+                name,
+                "does not join two bodies. Insertion loss compares the motion of the body behind the link: model "
+                "the floor as a body.",
+            )
     _parameter(scene, path, response, mistakes, broken)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
-from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.mechanics.builder import GROUND
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.scene import places
@@ -33,7 +32,7 @@ def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistake
 def wrong_density(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     """Whether a white noise has a density of force on a base, or one of acceleration on a body; adds the mistake."""
     noise = scene.excitations[name]
-    if not isinstance(noise, WhiteNoise):
+    if not noise.random:
         return False
     force, what = noise.family == "bodies", "displacement" if noise.displaced else "acceleration"
     if noise.on not in (places.supports(scene) if force else places.moving(scene)):
@@ -125,7 +124,7 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
                 f"{dotted(path)} is infinite whatever the design: white noise holds every frequency, and the force of "
                 f"excitations.{name} accelerates {place} at once. Ask for rms_velocity or rms_displacement.",
             )
-        elif isinstance(noise, WhiteNoise) and noise.displaced:
+        elif noise.displaced:
             _at_once(scene, path, response, name, mistakes)
         elif noise.family == "bases" and power is not None and power < 2:
             mistakes.add(

@@ -5,8 +5,6 @@ from __future__ import annotations
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.responses import HarmonicResponse, RandomResponse
-from vibopt.responses.insertion_loss import InsertionLoss
-from vibopt.responses.transmitted import Transmissibility
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.scene import Scene
@@ -142,19 +140,9 @@ def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[st
             "the force or the motion itself.",
         )
         return
-    family = scene.excitations[names[0]].family
-    wants = "bases" if isinstance(response, Transmissibility) and response.into is None else "bodies"
-    if family != wants and isinstance(response, Transmissibility):
-        word = (
-            ("of a body is the motion ratio to a moving base", 'into = "ground"')
-            if wants == "bases"
-            else ("into a place is the force ratio to a force", 'of = "BODY"')
-        )
-        mistakes.add(
-            path, f"{where}: transmissibility {word[0]}, which excitations.{names[0]} is not. Write {word[1]}."
-        )
-    if family == "bases" and isinstance(response, InsertionLoss):
-        mistakes.add(path, f"{where}: insertion loss needs a force on a body, which excitations.{names[0]} is not.")
+    family, why, way = response.ratio_to
+    if scene.excitations[names[0]].family != family:
+        mistakes.add(path, f"{where}: {why}, which excitations.{names[0]} is not.{way}")
 
 
 def _joined(scene: Scene) -> bool:

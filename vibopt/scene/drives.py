@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.excitations import Excitation
-from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Line, Noise, Piece
 from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.responses.kind import START_UP
@@ -29,12 +28,7 @@ def names_for(scene: Scene, response: HarmonicResponse | RandomResponse) -> tupl
 
 def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
     """The white noises that the response counts; `points` are rows of the model by name, (n_coords,) each."""
-    noises = []
-    for name in names_for(scene, response):
-        excitation = scene.excitations[name]
-        assert isinstance(excitation, WhiteNoise)
-        noises.append(Noise(name, points[excitation.on], excitation.density.value, excitation.displaced))
-    return tuple(noises)
+    return tuple(scene.excitations[name].noise(name, points) for name in names_for(scene, response))
 
 
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:

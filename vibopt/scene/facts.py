@@ -6,12 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from vibopt.devices import FAMILIES
-from vibopt.devices.axes import Rating
-from vibopt.devices.part import Part
-from vibopt.devices.sites import Sites
 from vibopt.errors import InputError
 from vibopt.excitations import Excitation
-from vibopt.excitations.white_noise import WhiteNoise
 from vibopt.responses import Response
 from vibopt.scene.positions import open_positions
 from vibopt.scene.scene import Scene
@@ -37,7 +33,7 @@ def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
     brought = getattr(table, "brought", ())
     for key in type(table).model_fields:
         inner, said = getattr(table, key), given.get(key) if isinstance(given, Mapping) else None
-        if key in brought or isinstance(inner, Part):  # a part is taken as the catalogue has it
+        if key in brought or (isinstance(inner, Table) and inner.printed_in_catalogue):
             continue
         here = f"{path}.{key}"
         if isinstance(inner, Table):
@@ -49,7 +45,7 @@ def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
             given = said if isinstance(said, Mapping) else {}
             moved = _lengths(here, [given.get(axis, "0 m") for axis in AXES], signed=True)
             yield from (one for one in moved if one.path.rpartition(".")[2] in given)
-        if key in (*_PLACES, *_SIDES) and inner is not None and not isinstance(inner, Sites):
+        if key in (*_PLACES, *_SIDES) and isinstance(inner, tuple):
             yield from _lengths(here, said, signed=key in _PLACES)
         found = _fact(here, table, key)
         if found is not None:
@@ -79,13 +75,9 @@ def _lengths(path: str, given: Any, *, signed: bool) -> Iterator[FactAt]:
 def _ends(path: str, table: Table, key: str) -> Iterator[FactAt]:
     """The two ends of a rating, and of a range of own speeds."""
     value = getattr(table, key)
-    if isinstance(value, Rating):
-        ends, words, unit, dimension = (
-            (value.least.value, value.most.value),
-            ("least", "most"),
-            value.most.unit,
-            "force",
-        )
+    rated = getattr(value, "rated", None)
+    if rated is not None:
+        ends, words, unit, dimension = rated, ("least", "most"), value.most.unit, "force"
     elif isinstance(value, SpeedRange) and isinstance(table, Excitation) and key == "speed" and _is_band(value):
         band = value.bands[0]
         ends, words, unit, dimension = (band.low, band.high), ("lowest", "highest"), value.unit, value.dimension
@@ -121,7 +113,7 @@ def fact_at(scene: Scene, path: str) -> FactAt:
 
 def _fact(path: str, table: Table, key: str) -> FactAt | None:
     value = getattr(table, key)
-    if isinstance(value, Fact) and isinstance(table, WhiteNoise):
+    if isinstance(value, Fact) and isinstance(table, Excitation) and table.quantity:
         return FactAt(path, value.value, value.unit, table.quantity)
     if isinstance(value, Fact):
         rule = rule_of(type(table), key)

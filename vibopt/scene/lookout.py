@@ -10,7 +10,6 @@ from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
-from vibopt.values import SpeedRange
 
 _LEAST = 1.0
 _MARGIN = 1.05
@@ -42,5 +41,4 @@ def _tops(scene: Scene, response: Response) -> list[float]:
             for band in bands_for(scene, response, name)
             for line in scene.excitations[name].lines(np.ones(1))
         ]
-    outside = getattr(response, "outside", None)
-    return [band.high for band in outside.bands] if isinstance(outside, SpeedRange) else []
+    return [band.high for band in response.outside_bands]

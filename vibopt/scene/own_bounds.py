@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
-from vibopt.responses.natural_frequency import NaturalFrequency, Orders
 from vibopt.units import Quantity
 
 if TYPE_CHECKING:
@@ -23,12 +22,8 @@ def with_own_bounds(
 
 def _banded(limit: Response, excitations: Mapping[str, Excitation]) -> Response:
     """Orders stay where the excitation that they name is none, or has no speed."""
-    if not isinstance(limit, NaturalFrequency) or not isinstance(limit.outside, Orders):
-        return limit
-    shaker = excitations.get(limit.outside.of)
-    if shaker is None or shaker.random:
-        return limit
-    return limit.model_copy(update={"outside": limit.outside.bands(shaker.own_bands())})
+    shaker = excitations.get(limit.orders_of)
+    return limit if shaker is None or shaker.random else limit.at_orders(shaker.own_bands())
 
 
 def _bounded(limit: Response, mounts: Mapping[str, MountTable]) -> Response:

@@ -18,7 +18,6 @@ from vibopt.forms import FloatArray
 from vibopt.mechanics.ties import FOUND, foremost
 from vibopt.program.nature import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.program.program import Program
-from vibopt.responses.natural_frequency import NaturalFrequency
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.method import Found
@@ -61,7 +60,7 @@ def measure_offs(scene: Scene, x: FloatArray) -> Offs:
     """The machine on which each measure is worst."""
     doubts, found = doubts_at(scene, x), {}
     for name, response in scene.measures.items():
-        if isinstance(response, NaturalFrequency) and response.outside is not None:
+        if response.outside_bands:
             continue
         program, part = measured_around(scene, x, name)
         found[name] = [_named(doubts, hit(part, program.axes).factors)]

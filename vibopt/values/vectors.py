@@ -33,8 +33,14 @@ class Span:
 Coordinate = float | Span
 OpenVector = tuple[Coordinate, Coordinate, Coordinate]
 AXES = ("x", "y", "z")
+SIX = ("xx", "yy", "zz", "xy", "yz", "zx")
 UNIT: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 WAYS = 'Write "x", "y", "z" or three numbers, for example [0.5, 0, 0.866].'
+
+
+def is_tensor(given: object) -> bool:
+    """Whether an inertia, as it stands in a file, is that of a body in space."""
+    return isinstance(given, list) or (isinstance(given, Mapping) and bool(set(given) & set(SIX)))
 
 
 def read_place(given: object) -> Vector:
