@@ -31,7 +31,8 @@ FLOORS = (
     ("devices", "excitations", "responses"),
     ("scene",),
     ("program",),
-    ("design",),
+    ("verify",),
+    ("report",),
     ("balancing", "solve"),
     ("posed",),
     ("jobs",),
@@ -66,7 +67,7 @@ HOMES = {
     "casadi": ("vibopt.program.nlp", "vibopt.posed"),
     "cvxpy": ("vibopt.posed", "vibopt.solve.rivals"),
     "hsbalance": ("vibopt.solve.rivals",),
-    "matplotlib": ("vibopt.design.figures", "vibopt.design.chart_figures", "vibopt.balancing.figures"),
+    "matplotlib": ("vibopt.report.figures", "vibopt.charts.chart_figures", "vibopt.balancing.figures"),
 }
 """Large libraries, and where alone they may be loaded."""
 
@@ -196,7 +197,7 @@ def test_no_clock_decides(module: str) -> None:
         for node in ast.walk(tree)
         if isinstance(node, ast.keyword)
         and node.arg in ("time_limit", "timeout")
-        and module != "vibopt.design.sheet.pdf"
+        and module != "vibopt.report.sheet.printing"
         if not isinstance(node.value, ast.Name)
     ]
     wall = [text for text in texts if text.endswith("max_wall_time")]

@@ -23,8 +23,8 @@ import mpmath
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from vibopt.design.design import Design  # noqa: E402
 from vibopt.scene.read import from_text  # noqa: E402
+from vibopt.scene.scene import Design  # noqa: E402
 from vibopt.solve.solve import solve  # noqa: E402
 
 BODIES = (2, 5, 20, 100)

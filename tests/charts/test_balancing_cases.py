@@ -25,11 +25,11 @@ from vibopt.charts.balancing_questions import (
     worst,
 )  # fmt: skip
 from vibopt.charts.balancing_rivals import METHODS, broken, judged_question
+from vibopt.charts.chart_figures import stability_figure
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.runner import CLASSES, Chart, charted
 from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, SAYS_SO, SILENT, Trial, timed
 from vibopt.cli.chart import chart
-from vibopt.design.chart_figures import stability_figure
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.solve.rivals import hsbalance
 

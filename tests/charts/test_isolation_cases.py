@@ -10,6 +10,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from vibopt.charts.chart_figures import Bars, Dot, Scatter, accuracy_figure, fidelity_figure, stability_figure
 from vibopt.charts.fidelity import on_both_models
 from vibopt.charts.isolation_cases import METHODS as CHARTED
 from vibopt.charts.isolation_cases import STOCK, ends_of, families, hidden_peak, on_the_edge, slivers
@@ -29,9 +30,8 @@ from vibopt.charts.trial import (
     Said,
     trial,
 )  # fmt: skip
-from vibopt.design.chart_figures import Bars, Dot, Scatter, accuracy_figure, fidelity_figure, stability_figure
-from vibopt.design.figures import saved
 from vibopt.program.pose import pose
+from vibopt.report.figures import saved
 from vibopt.solve.registry import METHODS, OWN
 
 DIGITS = 40

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.charts import runner
+from vibopt.charts.chart_figures import Bars, Scatter, accuracy_figure, fidelity_figure
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked, asked, families, machine_on
 from vibopt.charts.mount_fidelity import AUTOMATIC, fidelity
 from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, alike, drawn
@@ -23,7 +24,6 @@ from vibopt.charts.runner import fidelity as charted_fidelity
 from vibopt.charts.runner import speed_accuracy
 from vibopt.charts.trial import DEFAULT, FEASIBLE, INFEASIBLE, RIGHT, SAYS_SO, SILENT, Trial, timed
 from vibopt.cli.chart import chart
-from vibopt.design.chart_figures import Bars, Scatter, accuracy_figure, fidelity_figure
 from vibopt.errors import InputError
 from vibopt.program.pose import pose
 from vibopt.scene.read import read

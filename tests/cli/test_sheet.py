@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from vibopt.design.sheet import browser
 from vibopt.errors import InputError
+from vibopt.report.sheet import browser
 
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2] / "problems"

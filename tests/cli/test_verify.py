@@ -10,9 +10,8 @@ from typing import Any
 
 import pytest
 
-from vibopt.design.design import Design
 from vibopt.scene.read import from_text, read
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.study.records import compare
 from vibopt.study.verify import problem_files, verify

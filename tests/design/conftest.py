@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from vibopt.design.design import Design
 from vibopt.scene.read import read
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "isolation"

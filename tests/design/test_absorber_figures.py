@@ -9,13 +9,13 @@ import pytest
 
 from vibopt.answer.jsonable import as_json
 from vibopt.answer.page import html
-from vibopt.design.absorbers import modes, parts_of, stroke_bars, strokes
-from vibopt.design.adjust import adjusting
-from vibopt.design.curves import panels
-from vibopt.design.design import Design
-from vibopt.design.figures import below, plane_figure, response_figure, saved
-from vibopt.design.plane import absorbers_with_map, plane
+from vibopt.report.absorber_parts import modes, parts_of, stroke_bars, strokes
+from vibopt.report.adjust import adjusting
+from vibopt.report.curves import panels
+from vibopt.report.design_plane import absorbers_with_map, plane
+from vibopt.report.figures import below, plane_figure, response_figure, saved
 from vibopt.scene.read import from_text
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 
 FAN = """

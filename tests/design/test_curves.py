@@ -6,10 +6,10 @@ from math import inf
 import numpy as np
 import pytest
 
-from vibopt.design.curves import panels
-from vibopt.design.design import Design
-from vibopt.design.plane import plane
+from vibopt.report.curves import panels
+from vibopt.report.design_plane import plane
 from vibopt.scene.read import read, with_changes
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 
 Solved = Callable[[str], Design]
@@ -134,7 +134,7 @@ def test_the_map_agrees_with_the_exact_answer(solved: Solved) -> None:
 
 def test_the_map_measures_what_the_checker_measures(solved: Solved) -> None:
     """At corners and edges of the plane, against the built machine."""
-    from vibopt.design.certify import measure
+    from vibopt.verify.certify import measure
 
     design = solved("rao_9_28")
     drawn = plane(design)

@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from vibopt.design.curves import panels
-from vibopt.design.design import Design
-from vibopt.design.figures import plane_figure, response_figure, saved, strips_figure
-from vibopt.design.plane import plane
-from vibopt.design.strips import Line, Strip, Strips
+from vibopt.report.curves import panels
+from vibopt.report.design_plane import plane
+from vibopt.report.figures import plane_figure, response_figure, saved, strips_figure
+from vibopt.report.series import Line, Strip, Strips
+from vibopt.scene.scene import Design
 
 Solved = Callable[[str], Design]
 
@@ -59,7 +59,7 @@ def test_drawing_leaves_no_trace_in_matplotlib() -> None:
         "import matplotlib\nbefore = matplotlib.rcParams.copy()\n"
         "from pathlib import Path\n"
         "from vibopt.scene.read import read\nfrom vibopt.solve import solve\n"
-        "from vibopt.design.curves import panels\nfrom vibopt.design.figures import response_figure, saved\n"
+        "from vibopt.report.curves import panels\nfrom vibopt.report.figures import response_figure, saved\n"
         "design = solve(read(Path('problems/isolation/rao_9_36.toml')))\n"
         "saved(response_figure(panels(design)), 'svg')\n"
         "import sys\nassert 'matplotlib.pyplot' not in sys.modules\nassert matplotlib.rcParams.copy() == before\n"

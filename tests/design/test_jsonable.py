@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vibopt.answer.jsonable import as_json, json_text, number, plain
-from vibopt.design.design import Design
+from vibopt.scene.scene import Design
 
 Solved = Callable[[str], Design]
 

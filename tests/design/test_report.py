@@ -11,7 +11,7 @@ import pytest
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.answer.page import html, inline
-from vibopt.design.design import Design
+from vibopt.scene.scene import Design
 
 Solved = Callable[[str], Design]
 DAY = date(2026, 1, 31)

@@ -19,22 +19,22 @@ from hypothesis import strategies as st
 
 from vibopt.answer.answer import EXIT_CODES, Conflict
 from vibopt.answer.entry import Entry
-from vibopt.design.build import machine_of
-from vibopt.design.design import Design
-from vibopt.design.sheet import browser, digests_of, html, printed
-from vibopt.design.sheet.build import verified
-from vibopt.design.sheet.fit import SIZES
-from vibopt.design.sheet.judgement import HELD, assumptions_of, limit_rows, verdict_of
-from vibopt.design.sheet.page import machine_in
-from vibopt.design.sheet.pdf import pages_of, pdf
-from vibopt.design.sheet.plan import plan_figure
-from vibopt.design.sheet.schematic import schematic_figure
-from vibopt.design.sheet.shapes import Shape, shapes_of
 from vibopt.errors import InputError
 from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.report.sheet import browser, digests_of, html, printed
+from vibopt.report.sheet.design_values import verified
+from vibopt.report.sheet.fit import SIZES
+from vibopt.report.sheet.judgement import HELD, assumptions_of, limit_rows, verdict_of
+from vibopt.report.sheet.mount_plan import plan_figure
+from vibopt.report.sheet.printing import pages_of, pdf
+from vibopt.report.sheet.schematic import schematic_figure
+from vibopt.report.sheet.shapes import Shape, shapes_of
+from vibopt.report.sheet.sheet_page import machine_in
 from vibopt.scene.read import from_dict, read
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 from vibopt.units import show
+from vibopt.verify.as_built import machine_of
 
 Solved = Callable[[str], Design]
 DAY = date(2026, 1, 31)
@@ -542,7 +542,7 @@ def test_pages_are_counted(program: str) -> None:
 def test_a_pdf_has_the_largest_letters_with_which_it_is_one_page(
     monkeypatch: pytest.MonkeyPatch, largest: float
 ) -> None:
-    import vibopt.design.sheet.page as page
+    import vibopt.report.sheet.sheet_page as page
 
     def size(content: bytes) -> float:
         return float(re.findall(rb"html \{ font-size: ([\d.]+)pt", content)[0])

@@ -8,7 +8,7 @@ import pytest
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.answer.text import text_of
-from vibopt.design.design import Design
+from vibopt.scene.scene import Design
 
 Solved = Callable[[str], Design]
 

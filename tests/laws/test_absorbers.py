@@ -11,12 +11,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from absorber_machine import Drawn, Table, machines
-from vibopt.design.certify import measure
 from vibopt.program.bounds import FormBounds
 from vibopt.program.pose import pose
 from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
+from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12, suppress_health_check=list(HealthCheck))
 

@@ -119,7 +119,7 @@ def test_the_load_of_a_bought_mount_is_compared_with_the_model(tmp_path: Path, m
     document["links"]["mount"] = {"between": ["pump", "ground"], "count": 2, "part": part}
     scene = from_dict(document)
     assert solve(scene).status == "met"
-    monkeypatch.setattr("vibopt.design.rated.load_of", lambda machine, joint: 300.0)
+    monkeypatch.setattr("vibopt.verify.rated.load_of", lambda machine, joint: 300.0)
     assert solve(scene).claim == (
         "the two routes to an answer do not agree: mount: rated load (static_load of mount) is 588.399 N in the model, "
         "300 N on the machine as built"

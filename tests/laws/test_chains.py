@@ -9,13 +9,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from chain_machine import Chain, chains
-from vibopt.design.certify import measure
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
+from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=20, suppress_health_check=list(HealthCheck))
 many = settings(few, max_examples=100)

@@ -8,9 +8,8 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.design.design import Design
 from vibopt.scene.read import from_dict, with_changes
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)

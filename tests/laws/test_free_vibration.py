@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import vibopt as vo
-from vibopt.design.certify import measure
 from vibopt.errors import InputError
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.worst import plain_value
 from vibopt.scene.read import from_dict, from_text
+from vibopt.verify.certify import measure
 
 Array = NDArray[np.float64]
 NAMES = ("a", "b", "c")

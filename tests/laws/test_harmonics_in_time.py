@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.design.certify import measure
 from vibopt.mechanics.combine import combined
 from vibopt.scene.read import from_dict
+from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=40)
 ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)

@@ -15,7 +15,6 @@ import vibopt.devices
 import vibopt.excitations
 import vibopt.responses
 from every_question import machine
-from vibopt.design.build import machine_of
 from vibopt.devices import FAMILIES
 from vibopt.devices.device import Device
 from vibopt.devices.inerter import InerterTable
@@ -34,6 +33,7 @@ from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 from vibopt.units import DIMENSIONS
+from vibopt.verify.as_built import machine_of
 
 REGISTRIES: dict[str, tuple[Any, type, Mapping[str, type]]] = {
     "devices": (vibopt.devices, Device, FAMILIES),

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from lone_mass import PATHS, LoneMass, lone_masses
-from vibopt.design.design import Design
 from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 
 GAP = 1.1e-6

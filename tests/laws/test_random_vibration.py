@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import vibopt as vo
-from vibopt.design.certify import measure
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.slopes import plain_slope
 from vibopt.program.worst import plain_value
+from vibopt.verify.certify import measure
 
 Array = NDArray[np.float64]
 NAMES = ("a", "b", "c")

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from space_machine import GRAVITY, Plant, plants, rotation
-from vibopt.design.build import machine_of
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.worst import worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
+from vibopt.verify.as_built import machine_of
 
 FEW = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 NONE = np.zeros(0)

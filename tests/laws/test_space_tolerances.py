@@ -10,8 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from space_machine import Plant
-from vibopt.design.build import machine_of
-from vibopt.design.certify import measure_on
 from vibopt.program.nature import around, hit
 from vibopt.program.vicinity import Vicinity
 from vibopt.program.worst import worst
@@ -20,6 +18,8 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.proof import settled, worst_machines
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.certify import measure_on
 from vibopt.work import Budget
 
 _settings = settings(derandomize=True, database=None, deadline=None, max_examples=8)

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibopt.design.certify import measure
 from vibopt.program.pose import pose
 from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
+from vibopt.verify.certify import measure
 
 E, L, AREA = 207e9, 2.0, 80e-8
 BEAMS = {

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from floating import TOP, Floating
 from space_machine import Plant
-from vibopt.design.certify import measure
 from vibopt.program.pose import on_needed
 from vibopt.program.worst import worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
+from vibopt.verify.certify import measure
 
 chains = st.builds(Floating.of, st.integers(0, 100_000))
 few = settings(max_examples=12)

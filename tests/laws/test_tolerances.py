@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.design.certify import measure
 from vibopt.forms import FloatArray
 from vibopt.program.nature import around, hit
 from vibopt.program.over import Cover
@@ -21,6 +20,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.solve.branch import Judge
 from vibopt.solve.robust import judged
+from vibopt.verify.certify import measure
 from vibopt.work import Budget
 
 _parts = st.sampled_from([0.0, 0.02, 0.05, 0.1, 0.2, 0.4])

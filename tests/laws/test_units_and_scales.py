@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.design.design import Design
 from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)

@@ -15,12 +15,11 @@ from hypothesis import strategies as st
 import vibopt as vo
 from vibopt.answer.jsonable import as_json
 from vibopt.answer.page import html
-from vibopt.design.design import Design
 from vibopt.document.reading import placed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict, read, with_changes
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.solve.branch import Judge
 from vibopt.solve.shelf.method import Catalogue

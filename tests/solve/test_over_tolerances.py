@@ -9,8 +9,8 @@ import pytest
 
 from vibopt.answer.jsonable import as_json
 from vibopt.answer.page import html
-from vibopt.design.design import Design
 from vibopt.scene.read import from_text, read, with_changes
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 from vibopt.study.prices import priced

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from vibopt.answer.jsonable import as_json
-from vibopt.design.design import Design
 from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Design
 from vibopt.scene.settle import settled
 from vibopt.solve import solve
 from vibopt.study.explain import explain

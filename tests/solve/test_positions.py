@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.design.design import Design
 from vibopt.scene.read import from_dict
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 

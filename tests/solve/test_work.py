@@ -11,7 +11,7 @@ import pytest
 
 import vibopt as vo
 from vibopt.answer.jsonable import as_json, json_text
-from vibopt.design.design import Design
+from vibopt.scene.scene import Design
 from vibopt.work import Budget, answering, each_answer_within, late, metered, worked
 
 PROBLEMS = Path(__file__).parents[2] / "problems"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vibopt.design.design import Design
 from vibopt.scene.read import from_text
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 from vibopt.study.absorbers import Consequence, consequences, study_absorbers
 from vibopt.study.explain import explain

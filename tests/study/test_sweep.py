@@ -8,8 +8,8 @@ from math import inf
 
 import pytest
 
-from vibopt.design.figures import strips_figure
 from vibopt.errors import InputError
+from vibopt.report.figures import strips_figure
 from vibopt.scene.read import from_text, read
 from vibopt.scene.scene import Scene
 from vibopt.study.points import Points

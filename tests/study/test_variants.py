@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from vibopt.design.build import machine_of
 from vibopt.errors import InputError
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Scene
@@ -15,6 +14,7 @@ from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 from vibopt.study.rounded import rounded
 from vibopt.study.variants import Row, Variants, compare
+from vibopt.verify.as_built import machine_of
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 PRESS = PROBLEMS / "isolation" / "rao_9_34.toml"

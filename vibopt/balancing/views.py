@@ -128,7 +128,7 @@ def blocks(answer: Answer[Any]) -> list[Block]:
 def figures(answer: Answer[BalancingJob], *, compact: bool = False) -> list[tuple[str, str]]:
     """Title and SVG of the picture, where there is something to draw."""
     from vibopt.balancing.figures import figure_of
-    from vibopt.design.figures import saved
+    from vibopt.report.figures import saved
 
     figure = figure_of(answer, compact=compact)
     return [] if figure is None else [(answer.title, saved(figure, "svg").decode())]

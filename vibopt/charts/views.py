@@ -172,7 +172,7 @@ def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
 
 def draw_accuracy(result: Chart) -> Figure:
     """True error over time, a panel a case."""
-    from vibopt.design.chart_figures import Dot, Scatter, accuracy_figure
+    from vibopt.charts.chart_figures import Dot, Scatter, accuracy_figure
 
     cases = []
     for case in result.cases:
@@ -201,7 +201,7 @@ def _name(one: Trial) -> str:
 
 def draw_stability(result: Chart) -> Figure:
     """Families by methods, filled by class."""
-    from vibopt.design.chart_figures import stability_figure
+    from vibopt.charts.chart_figures import stability_figure
 
     counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.asked(f)}
     return stability_figure(result.families, result.methods, counts, CLASSES)
@@ -209,7 +209,7 @@ def draw_stability(result: Chart) -> Figure:
 
 def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
     """What is declared and used, time saved, error."""
-    from vibopt.design.chart_figures import Bars, fidelity_figure
+    from vibopt.charts.chart_figures import Bars, fidelity_figure
 
     return fidelity_figure(
         [

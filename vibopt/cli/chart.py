@@ -150,7 +150,7 @@ def _with_goal(file: str) -> Scene:
 
 def _draw(target: Path | None, make: Callable[[], Figure]) -> None:
     if target is not None:
-        from vibopt.design.figures import saved
+        from vibopt.report.figures import saved
 
         write_file(target, saved(make(), format_of(target, FORMATS)))
 

@@ -15,9 +15,9 @@ from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
-    from vibopt.design.design import Design
-    from vibopt.design.plane import Plane
     from vibopt.jobs import Job
+    from vibopt.report.design_plane import Plane
+    from vibopt.scene.scene import Design
 
 FORMATS = (".svg", ".png", ".pdf")
 PAGES = (".html", ".htm")
@@ -97,7 +97,7 @@ def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes
             "Leave --map out: the plot shows each by its size and angle."
         )
     from vibopt.balancing.figures import figure_of
-    from vibopt.design.figures import saved
+    from vibopt.report.figures import saved
 
     figure = figure_of(found)
     if figure is None:
@@ -107,8 +107,8 @@ def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes
 
 def _map(design: Design, asked: str) -> Plane:
     """The plane of two variables, or of those of the absorber asked for."""
-    from vibopt.design.plane import absorbers_with_map, plane
     from vibopt.errors import way_out
+    from vibopt.report.design_plane import absorbers_with_map, plane
 
     name, absorber = design.scene.name, asked.removeprefix(_ABSORBERS) if asked != _ALL else ""
     if absorber and absorber not in design.scene.absorbers:
@@ -128,9 +128,9 @@ def _map(design: Design, asked: str) -> Plane:
 
 
 def _picture(design: Design, as_map: str | None, form: str) -> bytes:
-    from vibopt.design.curves import panels
-    from vibopt.design.figures import below, plane_figure, response_figure, saved
-    from vibopt.design.plane import plane
+    from vibopt.report.curves import panels
+    from vibopt.report.design_plane import plane
+    from vibopt.report.figures import below, plane_figure, response_figure, saved
 
     name = design.scene.name
     if as_map is not None:
@@ -199,8 +199,8 @@ def _sheet(
     """The page to sign; what cannot be printed is refused before anything is solved."""
     from vibopt.answer.answer import EMPTY
     from vibopt.cli.solve import answer
-    from vibopt.design.sheet import asks_for_one_design, browser
     from vibopt.jobs import is_scene
+    from vibopt.report.sheet import asks_for_one_design, browser
 
     if is_scene(job):
         asks_for_one_design(job)
@@ -216,8 +216,8 @@ def _sheet(
 def _printed(file: str, found: Answer[Any], program: str, target: Path, changes: tuple[str, ...]) -> bytes:
     """The sheet of a machine on its mounts, or what to do with a rotor, a shaft or an engine for the shop floor."""
     from vibopt.answer.page import html as page_of
-    from vibopt.design.sheet import digests_of, html, pdf, printed
     from vibopt.jobs import is_scene
+    from vibopt.report.sheet import digests_of, html, pdf, printed
 
     if not is_scene(found.job):
         page = page_of(found, changes=changes, sheet=True)

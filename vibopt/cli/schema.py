@@ -43,7 +43,7 @@ def schema_of_answers() -> dict[str, Any]:
     """JSON schema of the answers to every kind of job."""
     from vibopt.answer.schema import answer_schema
     from vibopt.balancing.views import KEYS as BALANCING
-    from vibopt.design.views import KEYS as MACHINES
+    from vibopt.report.machine_views import KEYS as MACHINES
 
     return answer_schema({**MACHINES, **BALANCING})
 

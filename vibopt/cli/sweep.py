@@ -71,7 +71,7 @@ def sweep(
     if table is not None:
         write_file(table, csv_text(result).encode())
     if picture is not None:
-        from vibopt.design.figures import saved, strips_figure
+        from vibopt.report.figures import saved, strips_figure
         from vibopt.study.strips import strips
 
         write_file(picture, saved(strips_figure(strips(result)), format_of(picture, FORMATS)))
@@ -166,8 +166,8 @@ def _columns(result: Sweep) -> list[str]:
 
     Of a kept design of a scene there are none.
     """
-    from vibopt.design.shelf import tied
     from vibopt.jobs import is_scene
+    from vibopt.report.choices import tied
     from vibopt.scene.positions import open_positions
 
     scene = result.job

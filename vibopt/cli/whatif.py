@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from vibopt.answer.answer import Answer
     from vibopt.answer.entry import Checked, Entry
-    from vibopt.design.design import Design
     from vibopt.jobs import Job
+    from vibopt.scene.scene import Design
     from vibopt.study.thresholds import Threshold
     from vibopt.study.whatif import WhatIf
 
@@ -59,7 +59,7 @@ def _parts(result: WhatIf) -> dict[str, Any]:
 def _tell(result: WhatIf, console: Console) -> None:
     """Changes, then both answers side by side, then what breaks."""
     from vibopt.answer.text import grid, section
-    from vibopt.design.words import listed
+    from vibopt.report.machine_words import listed
     from vibopt.study.seen import reason
 
     console.print(result.job.title, style="bold")
@@ -121,7 +121,7 @@ def _cells(job: Job, found: Answer[Any], result: WhatIf) -> dict[str, str]:
 
 def _intervals(design: Design) -> str:
     """What `find_all` found, one interval a line."""
-    from vibopt.design.words import interval
+    from vibopt.report.machine_words import interval
 
     if design.found is None:
         return "-"

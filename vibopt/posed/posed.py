@@ -9,8 +9,8 @@ from vibopt.errors import InputError
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
-    from vibopt.design.design import Design
     from vibopt.posed.nonlinear import NonlinearProgram
+    from vibopt.scene.scene import Design
 
 PROVEN = 1e-6
 """Gap by our own dual bound up to which what cvxpy returns is called optimal: Clarabel ends between 1e-10 and 1e-8 of

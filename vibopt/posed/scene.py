@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from vibopt.design.design import Design
 from vibopt.document.reading import changed
 from vibopt.errors import InputError
 from vibopt.posed.convex import EXACT, Convex, not_convex
@@ -17,7 +16,7 @@ from vibopt.program.program import Program
 from vibopt.scene.places import bound_parts
 from vibopt.scene.positions import open_positions
 from vibopt.scene.read import from_dict
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.box import closed

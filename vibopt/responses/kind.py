@@ -10,12 +10,14 @@ from vibopt.errors import QuantityError
 from vibopt.forms import Band, Combine, ComplexArray, Drive, Form, Modulus, Noise, Output, RootMeanSquare
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.units import Quantity, read_quantity, to_unit
+from vibopt.units import Quantity, plain, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
 from vibopt.values.fields import complaint
+from vibopt.values.vectors import UNIT
 
 START_UP = "start-up"
+PLACES = ("into", "through", "of", "across")
 FEW_MODES = 6
 """Lowest modes of a structure that count where all of them are asked for."""
 
@@ -300,3 +302,20 @@ def _without_rms(key: str, given: object) -> object:
     if detector in ("pk", "pp"):
         raise BoundError(key, given, f'says "{said}", but random vibration has no peak. Write the rms value.')
     return bare
+
+
+def place_of(response: Response) -> str:
+    """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
+    place = next((f"{key} {getattr(response, key)}" for key in PLACES if getattr(response, key, None)), "")
+    other = getattr(response, "relative_to", None)
+    return f"{place}{f' relative to {other}' if other else ''}{_way(response)}"
+
+
+def _way(response: Response) -> str:
+    """The direction or the axis that a question in space names: " along z", " about x"."""
+    for key, said in (("direction", "along"), ("axis", "about")):
+        way = getattr(response, key, None)
+        if way is not None and key in response.model_fields_set:
+            letter = next((one for one in "xyz" if way == UNIT[one]), None)
+            return f" {said} {letter or '(' + ', '.join(plain(one, 3) for one in way) + ')'}"
+    return ""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
+from vibopt.answer.answer import Answer
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.locate import Locator
 from vibopt.excitations import Excitation
@@ -78,7 +79,7 @@ class Scene:
     """
 
     kind: ClassVar[str] = "scene"
-    views: ClassVar[str] = "vibopt.design.views"
+    views: ClassVar[str] = "vibopt.report.machine_views"
     name: str
     title: str
     statement: str
@@ -117,4 +118,7 @@ class Scene:
         return not self.variables and self.find_all is None
 
 
-__all__ = ["Goal", "Scene", "SpeedRange", "Variable"]
+Design: TypeAlias = Answer[Scene]
+"""The answer to a scene."""
+
+__all__ = ["Design", "Goal", "Scene", "SpeedRange", "Variable"]

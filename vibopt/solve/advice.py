@@ -6,18 +6,17 @@ import math
 from collections.abc import Callable
 
 from vibopt.answer.entry import Entry
-from vibopt.design.checked import shown_value
-from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.scene.facts import FactAt, fact_at, facts
 from vibopt.scene.read import with_changes
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve.conflict import outward
 from vibopt.solve.physical import Impossible
 from vibopt.units import read_quantity, show, to_unit
+from vibopt.verify.checked import shown_value
 
 _DIGITS = 3
 """Of a number that is advised."""

@@ -6,7 +6,6 @@ import math
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
-from vibopt.design.checked import shown_value
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for
@@ -18,6 +17,7 @@ from vibopt.solve.conflict import loosenings, smallest_conflict
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.units import show
+from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
 
 

@@ -8,17 +8,16 @@ from dataclasses import replace
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
-from vibopt.design.checked import shown_value
-from vibopt.design.design import Design
-from vibopt.design.words import THOROUGH
 from vibopt.errors import InputError
 from vibopt.program.program import Program
+from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.read import from_dict
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve.advice import confirmed_bound
 from vibopt.solve.choose import modest
 from vibopt.solve.conflict import smallest_conflict
 from vibopt.solve.method import Found
+from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
 
 _BOUNDS = ("at_most", "at_least", "outside")

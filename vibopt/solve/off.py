@@ -10,18 +10,17 @@ import numpy as np
 
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
-from vibopt.design.build import differing
-from vibopt.design.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
-from vibopt.design.design import Design
-from vibopt.design.rated import parts_of
 from vibopt.forms import FloatArray
 from vibopt.mechanics.ties import FOUND, foremost
 from vibopt.program.nature import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.program.program import Program
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.method import Found
 from vibopt.solve.robust import Robust
+from vibopt.verify.as_built import differing
+from vibopt.verify.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
+from vibopt.verify.rated import parts_of
 
 _CORNERS = 4
 """Uncertain numbers up to which the built machine is measured at every corner as well."""

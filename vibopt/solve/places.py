@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from vibopt.answer.entry import Word
-from vibopt.design.design import Design
-from vibopt.scene.scene import MINIMISE, Scene
+from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.scene.settle import groups, open_places, settled
 from vibopt.solve.method import Progress
 

@@ -8,18 +8,17 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.answer.entry import Chosen, Entry
-from vibopt.design.checked import checked_limits
-from vibopt.design.design import Design
 from vibopt.document.mistakes import Mistakes
 from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 from vibopt.scene.check import check
 from vibopt.scene.positions import open_positions, positioned
-from vibopt.scene.scene import MINIMISE, Scene, Variable
+from vibopt.scene.scene import MINIMISE, Design, Scene, Variable
 from vibopt.scene.settle import open_places, settled
 from vibopt.solve.method import Progress
 from vibopt.solve.places import with_goal
 from vibopt.solve.positions_search import Score, Search
+from vibopt.verify.checked import checked_limits
 from vibopt.work import Budget
 
 Answer = Callable[[Scene, Sequence[float] | None], Design]

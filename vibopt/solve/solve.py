@@ -11,20 +11,17 @@ import numpy as np
 
 from vibopt.answer.answer import Used
 from vibopt.answer.entry import Checked, Entry
-from vibopt.design.checked import checked_limits, checked_measures, chosen_of, goal_row
-from vibopt.design.design import Design
-from vibopt.design.notes import notes_of
-from vibopt.design.rated import parts_of
 from vibopt.forms import Monomials
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason
 from vibopt.records import dataclass
+from vibopt.report.machine_notes import notes_of
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.positions import open_positions
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.scene.settle import open_places
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
@@ -38,6 +35,8 @@ from vibopt.solve.rows import direction
 from vibopt.solve.standstill import NAME as STANDSTILL
 from vibopt.solve.standstill import as_goal, endless_limit, no_design, without_goal
 from vibopt.solve.standstill import words as endless_words
+from vibopt.verify.checked import checked_limits, checked_measures, chosen_of, goal_row
+from vibopt.verify.rated import parts_of
 from vibopt.work import answering, metered, worked
 
 _PATIENCE = 10_000.0
@@ -237,10 +236,10 @@ def _over_tolerances(
     wish: _Wish,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
-    from vibopt.design.build import differing
     from vibopt.program.nature import around
     from vibopt.solve.off import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
+    from vibopt.verify.as_built import differing
 
     best = robust(scene, nominal, wish.method, wish.progress)
     found = best.found

@@ -8,20 +8,20 @@ from math import isfinite
 
 from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked, Entry
-from vibopt.design.absorbers import BUILD, Part, chosen_in, has_absorbers, parts_of
-from vibopt.design.adjust import Adjusting, adjusting
-from vibopt.design.certify import machine_of
-from vibopt.design.design import Design
-from vibopt.design.words import THOROUGH, goal_words, place_of
 from vibopt.errors import InputError
 from vibopt.records import dataclass
+from vibopt.report.absorber_parts import BUILD, Part, chosen_in, has_absorbers, parts_of
+from vibopt.report.adjust import Adjusting, adjusting
+from vibopt.report.machine_words import THOROUGH, goal_words
 from vibopt.responses import HarmonicResponse, RandomResponse
+from vibopt.responses.kind import place_of
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.read import from_dict
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.study.altered import Document, locked, lost, plain_document, undamped
 from vibopt.study.freeze import frozen
+from vibopt.verify.certify import machine_of
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is not designed anew without a damper or without an absorber."""

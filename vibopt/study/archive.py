@@ -59,7 +59,7 @@ def kept_answer(file: Path, job: Job, found: Answer[Any]) -> dict[str, Any]:
 
 def _digests(file: Path, job: Job) -> dict[str, str]:
     if is_scene(job):
-        from vibopt.design.sheet import digests_of
+        from vibopt.report.sheet import digests_of
 
         return digests_of(file, job)
     readings = getattr(job, "document", {}).get("readings")

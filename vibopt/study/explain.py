@@ -6,13 +6,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Checked
-from vibopt.design.design import Design
-from vibopt.design.words import model_words
 from vibopt.forms import Monomials
 from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.records import dataclass
+from vibopt.report.machine_words import model_words
+from vibopt.scene.scene import Design
 from vibopt.solve import solve
 from vibopt.solve.box import closed
 from vibopt.solve.method import Method, Progress

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from vibopt.design.build import machine_of
-from vibopt.design.checked import usual_unit
 from vibopt.document.reading import changed
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.places import bound_parts, turning
@@ -16,6 +14,8 @@ from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.checked import usual_unit
 
 MEASURED = {MINIMISE: "minimised", MAXIMISE: "maximised"}
 """Name of the measure that a goal becomes, by its sense."""

@@ -8,14 +8,13 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.design.build import machine_of
-from vibopt.design.design import Design
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt, facts, read_fact
-from vibopt.scene.scene import Scene, Variable
+from vibopt.scene.scene import Design, Scene, Variable
 from vibopt.units import read_quantity, to_unit
+from vibopt.verify.as_built import machine_of
 
 DIGITS = 12
 """Most significant digits that are tried."""

@@ -10,18 +10,17 @@ from itertools import product
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.design.checked import goal_of
-from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.records import dataclass
 from vibopt.scene.facts import facts
 from vibopt.scene.read import with_changes
-from vibopt.scene.scene import MINIMISE, Goal, Scene
+from vibopt.scene.scene import MINIMISE, Design, Goal, Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 from vibopt.study.grids import Grid, grids, numbers, x_of
 from vibopt.study.margins import most_missed
+from vibopt.verify.checked import goal_of
 
 MOST_FREE = 8
 """Numbers that are moved; of more, those that lie nearest to the middle between two steps."""

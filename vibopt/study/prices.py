@@ -6,15 +6,14 @@ import math
 from dataclasses import replace
 
 from vibopt.answer.entry import Checked, Entry, Price
-from vibopt.design.checked import shown_value
-from vibopt.design.design import Design
-from vibopt.design.words import THOROUGH
+from vibopt.report.machine_words import THOROUGH
 from vibopt.responses import Response
 from vibopt.scene.facts import FactAt, fact_at
 from vibopt.scene.read import from_dict, with_changes
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.units import read_quantity, to_unit
+from vibopt.verify.checked import shown_value
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""

@@ -9,10 +9,10 @@ from typing import Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry
-from vibopt.design.design import Design
 from vibopt.errors import QuantityError, UnknownName, way_out
 from vibopt.jobs import is_scene
 from vibopt.responses import Response
+from vibopt.scene.scene import Design
 from vibopt.units import read_quantity, show, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values.speeds import ROTATION

@@ -7,15 +7,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
-from vibopt.design.checked import chosen_of
-from vibopt.design.design import Design
 from vibopt.errors import InputError
 from vibopt.records import dataclass
-from vibopt.scene.scene import MINIMISE
+from vibopt.scene.scene import MINIMISE, Design
 from vibopt.study.freeze import frozen, goal_as_shown
 from vibopt.study.grids import DIGITS, Grid, Number, grids, numbers
 from vibopt.study.nearby import REACHES, Near, goal_on, roomiest, roomy_designs, search
 from vibopt.units import plain
+from vibopt.verify.checked import chosen_of
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from vibopt.answer.entry import Entry
-from vibopt.design.certify import measure
-from vibopt.design.checked import shown_value, usual_unit
-from vibopt.design.design import Design
-from vibopt.design.words import listed
 from vibopt.devices.part import Part
+from vibopt.report.machine_words import listed
 from vibopt.responses.price import TotalPrice
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Design, Scene
+from vibopt.verify.certify import measure
+from vibopt.verify.checked import shown_value, usual_unit
 
 
 def bought(scene: Scene) -> dict[str, Part]:

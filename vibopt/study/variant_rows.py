@@ -8,20 +8,19 @@ import numpy as np
 
 from vibopt.answer.blocks import at_words, spoken
 from vibopt.answer.entry import Checked, Entry
-from vibopt.design.build import machine_of
-from vibopt.design.design import Design
-from vibopt.design.shelf import tied
-from vibopt.design.words import place_of
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
+from vibopt.report.choices import tied
+from vibopt.responses.kind import place_of
 from vibopt.scene.facts import FactAt, facts
-from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
+from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
 from vibopt.study.nearby import goal_on
 from vibopt.study.variant_cells import SAME, Cell, Row, marked
 from vibopt.study.variant_prices import bought, comparable, price_of, price_words
 from vibopt.units import si_unit
 from vibopt.values.fields import Fact, rule_of
+from vibopt.verify.as_built import machine_of
 
 MOST_MODES = 6
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from vibopt.design.words import listed
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of
 from vibopt.records import dataclass
+from vibopt.report.machine_words import listed
 from vibopt.solve.method import Progress
 from vibopt.study.variant_plans import rows_of_plans
 from vibopt.study.variant_rows import Cell, Row, rows_of

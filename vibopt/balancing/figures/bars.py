@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.design.figures.paper import BLUE, FAINT, INK, RED, SIZE, dress
 from vibopt.records import dataclass
+from vibopt.report.figures.paper import BLUE, FAINT, INK, RED, SIZE, dress
 
 MOST = 40
 BEFORE = {"color": "white", "edgecolor": FAINT, "hatch": "////", "lw": 0.8}

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.design.figures.paper import BLUE, FAINT, FORBIDDEN, FORBIDDEN_INK, GRID, INK, RED, SIZE
 from vibopt.records import dataclass
+from vibopt.report.figures.paper import BLUE, FAINT, FORBIDDEN, FORBIDDEN_INK, GRID, INK, RED, SIZE
 from vibopt.units import plain
 
 if TYPE_CHECKING:

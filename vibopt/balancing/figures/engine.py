@@ -11,8 +11,8 @@ from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.figures.bars import AFTER, BEFORE, pad_more
 from vibopt.balancing.figures.dial import Disc, Spot, draw_disc
-from vibopt.design.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, dress, sheet
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, dress, sheet
 from vibopt.units import best_unit, to_unit
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from vibopt.balancing.figures.bars import Bar, bars, height, key, pad_more
 from vibopt.balancing.figures.dial import Disc, draw_disc
 from vibopt.balancing.figures.dial import Spot as Placed
 from vibopt.balancing.known.job import KnownJob, Spot
-from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
+from vibopt.report.figures.paper import INK, SIZE, WIDTH, sheet
 from vibopt.units import best_unit, to_unit
 from vibopt.units.showing import show_angle
 

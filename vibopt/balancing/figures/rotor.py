@@ -15,7 +15,7 @@ from vibopt.balancing.job import RotorJob
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.trim import shows_whole
 from vibopt.balancing.words import MARK
-from vibopt.design.figures.paper import INK, SIZE, WIDTH, sheet
+from vibopt.report.figures.paper import INK, SIZE, WIDTH, sheet
 from vibopt.units import to_unit
 from vibopt.units.showing import show_angle
 

@@ -7,7 +7,6 @@ from functools import cache
 
 import numpy as np
 
-from vibopt.design.certify import TOLERANCE
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
@@ -22,6 +21,7 @@ from vibopt.study.many.numbers import follow
 from vibopt.study.many.outer import INFEASIBLE, OPTIMAL, Answers, answer
 from vibopt.study.many.rows import BoolArray
 from vibopt.study.points import Columns
+from vibopt.verify.certify import TOLERANCE
 
 
 def columns(

@@ -1,1 +1,0 @@
-"""The answer and its evidence."""

@@ -1,0 +1,257 @@
+"""What a design makes of its absorbers: the parts to build, their strokes, and the modes before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import isfinite, sqrt
+
+import numpy as np
+
+from vibopt.answer.blocks import at_words
+from vibopt.answer.entry import Entry
+from vibopt.excitations import Excitation
+from vibopt.forms import Band
+from vibopt.mechanics.machine import GROUND, Machine
+from vibopt.records import dataclass
+from vibopt.scene.assemble import bare
+from vibopt.scene.drives import names_for
+from vibopt.scene.places import neighbours, supports, turning
+from vibopt.scene.scene import Design, Scene
+from vibopt.units import best_unit, plain, show, to_unit
+from vibopt.verify.certify import machine_of, measure_on
+
+ALONG = ("mass", "stiffness", "damping")
+BUILD = "What to build"
+AROUND = ("inertia", "torsional_stiffness", "torsional_damping")
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One absorber as it is built.
+
+    numbers
+        "mass", "stiffness", "damping" (or the words of what turns), "own_frequency", "tuning", "damping_ratio";
+        without a spring or a damper those that speak of it are missing.
+    on
+        What it sits on.
+    """
+
+    name: str
+    on: str
+    numbers: Mapping[str, Entry]
+
+    @property
+    def words(self) -> str:
+        """All of it as one sentence."""
+        said = [f"{key.replace('_', ' ')} {one.shown}" for key, one in self.numbers.items()]
+        return f"on {self.on}: {', '.join(said)}"
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeBar:
+    """The stroke of one absorber under one excitation, and its limit (None without one), both [SI]."""
+
+    absorber: str
+    excitation: str
+    value: float
+    at: Entry
+    limit: float | None
+    limit_name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Strokes:
+    """All strokes in one unit; `values` and `limits` stand in it, inf where there is no end to a stroke."""
+
+    label: str
+    bars: tuple[StrokeBar, ...]
+    values: tuple[float, ...]
+    limits: tuple[float | None, ...]
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedBand:
+    """Frequencies at which an excitation shakes, in the unit of `Modes`; `words` name it."""
+
+    excitation: str
+    low: float
+    high: float
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Modes:
+    """Undamped natural frequencies without and with absorbers, against the bands of the excitations."""
+
+    label: str
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    bands: tuple[SpeedBand, ...]
+    span: tuple[float, float]
+
+
+def chosen_in(design: Design) -> dict[str, float]:
+    """Value of each variable by path [SI]."""
+    return {one.path: float(v) for one, v in zip(design.scene.variables, design.x, strict=True)}
+
+
+def has_absorbers(design: Design) -> bool:
+    """Whether there are absorbers and a design of them."""
+    return bool(design.scene.absorbers) and len(design.x) == len(design.scene.variables)
+
+
+def parts_of(design: Design) -> tuple[Part, ...]:
+    """What to build, absorber by absorber; empty without a design."""
+    if not has_absorbers(design):
+        return ()
+    machine, around = machine_of(design.scene, chosen_in(design)), turning(design.scene)
+    return tuple(_part(design.scene, machine, name, name in around) for name in design.scene.absorbers)
+
+
+def build_rows(design: Design) -> list[tuple[str, str]]:
+    """Name and words of each part."""
+    return [(one.name, one.words) for one in parts_of(design)]
+
+
+def _part(scene: Scene, machine: Machine, name: str, around: bool) -> Part:
+    joint, mass, tuned = machine.joint(name), machine.masses[name], machine.tuned[name]
+    words = AROUND if around else ALONG
+    numbers = {}
+    for word, value in zip(words, (mass, joint.stiffness, joint.damping), strict=True):
+        if value > 0.0:
+            numbers[word] = _shown(value, word, _unit_of(scene, name, word))
+    if joint.loss_factor > 0.0:
+        numbers["loss_factor"] = _shown(joint.loss_factor, "ratio")
+    if joint.stiffness > 0.0:
+        own = sqrt(joint.stiffness / mass)
+        numbers["own_frequency"] = _shown(own, "angular_rate", _unit_of(scene, name, "frequency") or "Hz")
+        if tuned.frequency > 0.0:
+            numbers["tuning"] = _shown(own / tuned.frequency, "ratio")
+        if joint.damping_ratio > 0.0:
+            numbers["damping_ratio"] = _shown(joint.damping_ratio, "ratio")
+    return Part(name, joint.ends[0], numbers)
+
+
+def _unit_of(scene: Scene, name: str, word: str) -> str:
+    """The unit in which the file speaks of this number."""
+    given = getattr(scene.absorbers[name], word, None)
+    return str(getattr(given, "unit", "") or "")
+
+
+def _shown(value: float, dimension: str, unit: str = "") -> Entry:
+    return Entry(value, dimension, unit)
+
+
+def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
+    """Every absorber under every steady excitation, measured on the machine as built."""
+    scene = design.scene
+    if not has_absorbers(design):
+        return ()
+    machine = machine_of(scene, chosen_in(design))
+    return tuple(bar for name in scene.absorbers for bar in _bars(scene, machine, name))
+
+
+def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
+    from vibopt.responses.absorbers import Stroke
+
+    asked = {key: one for key, one in scene.limits.items() if isinstance(one, Stroke) and one.of == name}
+    for excitation, table in scene.excitations.items():
+        if table.random or name not in _shaken(scene, table.on):
+            continue
+        limit = next((key for key, one in asked.items() if excitation in names_for(scene, one)), "")
+        response = asked.get(limit)
+        own: dict[str, object] = {"response": "stroke", "of": name, "due_to": [excitation]}
+        if response is not None and isinstance(response.over, dict):
+            own["over"] = {key: one for key, one in response.over.items() if key == excitation}
+        elif response is not None:
+            own["over"] = response.over
+        one = Stroke.model_construct(**own) if response is None else response.model_copy(update=own)  # type: ignore[arg-type]
+        found = measure_on(scene, machine, one, "at_most")
+        speed = table.speed
+        at = _shown(table.from_rotation(found.speeds[excitation]), speed.dimension, speed.unit)
+        bound = response.at_most.value if response is not None and response.at_most is not None else None
+        yield StrokeBar(name, excitation, found.value, at, bound, limit if bound is not None else "")
+
+
+def _shaken(scene: Scene, on: str) -> set[str]:
+    """Points that an excitation at one of them can move: what hangs together without the supports."""
+    beside, still = neighbours(scene), {GROUND, *supports(scene)}
+    found, left = {on}, [on]
+    while left:
+        fresh = beside.get(left.pop(), set()) - found - still
+        found |= fresh
+        left += fresh
+    return found
+
+
+def strokes(design: Design) -> Strokes | None:
+    """The strokes in one unit; None where nothing is shaken."""
+    from vibopt.responses.absorbers import Stroke
+
+    bars = stroke_bars(design)
+    if not bars:
+        return None
+    scene = design.scene
+    given = [one.at_most for one in scene.limits.values() if isinstance(one, Stroke) and one.at_most is not None]
+    sizes = [one.value for one in bars if isfinite(one.value)] + [one.limit for one in bars if one.limit is not None]
+    around = set(scene.absorbers) <= turning(scene)
+    dimension = "angle" if around else "length"
+    unit = given[0].unit if given else best_unit(max(sizes, default=1.0), dimension)
+    factor = to_unit(1.0, unit, dimension)
+    said = tuple(f"{show(one.value, unit, dimension, amplitude=True)} at {at_words({'': one.at})}" for one in bars)
+    bare_unit = unit if unit.endswith(("pp", "rms", "pk")) else f"{unit} pk"
+    return Strokes(
+        label=f"stroke [{bare_unit}]",
+        bars=bars,
+        values=tuple(one.value * factor for one in bars),
+        limits=tuple(None if one.limit is None else one.limit * factor for one in bars),
+        words=said,
+    )
+
+
+def modes(design: Design) -> Modes | None:
+    """Natural frequencies without and with absorbers; None without steady excitations."""
+    scene = design.scene
+    steady = {name: one for name, one in scene.excitations.items() if not one.random}
+    if not has_absorbers(design) or not steady:
+        return None
+    chosen = chosen_in(design)
+    units = [one.speed.unit for one in steady.values() if not one.of_vehicle]
+    unit = units[0] if units else "Hz"
+    factor = to_unit(1.0, unit, "angular_rate")
+    here = bare(scene)
+    before = machine_of(here, chosen).natural_frequencies() if here.bodies or here.structures else np.zeros(0)
+    after = machine_of(scene, chosen).natural_frequencies()
+    bands = tuple(band for name, one in steady.items() for band in _bands(name, one, factor))
+    ends = [end for band in bands for end in (band.low, band.high) if isfinite(end) and end > 0.0]
+    low, high = min(ends, default=1.0), max(ends, default=1.0)
+    near = [one * factor for one in (*before, *after) if low / 5.0 <= one * factor <= 5.0 * high]
+    span = (min([low, *near]) / 1.15, max([high, *near]) * 1.15)
+    return Modes(
+        label=f"natural frequency [{unit}]",
+        before=tuple(float(one * factor) for one in before),
+        after=tuple(float(one * factor) for one in after),
+        bands=bands,
+        span=span,
+    )
+
+
+def _bands(name: str, excitation: Excitation, factor: float) -> Iterator[SpeedBand]:
+    """Own speeds times each order."""
+    lines = excitation.lines(np.ones(1))
+    for line in lines:
+        order = f" x {plain(line.order, 3)}" if len(lines) > 1 else ""
+        for band in excitation.own_bands():
+            yield SpeedBand(
+                name,
+                line.order * band.low * factor,
+                line.order * band.high * factor,
+                _said(name, excitation, band) + order,
+            )
+
+
+def _said(name: str, excitation: Excitation, band: Band) -> str:
+    speed = excitation.speed
+    low, high = (show(excitation.from_rotation(end), speed.unit, speed.dimension) for end in (band.low, band.high))
+    return f"{name} {low}" if band.is_point else f"{name} {low.partition(' ')[0]} to {high}"

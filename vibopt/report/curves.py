@@ -1,0 +1,386 @@
+"""Responses against speed as series in the user's units: what a figure draws, before anything is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import isfinite, log10
+
+import numpy as np
+
+from vibopt.answer.blocks import SIDES, spoken, value_at
+from vibopt.answer.entry import Checked
+from vibopt.forms import Band, BoolArray, Drive, FloatArray, Modulus
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import natural_frequencies, poles
+from vibopt.program.pose import form_of, pose
+from vibopt.program.worst import DriveResponse, drive_extreme
+from vibopt.program.worst import worst as worst_of
+from vibopt.records import dataclass
+from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
+from vibopt.report.series import Curve, Mark, Panel, Zone, heights
+from vibopt.responses import HarmonicResponse
+from vibopt.responses.kind import place_of
+from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.scene import MINIMISE, Design, Scene
+from vibopt.scene.space import members
+from vibopt.units import best_unit, show, to_unit
+from vibopt.units.spelling import split_detector
+
+POINTS = 500
+MOST_CURVES = 6
+MOST_PAIRS = 2
+"""Curves in one panel beside which the machine without absorbers is still drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """A limit or measure of one excitation, or the goal, which has no row in the answer."""
+
+    name: str
+    response: HarmonicResponse
+    checked: Checked | None
+    is_limit: bool
+
+
+def panels(design: Design) -> list[Panel]:
+    """Every harmonic limit and measure of an answer as curves, and the goal; none where there is no design.
+
+    Limits that read the same response share a panel; measures of one kind share one without limits.  With
+    absorbers, the machine without them is drawn beside.
+    """
+    scene = design.scene
+    if len(design.x) != len(scene.variables):
+        return []
+    model, without = pose(scene).model, model_without(scene)
+    drawn = []
+    for excitation, entries in _groups(design):
+        panel = _Drawing(design, model, without, excitation, entries).panel()
+        if panel is not None:
+            drawn.append(panel)
+    return drawn
+
+
+def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
+    """Entries that share one panel, limits first."""
+    scene = design.scene
+    entries = [
+        _Entry(name, response, checked[name], is_limit)
+        for responses, checked, is_limit in (
+            (scene.limits, design.limits, True),
+            (scene.measures, design.measures, False),
+        )
+        for name, response in responses.items()
+        if isinstance(response, HarmonicResponse) and name in checked
+    ]
+    limited = {_same(scene, one) for one in entries if one.is_limit}
+    entries += [one for one in _aimed(design) if _same(scene, one) not in {_same(scene, other) for other in entries}]
+    groups: dict[tuple[object, ...], list[_Entry]] = {}
+    for one in entries:
+        alike = _same(scene, one)
+        for excitation in names_for(scene, one.response):
+            key = (excitation, *alike) if alike in limited else (excitation, _quantity(one.response), "measures")
+            groups.setdefault(key, []).append(one)
+    return [(str(key[0]), group) for key, group in groups.items()]
+
+
+def _aimed(design: Design) -> list[_Entry]:
+    """The goal, where it is a response against speed."""
+    goal = design.scene.goal
+    if goal is None or design.goal is None or not isinstance(goal.response, HarmonicResponse):
+        return []
+    return [_Entry("goal", goal.response, None, False)]
+
+
+def _quantity(response: HarmonicResponse) -> str:
+    """Isolation is drawn as the transmissibility that it belongs to."""
+    return "transmissibility" if response.complement else response.response
+
+
+def _same(scene: Scene, one: _Entry) -> tuple[object, ...]:
+    """What tells curves apart; with several excitations each limit is its own, for the others stand at its worst."""
+    names = names_for(scene, one.response)
+    alone = one.name if len(names) > 1 else ""
+    return _quantity(one.response), place_of(one.response), names, one.response.combine, alone
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    """One panel in the making."""
+
+    design: Design
+    model: Model
+    without: Model | None
+    excitation: str
+    entries: list[_Entry]
+
+    @property
+    def scene(self) -> Scene:
+        return self.design.scene
+
+    @property
+    def x(self) -> FloatArray:
+        return np.array(self.design.x, dtype=float)
+
+    def panel(self) -> Panel | None:
+        alike: dict[tuple[object, ...], list[_Entry]] = {}
+        for one in self.entries:
+            alike.setdefault(_same(self.scene, one), []).append(one)
+        groups = list(alike.values())[:MOST_CURVES]
+        shown = [one for group in groups for one in group]
+        span, log_x = self._speeds(shown)
+        unit = self._unit(shown)
+        without = [self._before(group[0], unit, span, log_x, len(groups)) for group in groups]
+        before = [curve for curve in without if curve is not None]
+        after = [self._curve(group[0], unit, span, log_x, len(groups) > 1, bool(before)) for group in groups]
+        curves = (*after, *before)
+        zones = tuple(zone for one in shown if one.is_limit for zone in self._zones(one, unit))
+        marks = tuple(mark for one in shown if (mark := self._mark(one, unit)) is not None)
+        y_span, log_y = heights(curves, zones, marks, unit)
+        shown_span = (self._to_x(span[0]), self._to_x(span[1]))
+        return Panel(
+            title=self._title(groups),
+            x_label=self._x_label(),
+            y_label=self._y_label(groups, unit),
+            curves=curves,
+            zones=zones,
+            marks=marks,
+            own=self._own(),
+            excitation=self.excitation,
+            log_x=log_x,
+            log_y=log_y,
+            x_span=shown_span,
+            y_span=y_span,
+            good=self._good(),
+            notes=self._notes(shown, curves),
+            equal=tuple(mark for group in groups for mark in self._equal(group[0], unit)),
+        )
+
+    def _title(self, groups: list[list[_Entry]]) -> str:
+        response = groups[0][0].response
+        quantity = spoken(_quantity(response))
+        words = f"{quantity} {place_of(response)}" if len(groups) == 1 else quantity
+        if len(names_for(self.scene, response)) > 1:
+            words += f", against {self.excitation}"
+        return words[:1].upper() + words[1:]
+
+    def _x_label(self) -> str:
+        """Vehicle speed, frequency or speed of rotation, in the user's unit."""
+        excitation = self.scene.excitations[self.excitation]
+        unit = excitation.speed.unit
+        if excitation.of_vehicle:
+            return f"vehicle speed [{unit}]"
+        return f"{'frequency' if unit in ('Hz', 'kHz') else 'speed'} of {self.excitation} [{unit}]"
+
+    def _y_label(self, groups: list[list[_Entry]], unit: str) -> str:
+        response = groups[0][0].response
+        bare, _, word = split_detector(unit)
+        word = word or ("pk" if response.amplitude else "")
+        brackets = " ".join(filter(None, (bare, word)))
+        return spoken(_quantity(response)) + (f" [{brackets}]" if brackets else "")
+
+    def _notes(self, shown: list[_Entry], curves: tuple[Curve, ...]) -> tuple[str, ...]:
+        notes = []
+        if any(one.response.complement for one in shown):
+            notes.append("isolation = 1 - transmissibility")
+        if any(not curve.known.all() for curve in curves):
+            notes.append("dashed: as if the excitation kept its amplitude")
+        if any(len(names_for(self.scene, one.response)) > 1 for one in shown):
+            notes.append("the other excitations at their worst speeds")
+        return tuple(notes)
+
+    def _to_x(self, omega: float) -> float:
+        """A speed of the excitation [rad/s] in the user's unit."""
+        return float(self._factor() * omega)
+
+    def _factor(self) -> float:
+        """User's units of speed per rad/s; all of them are proportional."""
+        excitation = self.scene.excitations[self.excitation]
+        return to_unit(excitation.from_rotation(1.0), excitation.speed.unit, excitation.speed.dimension)
+
+    def _own(self) -> tuple[tuple[float, float], ...]:
+        excitation = self.scene.excitations[self.excitation]
+        if excitation.speed.asked:
+            return ()
+        return tuple((self._to_x(band.low), self._to_x(band.high)) for band in excitation.own_bands())
+
+    def _good(self) -> tuple[tuple[float, float], ...]:
+        if self.design.found is None or self.scene.find_all != f"{self.excitation}.speed":
+            return ()
+        speed = self.scene.excitations[self.excitation].speed
+        return tuple(
+            (to_unit(low.value, speed.unit, speed.dimension), to_unit(high.value, speed.unit, speed.dimension))
+            for low, high in self.design.found
+        )
+
+    def _bands(self, one: _Entry) -> tuple[Band, ...]:
+        return bands_for(self.scene, one.response, self.excitation)
+
+    def _resonances(self) -> FloatArray:
+        """Speeds at which a harmonic of the excitation meets a natural frequency [rad/s]."""
+        modes = natural_frequencies(self.model, self.model.values(self.x))
+        orders = [line.order for line in self.scene.excitations[self.excitation].lines(np.ones(1))]
+        speeds: FloatArray = np.concatenate([modes / order for order in orders])
+        return speeds[np.isfinite(speeds) & (speeds > 0.0)]
+
+    def _speeds(self, shown: list[_Entry]) -> tuple[tuple[float, float], bool]:
+        """First and last speed to draw [rad/s], and whether on a logarithmic axis."""
+        excitation = self.scene.excitations[self.excitation]
+        own = () if excitation.speed.asked else excitation.own_bands()
+        bands = [*own, *(band for one in shown for band in self._bands(one))]
+        top = max(band.high for band in bands)
+        resonances = self._resonances()
+        near = resonances[resonances < 3.0 * top]
+        high = max(1.08 * top, 1.3 * float(near.max(initial=0.0)))
+        marks = [*near[near > 1e-4 * top], *(band.low for band in bands if band.low > 0.0)]
+        low = min([*marks, high])
+        if low < high / 12.0:
+            return (10.0 ** (np.floor(3.0 * log10(low / 3.0)) / 3.0), high), True
+        return (0.0 if self.without is None else 0.7 * low, high), False
+
+    def _unit(self, shown: list[_Entry]) -> str:
+        """Unit of the y axis: of the first bound, else of the first measure, else by size."""
+        for one in shown:
+            if one.response.complement:
+                continue
+            bound = one.response.at_most or one.response.at_least
+            if one.response.unit or (bound is not None and bound.unit):
+                return str(one.response.unit or bound.unit)
+        response = shown[0].response
+        if response.complement:
+            return ""
+        values = [one.checked.value.value for one in shown if one.checked is not None]
+        if not values and self.design.goal is not None:
+            values = [self.design.goal[1].value]
+        return best_unit(max((one for one in values if isfinite(one)), default=0.0), response.dimension)
+
+    def _curve(
+        self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, labelled: bool, paired: bool
+    ) -> Curve:
+        form, drive = self._form(one)
+        how = f"({one.response.combine})" if one.response.combine else ""
+        label = " ".join(filter(None, (place_of(one.response), how))) if labelled else ""
+        said = " ".join(filter(None, ("with absorbers" if paired else "", label)))
+        return self._drawn(one, unit, self.model, form, drive, self._samples(self.model, drive, span, log_x), said)
+
+    def _before(self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, pairs: int) -> Curve | None:
+        """The same response without absorbers, with its worst in words."""
+        if self.without is None or pairs > MOST_PAIRS:
+            return None
+        form = form_without(self.scene, self.without, one.response)
+        drive = next((drive for drive in form.drives if drive.name == self.excitation), None) if form else None
+        if form is None or drive is None:
+            return None
+        worst = drive_extreme(self.without, form, drive, self.x, False)
+        value = float(together(form, np.array([worst.value]), rest_of(self.without, form, drive, self.x))[0])
+        place = f" {place_of(one.response)}" if pairs > 1 else ""
+        words = f"without absorbers{place}: worst {self._words(one, value, worst.speed)}"
+        speeds = self._samples(self.without, drive, span, log_x)
+        return replace(self._drawn(one, unit, self.without, form, drive, speeds, words), before=True)
+
+    def _words(self, one: _Entry, value: float, speed: float) -> str:
+        """A value and its speed, each in the user's unit."""
+        excitation = self.scene.excitations[self.excitation]
+        bound = one.response.at_most or one.response.at_least
+        unit = one.response.unit or (bound.unit if bound is not None else "") or ""
+        shown = show(value, unit, one.response.dimension, amplitude=one.response.amplitude)
+        at = show(excitation.from_rotation(speed), excitation.speed.unit, excitation.speed.dimension)
+        return f"{shown} at {at}"
+
+    def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
+        asked = [form_of(self.scene, self.model, each) for each in members(self.scene, one.response)]
+        forms = [form for form in asked if isinstance(form, Modulus)]
+        form = max(forms, key=lambda each: worst_of(self.model, each, self.x).value) if len(forms) > 1 else forms[0]
+        return form, next(drive for drive in form.drives if drive.name == self.excitation)
+
+    def _drawn(
+        self, one: _Entry, unit: str, model: Model, form: Modulus, drive: Drive, speeds: FloatArray, label: str
+    ) -> Curve:
+        """A response of some model at given speeds, the other excitations at their worst."""
+        values = DriveResponse(model, form, drive, self.x)(speeds)
+        values = together(form, values, rest_of(model, form, drive, self.x))
+        known = np.ones(speeds.shape, dtype=bool)
+        if not one.response.normalised:
+            bands = self.scene.excitations[self.excitation].known_bands
+            known = np.any([_inside(band, speeds) for band in bands], axis=0)
+        return Curve(label, self._factor() * speeds, _in_unit(values, unit, one.response.dimension), known)
+
+    def _equal(self, one: _Entry, unit: str) -> list[Mark]:
+        """Peaks that are as high as the greatest, of a machine with absorbers."""
+        if not self.scene.absorbers or one.response.complement:
+            return []
+        form, drive = self._form(one)
+        rest = rest_of(self.model, form, drive, self.x)
+        marks = []
+        for peak in equal_peaks(self.model, form, drive, self.x):
+            value = float(together(form, np.array([peak.value]), rest)[0])
+            height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+            marks.append(Mark(one.name, self._words(one, value, peak.speed), self._to_x(peak.speed), height))
+        return marks
+
+    def _samples(self, model: Model, drive: Drive, span: tuple[float, float], log_x: bool) -> FloatArray:
+        """Speeds to draw, closer around resonances [rad/s]."""
+        low, high = span
+        even = np.geomspace(low, high, POINTS) if log_x else np.linspace(low, high, POINTS)
+        singular = poles(model, model.values(self.x))
+        near = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 40)])
+        about = np.abs(np.concatenate([singular.real / line.order for line in drive.lines]))
+        close = np.outer(about, np.concatenate([1.0 - near, 1.0 + near])).ravel()
+        edges = [end for band in drive.bands for end in (band.low, band.high)]
+        breaks = [speed * (1.0 + d) for line in drive.lines for speed in line.amplitude.breaks() for d in (-1e-9, 1e-9)]
+        speeds = np.unique(np.concatenate([even, close, edges, breaks]))
+        return speeds[(speeds >= low) & (speeds <= high)]
+
+    def _zones(self, one: _Entry, unit: str) -> list[Zone]:
+        zones = []
+        for side in ("at_most", "at_least"):
+            bound = getattr(one.response, side)
+            if bound is None:
+                continue
+            value = 1.0 - bound.value if one.response.complement else bound.value
+            shown = show(bound.value, bound.unit, one.response.dimension, amplitude=one.response.amplitude)
+            isolation = "isolation " if one.response.complement else ""
+            words = f"{one.name}: {isolation}{SIDES[side]} {shown}"
+            above = (side == "at_most") != one.response.complement
+            height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+            zones += [
+                Zone(one.name, words, self._to_x(band.low), self._to_x(band.high), height, above)
+                for band in self._bands(one)
+            ]
+        return zones
+
+    def _mark(self, one: _Entry, unit: str) -> Mark | None:
+        if one.checked is None:
+            return self._goal_mark(one, unit)
+        if self.excitation not in one.checked.worst_at:
+            return None
+        speed = self.scene.excitations[self.excitation].speed
+        x = to_unit(one.checked.worst_at[self.excitation].value, speed.unit, speed.dimension)
+        value = one.checked.value.value
+        y = 1.0 - value if one.response.complement else value
+        height = float(_in_unit(np.array([y]), unit, one.response.dimension)[0])
+        return Mark(one.name, f"{one.name} {value_at(one.checked)}", x, height)
+
+    def _goal_mark(self, one: _Entry, unit: str) -> Mark | None:
+        """The worst that the goal speaks of."""
+        form, drive = self._form(one)
+        least_wanted = self.scene.goal is not None and self.scene.goal.sense != MINIMISE
+        worst = drive_extreme(self.model, form, drive, self.x, least_wanted)
+        value = float(together(form, np.array([worst.value]), rest_of(self.model, form, drive, self.x))[0])
+        height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+        words = f"goal {self._words(one, value, worst.speed)}"
+        return Mark("goal", words, self._to_x(worst.speed), height) if not one.response.complement else None
+
+
+def _inside(band: Band, speeds: FloatArray) -> BoolArray:
+    room = 1e-9 * max(band.high, 1e-300) if isfinite(band.high) else 0.0
+    inside: BoolArray = (speeds >= band.low - room) & (speeds <= band.high + room)
+    return inside
+
+
+def _in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
+    """SI values (peak) in a unit of the user's."""
+    if split_detector(unit)[0] == "dB":
+        with np.errstate(divide="ignore"):
+            level: FloatArray = 20.0 * np.log10(values)
+        return level
+    return values * to_unit(1.0, unit, dimension)

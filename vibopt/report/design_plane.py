@@ -1,0 +1,249 @@
+"""The plane of two design variables: where each limit holds, and what the goal is.
+
+For pictures only: speeds are sampled, closely around every resonance of every design; no answer is read off it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+
+import numpy as np
+
+from vibopt.answer.blocks import spoken
+from vibopt.forms import FloatArray, Modulus, Monomials
+from vibopt.program.pose import pose
+from vibopt.program.program import Aim, Limit
+from vibopt.records import dataclass
+from vibopt.report.worst_off import LARGE, over
+from vibopt.responses.absorbers import Stroke
+from vibopt.responses.kind import place_of
+from vibopt.scene.scene import Design, Variable
+from vibopt.units import best_unit, to_unit
+from vibopt.units.spelling import split_detector
+
+SIDE, MIDDLE_SIDE, SMALL_SIDE = 61, 37, 21
+_SPRINGS = ("tuning", "frequency", "stiffness", "torsional_stiffness", "length", "shaft")
+_DAMPERS = ("damping_ratio", "damping", "torsional_damping", "loss_factor")
+_MASSES = ("mass", "mass_ratio", "inertia")
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneAxis:
+    """One variable: label with unit, values in that unit, and whether the axis is logarithmic."""
+
+    label: str
+    values: FloatArray
+    log: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Boundary:
+    """A limit over the plane: `excess` (n_y, n_x) is positive where the limit is broken."""
+
+    name: str
+    excess: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """What the design map shows; `goal` (n_y, n_x) in `goal_label`'s unit, `best` in the axes' units.
+
+    With `levels` the level lines are what the map is about; without the goal, of a worst response.
+    """
+
+    title: str
+    x: PlaneAxis
+    y: PlaneAxis
+    boundaries: tuple[Boundary, ...]
+    goal: FloatArray | None
+    goal_label: str
+    best: tuple[float, float] | None
+    best_words: str
+    levels: bool = False
+
+
+def plane(design: Design, absorber: str = "") -> Plane | None:
+    """The map of an answer with exactly two continuous variables, or of two variables of one absorber.
+
+    Parameters
+    ----------
+    design
+        Any answer.
+    absorber
+        Its spring and its damper (else its mass) are the axes; all other variables stay as chosen.
+
+    Returns
+    -------
+    Plane | None
+        None where there are no such two variables, or no design in which the others could stay.
+    """
+    pair = _pair(design, absorber)
+    if pair is None:
+        return None
+    program = pose(design.scene)
+    slow = any(isinstance(one.form, Modulus) and one.form.rigid_link for one in program.limits)
+    slow |= program.model.n_free >= LARGE
+    whole = np.array(design.x) if len(design.x) == len(design.scene.variables) else None
+    variables = [design.scene.variables[i] for i in pair]
+    best = None if whole is None else (float(whole[pair[0]]), float(whole[pair[1]]))
+    side = SMALL_SIDE if slow else MIDDLE_SIDE if absorber and program.model.n_free > 2 else SIDE
+    axes = [_values(one, best[i] if best else None, side) for i, one in enumerate(variables)]
+    if design.scene.absorbers and best is not None:
+        axes = [(_closer(values, here), log) for (values, log), here in zip(axes, best, strict=True)]
+    grid = np.stack(np.meshgrid(axes[0][0], axes[1][0]), axis=-1)
+    flat = np.tile(whole if whole is not None else np.zeros(2), (grid[..., 0].size, 1))
+    flat[:, list(pair)] = grid.reshape(-1, 2)
+    shape = grid.shape[:2]
+    units = [_unit(one, values) for one, (values, _) in zip(variables, axes, strict=True)]
+    shown = [
+        PlaneAxis(f"{one.path} [{unit}]" if unit else one.path, _scaled(values, unit, one), log)
+        for one, unit, (values, log) in zip(variables, units, axes, strict=True)
+    ]
+    excesses = [_excess(one, flat) for one in program.limits]
+    goal, label = _goal(design, program.aim, flat, shape)
+    if goal is None and design.scene.absorbers:
+        goal, label = _worst_of(design, program.limits, excesses, shape)
+    here = None
+    if best is not None:
+        here = _one(best[0], units[0], variables[0]), _one(best[1], units[1], variables[1])
+    lines = zip(program.limits, excesses, strict=True)
+    return Plane(
+        title=_title(absorber, len(design.scene.variables) - 2),
+        x=shown[0],
+        y=shown[1],
+        boundaries=tuple(Boundary(one.name, excess.reshape(shape)) for one, excess in lines),
+        goal=goal,
+        goal_label=label,
+        best=here,
+        best_words=_chosen_words(design, variables),
+        levels=bool(design.scene.absorbers),
+    )
+
+
+def _chosen_words(design: Design, variables: Sequence[Variable]) -> str:
+    """What was chosen for both, a line each."""
+    chosen = [one.path for one in variables if one.path in design.variables]
+    return "\n".join(f"{path.split('.', 1)[-1]} {design.variables[path].value.shown}" for path in chosen)
+
+
+def _others(count: int) -> str:
+    return "the other variable" if count == 1 else f"the other {count} variables"
+
+
+def _title(absorber: str, left: int) -> str:
+    whose = f": absorber {absorber}" if absorber else ""
+    return f"Where every limit holds{whose}" + (f" ({_others(left)} as chosen)" if left else "")
+
+
+def absorbers_with_map(design: Design) -> list[str]:
+    """Absorbers of which two continuous variables make a map."""
+    return [name for name in design.scene.absorbers if _pair(design, name) is not None]
+
+
+def _pair(design: Design, absorber: str) -> tuple[int, int] | None:
+    """Which two variables are the axes."""
+    variables = design.scene.variables
+    if not absorber:
+        plain = len(variables) == 2 and all(one.values is None for one in variables)
+        return (0, 1) if plain else None
+    if len(design.x) != len(variables):
+        return None
+    order = {word: rank for rank, words in enumerate((_SPRINGS, _DAMPERS, _MASSES)) for word in words}
+    own = [i for i, one in enumerate(variables) if one.path.startswith(f"absorbers.{absorber}.") and one.values is None]
+    own.sort(key=lambda i: order.get(variables[i].path.split(".")[2], len(order)))
+    return (own[0], own[1]) if len(own) >= 2 else None
+
+
+def _worst_of(
+    design: Design, limits: Sequence[Limit], excesses: Sequence[FloatArray], shape: tuple[int, ...]
+) -> tuple[FloatArray | None, str]:
+    """The response of a limit on the machine itself: of those that hold the design back, the one that varies most."""
+    order = sorted(range(len(limits)), key=lambda i: (not _active(design, limits[i]), -float(np.std(excesses[i]))))
+    for limit, excess in ((limits[i], excesses[i]) for i in order):
+        response = design.scene.limits.get(limit.name)
+        if response is None:  # what a part is rated for knows no speeds
+            continue
+        if limit.side != "at_most" or limit.complement or isinstance(response, Stroke) or not response.harmonic:
+            continue
+        unit = response.unit or response.at_most.unit
+        if split_detector(unit)[0] == "dB":
+            continue
+        said = unit if split_detector(unit)[1] or not response.amplitude else f"{unit} pk"
+        values = limit.bound * np.exp(excess) * to_unit(1.0, unit, response.dimension)
+        words = f"worst {spoken(response.response, place_of(response))}"
+        return values.reshape(shape), f"{words} [{said}]" if said else words
+    return None, ""
+
+
+def _active(design: Design, limit: Limit) -> bool:
+    return limit.name in design.limits and design.limits[limit.name].active
+
+
+def _values(variable: Variable, best: float | None, side: int) -> tuple[FloatArray, bool]:
+    """Values along one axis [SI]: around the best if there is one, else the whole range."""
+    low, high = variable.low, variable.high
+    if not isfinite(high):
+        high = 1e3 * max(best or 0.0, low, 1e-3)
+    if high <= 12.0 * low or (low == 0.0 and best is None):
+        return np.linspace(low, high, side), False
+    if best is None or best <= 0.0:
+        return np.geomspace(max(low, 1e-6 * high), high, side), True
+    return np.geomspace(max(low, best / 10.0), min(high, 10.0 * best), side), True
+
+
+def _closer(values: FloatArray, best: float) -> FloatArray:
+    """The same axis with more values next to the chosen one, where level lines bend most."""
+    step = (values[-1] - values[0]) / len(values) if best < 3.0 * values[0] else best / 10.0
+    near = best + step * np.array([-1.5, -1.0, -0.6, -0.3, -0.15, 0.0, 0.15, 0.3, 0.6, 1.0, 1.5])
+    merged: FloatArray = np.unique(np.concatenate([values, near[(near >= values[0]) & (near <= values[-1])]]))
+    return merged
+
+
+def _unit(variable: Variable, values: FloatArray) -> str:
+    """The unit of the middle value: round numbers stand on the axis."""
+    if variable.dimension == "angular_rate" and variable.unit:
+        return variable.unit
+    unit = best_unit(float(values[len(values) // 2]), variable.dimension)
+    return unit if variable.unit in ("", unit) or _metric(variable.unit) else variable.unit
+
+
+def _metric(unit: str) -> bool:
+    return not any(word in unit for word in ("lb", "in", "ft", "oz", "mil", "kgf"))
+
+
+def _one(value: float, unit: str, variable: Variable) -> float:
+    return to_unit(value, unit, variable.dimension)
+
+
+def _scaled(values: FloatArray, unit: str, variable: Variable) -> FloatArray:
+    return values * to_unit(1.0, unit, variable.dimension)
+
+
+def _goal(design: Design, aim: Aim | None, x: FloatArray, shape: tuple[int, ...]) -> tuple[FloatArray | None, str]:
+    """The goal over the plane, unless it is one of the axes."""
+    if aim is None or design.scene.goal is None:
+        return None, ""
+    response = design.scene.goal.response
+    if isinstance(aim.form, Monomials) and (np.count_nonzero(aim.form.exponents) == 1 or design.scene.absorbers):
+        return None, ""
+    values = over(aim.model, aim.form, x, False)
+    values = 1.0 - values if aim.complement else values
+    unit = response.unit or best_unit(float(np.median(values[np.isfinite(values)])), response.dimension)
+    label = f"{design.scene.goal.sense} {response.response.replace('_', ' ')}{f' [{unit}]' if unit else ''}"
+    if unit == "dB":
+        return None, ""
+    return (values * to_unit(1.0, unit, response.dimension)).reshape(shape), label
+
+
+def _excess(limit: Limit, x: FloatArray) -> FloatArray:
+    """Positive where a limit is broken, logarithmic so that contours are straight lines of a power law."""
+    values = over(limit.model, limit.form, x, limit.side == "at_least")
+    with np.errstate(divide="ignore"):
+        size = np.clip(np.log(np.maximum(values, 1e-300) / max(limit.bound, 1e-300)), -50.0, 50.0)
+        if limit.side == "at_most":
+            return np.asarray(size, dtype=float)
+        if limit.side == "at_least":
+            return np.asarray(-size, dtype=float)
+        upper: FloatArray = np.log(limit.upper / np.maximum(values, 1e-300))
+    return np.asarray(np.minimum(size, upper), dtype=float)

@@ -1,0 +1,77 @@
+"""A sweep: goal, variables or margins against one fact."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from vibopt.report.figures.paper import (
+    COLOURS,
+    FORBIDDEN,
+    FORBIDDEN_INK,
+    HATCHES,
+    RED,
+    STYLES,
+    WIDTH,
+    dress,
+    legend,
+    scale,
+    sheet,
+)
+from vibopt.report.series import Strip, Strips
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def strips_figure(strips: Strips) -> Figure:
+    """Axes under each other; parts without a good answer are hatched in all of them."""
+    count = max(len(strips.strips), 1)
+    figure = sheet(WIDTH, 0.9 + 1.9 * count + (0.8 if count == 1 else 0.0))
+    rows: Any = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for index, (axes, strip) in enumerate(zip(rows, strips.strips, strict=False)):
+        last = index == count - 1
+        dress(axes, strips.title if index == 0 else "", strips.x_label if last else "", strip.label)
+        _draw(axes, strip, strips)
+    scale(rows[-1], "x", strips.log_x, strips.x[0], strips.x[-1])
+    legend(figure, *rows)
+    return figure
+
+
+def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
+    dots = "o" if len(strips.x) <= 30 else ""
+    named = len(strip.lines) > 1
+    for index, line in enumerate(strip.lines):
+        axes.plot(
+            strips.x,
+            line.y,
+            linestyle=STYLES[index % len(STYLES)],
+            color=COLOURS[index % len(COLOURS)],
+            marker=dots,
+            ms=3.0,
+            lw=1.6,
+            zorder=4,
+            label=line.name if named else None,
+        )
+    if strip.log:
+        axes.set_yscale("log")  # before the span is asked for: a linear one would begin below zero
+        scale(axes, "y", True, *axes.get_ylim())
+    if strip.bad_below is not None:
+        axes.axhline(strip.bad_below, color=RED, lw=1.4, zorder=3)
+        floor, ceiling = axes.get_ylim()
+        low = min(floor, strip.bad_below)
+        look = {"fc": FORBIDDEN, "ec": FORBIDDEN_INK, "hatch": HATCHES[0], "lw": 0.0, "zorder": 1}
+        axes.axhspan(low, strip.bad_below, label="limit broken", **look)
+        axes.set_ylim(floor, ceiling)
+    seen: set[str] = set()
+    for low, high, words in strips.shaded:
+        axes.axvspan(
+            low,
+            high,
+            facecolor=FORBIDDEN,
+            edgecolor=FORBIDDEN_INK,
+            hatch=HATCHES[len(seen | {words}) - 1],
+            lw=0.0,
+            zorder=1,
+            label=words if words not in seen else None,
+        )
+        seen.add(words)

@@ -1,0 +1,138 @@
+"""What an answer takes for granted, said aloud."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.responses import RandomResponse
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
+from vibopt.units import show
+from vibopt.verify.as_built import machine_of
+
+_NOTHING = 1e-9
+"""Part of the weight that rounding may lift."""
+
+
+def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
+    """What to know beside the answer: the scene's own notes, amplitudes taken as constant, soft floors."""
+    notes = list(scene.notes)
+    for name, excitation in scene.excitations.items():
+        if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
+            notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
+    notes += alike(scene)
+    notes += unasked(scene)
+    notes += lifted(scene, chosen)
+    notes += needless(scene, chosen)
+    notes += soft_floor(scene, chosen)
+    notes += random_notes(scene, chosen)
+    return tuple(notes)
+
+
+def alike(scene: Scene) -> list[str]:
+    """How the mounts of a group are off: all alike, unless the file says that each is by itself."""
+    found = []
+    for name, mount in scene.mounts.items():
+        if mount.count > 1 and mount.tolerance_of is None and _off(scene, name):
+            found.append(
+                f"mounts.{name}: its {mount.count} mounts are off alike, as one batch is. Write tolerance_of = "
+                '"mount" to let each be off by itself.'
+            )
+    return found
+
+
+def _off(scene: Scene, name: str) -> bool:
+    return any(one.path.startswith(f"mounts.{name}.") for one in uncertain(scene))
+
+
+def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """Mounts that the weights pull at, where no limit forbids it."""
+    if not scene.mounts:
+        return []
+    machine, found = machine_of(scene, chosen), []
+    for name, mount in scene.mounts.items():
+        asked = any(
+            one.response == "static_load" and one.at_least is not None and str(getattr(one, "of", "")).startswith(name)
+            for one in scene.limits.values()
+        )
+        rated = mount.part is not None and mount.part.rated_min is not None
+        from vibopt.responses.spatial import StaticLoadOfMount
+
+        for single in mount.singles(name) if not asked and not rated else ():
+            load = StaticLoadOfMount(response="static_load", of=single).measure_static(machine)
+            if load < -_NOTHING * GRAVITY * sum(machine.weights.values()):
+                found.append(
+                    f"mounts.{single} is lifted with {show(-load, '', 'force')} by the weights: it must be able to "
+                    f'pull. To forbid it, add a limit with response = "static_load", of = "{name}", at_least = "0 N".'
+                )
+    return found
+
+
+def unasked(scene: Scene) -> list[str]:
+    """Ratings and gaps of mounts that no limit asks for: said, so that nobody takes them for kept."""
+    found = []
+    for name, mount in scene.mounts.items():
+        for key, response in (("rating", "static_load"), ("gap", "travel")):
+            asked = any(
+                one.response == response and str(getattr(one, "of", "")).split(".")[0] == name
+                for one in scene.limits.values()
+            )
+            if getattr(mount, key) is not None and not asked:
+                found.append(
+                    f'mounts.{name}: its {key} binds nothing. Add a limit with response = "{response}" and '
+                    f'of = "{name}".'
+                )
+    return found
+
+
+def needless(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """A hint for every absorber whose mass is the least that is allowed."""
+    fewer = {1: "none may do", 2: "one absorber may do"}.get(len(scene.absorbers), "one absorber less may do")
+    return [
+        f"{one.path} rests on the least that is allowed: {fewer}; try without it (vibopt explain does)."
+        for one in scene.variables
+        if one.path.startswith("absorbers.")
+        and one.path.rsplit(".", 1)[-1] in ("mass", "mass_ratio", "inertia")
+        and one.values is None
+        and chosen[one.path] <= one.low * (1.0 + 1e-9)
+    ]
+
+
+def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """A warning for every mount that stands on a body held less than ten times as stiffly."""
+    machine = machine_of(scene, chosen)
+    mounts = [one for one in machine.joints if one.name not in machine.tuned]
+    notes = []
+    for mount in mounts:
+        floor = mount.ends[1]
+        if mount.stiffness == 0.0 or floor not in machine.masses or mount.ends[0] not in machine.masses:
+            continue
+        under = sum(one.stiffness for one in mounts if floor in one.ends and one is not mount)
+        if 0.0 < under < 10.0 * mount.stiffness:
+            notes.append(
+                f"{floor} is held only {under / mount.stiffness:.2g} times as stiffly as {mount.name}: "
+                "it moves too, and the answer counts with it; on a rigid floor it would be another."
+            )
+    return notes
+
+
+def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """How noises add up, and why a root mean square is infinite."""
+    asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
+    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
+    if scene.goal is not None:
+        asked["goal"] = scene.goal.response
+    random = {where: one for where, one in asked.items() if isinstance(one, RandomResponse)}
+    notes = []
+    if any(len(names_for(scene, one)) > 1 for one in random.values()):
+        notes.append("White noises are taken as independent: their mean squares add.")
+    machine = machine_of(scene, chosen) if random else None
+    for where, one in random.items():
+        from vibopt.verify.rms import why_infinite
+
+        why = why_infinite(scene, machine, one) if machine is not None else ""
+        if why:
+            notes.append(f"{where}: {one.response} is infinite, for {why}.")
+    return notes

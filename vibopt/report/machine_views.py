@@ -1,0 +1,162 @@
+"""What a machine adds to the views of its answer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibopt.answer import schema as shape
+from vibopt.answer.blocks import FOOT, LEAD, TEXT, Block, limits_block, measures_block, pairs, prices_block
+from vibopt.answer.entry import Chosen, Word
+from vibopt.report.absorber_parts import BUILD, build_rows, parts_of
+from vibopt.report.choices import choice_rows, choices_of, dropped_rows, free_words, tied
+from vibopt.report.machine_words import (
+    ENDS,
+    conflict_words,
+    interval,
+    model_words,
+    ranges_of,
+    tolerance_rows,
+    verdict,
+    worst_rows,
+)  # fmt: skip
+from vibopt.report.machine_words import notes_of as readings_of
+from vibopt.scene.scene import Design
+
+_CHOSEN = shape.table(
+    {
+        "value": {"anyOf": [shape.NUMBER, shape.TEXT]},
+        **dict.fromkeys(("unit", "shown"), shape.TEXT),
+        "at_bound": {"enum": ["from", "to", ""]},
+    },
+    {"one_of": shape.TEXTS},
+)
+_USED = shape.table({"declared_dof": {"type": "integer"}, "used_dof": {"type": "integer"}, "why": shape.TEXT})
+_INTERVALS = {"type": "array", "items": {"type": "array", "items": shape.ref("number")}}
+KEYS = {
+    "scene": (
+        {"variables": shape.named(_CHOSEN), "set": shape.maybe(_INTERVALS), "model": shape.maybe(_USED)},
+        {"build": shape.OPEN, "tolerances": shape.OPEN, "choices": {"type": "array"}},
+    )
+}
+"""By kind of job: what its answers have in JSON beside what all have, always and sometimes."""
+
+
+def sense_of(design: Design) -> str:
+    """ "minimise" or "maximise"; "" without a goal."""
+    return design.scene.goal.sense if design.scene.goal is not None else ""
+
+
+def notes_of(design: Design) -> list[str]:
+    """How the file was read, and what must be known to use the answer."""
+    return list(dict.fromkeys((*readings_of(design.scene), *design.notes)))
+
+
+def own_json(design: Design) -> dict[str, Any]:
+    """Variables and places, parts to build, the set of good speeds, the model, tolerances, choices."""
+    return {
+        "variables": {
+            **{path: _placed(one) for path, one in design.places.items()},
+            **{path: _chosen(one) for path, one in design.variables.items()},
+        },
+        **({} if not design.scene.absorbers else {"build": {one.name: one for one in parts_of(design)}}),
+        "set": None if design.found is None else design.found,
+        "model": design.model,
+        **({} if design.tolerances is None else {"tolerances": design.tolerances}),
+        **({"choices": choices_of(design)} if "picks" in design.details else {}),
+    }
+
+
+def _chosen(chosen: Chosen) -> dict[str, Any]:
+    return {**chosen.value.to_json(), "at_bound": chosen.at_bound}
+
+
+def _placed(placed: Word) -> dict[str, Any]:
+    return {"value": placed.value, "unit": "", "shown": placed.value, "at_bound": "", "one_of": list(placed.options)}
+
+
+def blocks(design: Design) -> list[Block]:
+    """What a machine's answer says, in the order in which it is needed."""
+    lead = [Block("", LEAD, tuple(conflict_words(design))), _intervals(design)]
+    if design.status == "unbounded":  # its values are as far as a search went, and mean nothing
+        return [*lead, *_foot(design)]
+    title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
+    places = [(one["place"], one["status"], one["goal"]) for one in design.details.get("places", ())]
+    return [
+        *lead,
+        pairs("Design", _values(design)),
+        pairs("Places", places),
+        pairs(BUILD, build_rows(design), whole=(0,)),
+        limits_block(design, title, states=design.found is None),
+        Block("What the tolerances cost", heads=("", "without", "with"), rows=tuple(tolerance_rows(design))),
+        pairs("Worst machine within the tolerances", worst_rows(design)),
+        prices_block(design),
+        *_shelf(design),
+        measures_block(design),
+        *_foot(design),
+    ]
+
+
+def _intervals(design: Design) -> Block:
+    return pairs(f"All limits hold for {design.scene.find_all}", [(interval(*one),) for one in design.found or ()])
+
+
+def _values(design: Design) -> list[tuple[str, ...]]:
+    """Places, parts and variables with what they were chosen from."""
+    ranges = ranges_of(design.scene)
+    brought = {
+        path: f"as {design.places[part].value} has it"
+        for path, part in tied(design.scene).items()
+        if part in design.places
+    }
+    placed: list[tuple[str, ...]] = [
+        (path, one.value, f"chosen from {one.among or ', '.join(one.options)}") for path, one in design.places.items()
+    ]
+    return placed + [
+        (path, one.value.shown, ENDS.get(one.at_bound, "") or brought.get(path, f"chosen from {ranges.get(path, '')}"))
+        for path, one in design.variables.items()
+        if ".part." not in path
+    ]
+
+
+def _shelf(design: Design) -> list[Block]:
+    """The best choices from a catalogue, what was dropped, and what free values would do."""
+    choices, free = choice_rows(design), free_words(design)
+    costs = "" if not any(one[2] for one in choices) else "Price"
+    heads = ("Order", "Goal", costs, "Tightest limit")
+    best = [Block(f"The best {len(choices)} choices", heads=heads, rows=tuple(choices))] if len(choices) > 1 else []
+    order = Block("Stiffness and damping made to order", TEXT, (free,) if free else ())
+    return [*best, pairs("What was dropped", dropped_rows(design)), order]
+
+
+def _foot(design: Design) -> list[Block]:
+    """What the answer stands on: model, method, notes."""
+    seconds = sum(design.timings.values())
+    time = f"{seconds:.1f} s" if seconds >= 1.0 else f"{1e3 * seconds:.0f} ms"
+    return [
+        Block("Model", FOOT, (model_words(design),) if design.model is not None else ()),
+        Block("Method", FOOT, (f"{design.method}, {time}",) if design.method else ()),
+        Block("Notes", FOOT, tuple(notes_of(design))),
+    ]
+
+
+def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
+    """Title and SVG of every panel, then of the design map; none where values mean nothing."""
+    from vibopt.report.curves import panels
+    from vibopt.report.design_plane import absorbers_with_map, plane
+    from vibopt.report.figures import below, plane_figure, response_figure, saved
+
+    if design.status == "unbounded":
+        return []
+    drawn = [(panel.title, response_figure([panel])) for panel in panels(design)]
+    drawn += [(one.title, response_figure([], "", [one])) for one in below(design)]
+    for mapped in filter(None, (plane(design, name) for name in absorbers_with_map(design) or ("",))):
+        drawn.append((mapped.title, plane_figure(mapped)))
+    return [(title, saved(figure, "svg").decode()) for title, figure in drawn]
+
+
+def signs(design: Design) -> tuple[str, ...]:
+    """Who signs the page."""
+    return ("Designed by, date", "Checked by, date")
+
+
+__all__ = ["KEYS", "blocks", "figures", "notes_of", "own_json", "sense_of", "signs", "verdict"]

@@ -1,0 +1,211 @@
+"""What the sheet says of the answer: verdict, limits, assumptions, proof, and whether anybody may sign it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from vibopt.answer.blocks import SIDES, at_words, spoken
+from vibopt.answer.entry import Checked
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.records import dataclass
+from vibopt.report.absorber_parts import chosen_in
+from vibopt.report.machine_words import goal_words, listed, loosening_words, model_words, notes_of, off_words
+from vibopt.report.sheet.mount_plan import said, short
+from vibopt.scene.scene import MINIMISE, Design
+from vibopt.scene.uncertain import Uncertain, uncertain, uncertain_at
+from vibopt.units import plain, show
+
+MOST_LIMITS = 12
+NAME = 24
+"""Letters of the name of a limit; the rest is cut."""
+MOST_NOTES = 9
+MOST_OFF = 3
+LONGEST = 200
+"""Letters of a note; the report has the rest."""
+HELD = ("optimal", "feasible", "met")
+_WHY_NOT = {
+    "violated": "the machine breaks {broken}",
+    "infeasible": "no design meets all limits (proven)",
+    "unbounded": "the goal has no best value, so there is no design",
+    "unproven": "no design was found, and none was proven impossible",
+    "check_failed": "a design was claimed, and the independent check refused it",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The banner: whether it may be signed, a word in large letters, and the lines below it."""
+
+    signable: bool
+    head: str
+    lines: tuple[str, ...]
+
+
+def verdict_of(design: Design) -> Verdict:
+    """What stands on top.  Only a design of which every limit holds may be signed."""
+    broken = [f'"{key}"' for key, one in design.limits.items() if not one.met]
+    if design.status not in HELD or broken:
+        said = _WHY_NOT.get(design.status, _WHY_NOT["violated"]).format(broken=listed(broken) or "a limit")
+        lines = [f"{said[:1].upper()}{said[1:]}.", *_conflict(design)]
+        if "rounded" in design.details:
+            lines.append(f"{design.claim[:1].upper()}{design.claim[1:]}.")
+        return Verdict(False, "NOT MET", tuple(lines))
+    goal = goal_words(design)
+    lines = [f"{goal[:1].upper()}{goal[1:]}; {_best(design)}."] if goal else []
+    if not design.limits:
+        return Verdict(True, "No limit was set", ("Nothing is judged: the sheet says what was asked.", *lines))
+    return Verdict(True, f"All limits met{_within(design)}", tuple(lines))
+
+
+def _within(design: Design) -> str:
+    """For which machines the limits are met; where the worst was only searched for, no more is said."""
+    if design.tolerances is None:
+        return ""
+    every, found = " for every machine within the tolerances", " on the worst machines found within the tolerances"
+    return found if design.tolerances.open else every
+
+
+def _best(design: Design) -> str:
+    """How good the choice is among all."""
+    if design.scene.goal is None:
+        return ""
+    if "rounded" in design.details and design.status != "optimal":
+        return "every limit is measured with them"
+    cheaper = design.scene.goal.name == "price" and design.scene.goal.sense == MINIMISE
+    if design.status == "optimal":
+        return f"{'no cheaper choice' if cheaper else 'no better choice'} exists (proven)"
+    return f"that no {'cheaper' if cheaper else 'better'} choice exists is not proven"
+
+
+def _conflict(design: Design) -> list[str]:
+    """Why there is no design, and what would help."""
+    lines = [design.reason] if design.reason else []
+    if design.conflict is not None:
+        names = listed([f'"{name}"' for name in design.conflict.limits])
+        lines.append(f"{names} cannot hold{' together' if len(design.conflict.limits) > 1 else ''}.")
+    steps = loosening_words(design)
+    return lines + ([f"Smallest loosening of one that helps: {', or '.join(steps)}."] if steps else [])
+
+
+@dataclass(frozen=True, slots=True)
+class LimitRow:
+    """One limit in words."""
+
+    name: str
+    what: str
+    allowed: str
+    value: str
+    at: str
+    margin: str
+    state: str
+
+
+def limit_rows(design: Design, most: int = MOST_LIMITS) -> tuple[list[LimitRow], int]:
+    """Rows in the order of the file, and how many were left out.
+
+    Those with most margin are left out first; never one that is broken or active.
+    """
+    rows = design.limits
+    kept = set(sorted(rows, key=lambda key: _rank(rows[key]))[:most])
+    kept |= {key for key, one in rows.items() if not one.met or one.active}
+    return [_limit(design, one) for key, one in rows.items() if key in kept], len(rows) - len(kept)
+
+
+def _rank(one: Checked) -> tuple[bool, bool, float]:
+    return one.met, not one.active, one.margin
+
+
+def _limit(design: Design, one: Checked) -> LimitRow:
+    what = ", ".join(filter(None, (spoken(one.response, one.place), *_asked(design, one))))
+    return LimitRow(
+        short(one.name, NAME),
+        short(what, 4 * NAME),
+        f"{SIDES.get(one.side, '')} {one.limit.shown if one.limit is not None else ''}".strip(),
+        one.value.shown,
+        "; ".join(filter(None, (at_words(one.worst_at), _off(one)))),
+        one.margin_shown,
+        {"BROKEN": "NOT MET", "ACTIVE": "met, at its limit"}.get(one.state, "met"),
+    )
+
+
+def _asked(design: Design, one: Checked) -> Iterator[str]:
+    """At which speeds a limit looks, which excitations count, and how they add up; in the words of the file."""
+    given = design.scene.document.get("limits", {}).get(one.name, {})
+    for key, words in (("over", "over"), ("at", "at"), ("due_to", "due to"), ("combine", "added up as")):
+        if key in given:
+            yield f"{words} {said(given[key])}"
+
+
+def _off(one: Checked) -> str:
+    """The worst machine within the tolerances, shortly."""
+    first = off_words(dict(list(one.off.items())[:MOST_OFF]))
+    return f"{first}, ..." if len(one.off) > MOST_OFF else first
+
+
+def measure_rows(design: Design, most: int) -> list[tuple[str, str, str]]:
+    """What was measured beside the limits: name, response, value with its place."""
+    rows = list(design.measures.items())[:most]
+    return [
+        (
+            short(name, NAME),
+            short(spoken(one.response, one.place), 2 * NAME),
+            " at ".join(filter(None, (one.value.shown, at_words(one.worst_at)))),
+        )
+        for name, one in rows
+    ]
+
+
+def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
+    """What the answer takes for granted; the longest list is cut, and says so."""
+    scene = design.scene
+    steady = "Bodies are rigid, springs and dampers are linear, motions are small"
+    steady += " and steady: running up through a resonance quickly gives less." if _swept(design) else " and steady."
+    notes = [steady, f"Gravity {plain(GRAVITY, 6)} m/s². Coordinates: {model_words(design)}."]
+    doubts = [
+        f"{one.path} ±{show(one.tolerance, '%', 'ratio', digits=3)}" for one in _doubts(design) if one.tolerance > 0.0
+    ]
+    if doubts:
+        notes.append(f"Tolerances: {', '.join(doubts)}. Frequencies and loads of single mounts are without them.")
+    else:
+        notes.append("No tolerances: every number is taken as it is given.")
+    notes += dict.fromkeys((*notes_of(scene), *design.notes))
+    cut = [one if len(one) <= LONGEST else f"{one[: LONGEST - 4].rstrip()} ..." for one in notes]
+    return cut if len(cut) <= most else [*cut[: most - 1], f"And {len(cut) - most + 1} more notes in the report."]
+
+
+def _doubts(design: Design) -> tuple[Uncertain, ...]:
+    """How far numbers may be off; of what is bought as the catalogue says of the part."""
+    if len(design.x) != len(design.scene.variables):
+        return uncertain(design.scene)
+    return uncertain_at(design.scene, chosen_in(design))
+
+
+def _swept(design: Design) -> bool:
+    return any(getattr(one, "over", None) is not None for one in design.scene.limits.values())
+
+
+def proof_of(design: Design) -> list[str]:
+    """How the answer is known, and what was not proven."""
+    said = [f"{design.claim[:1].upper()}{design.claim[1:]}."] if design.claim else []
+    if design.status not in HELD:
+        return said
+    said.append("Every limit was measured again on the finished machine, by another road than the one that chose it.")
+    if design.tolerances is not None and design.tolerances.open:
+        names = listed([f'"{one}"' for one in design.tolerances.open])
+        said.append(f"Not proven over the tolerances: {names}; the worst machine was searched for.")
+    if design.status == "feasible" and "rounded" not in design.details:
+        said.append("Not proven: that no better choice exists.")
+    said.append("Not part of any proof: the numbers given, and what is assumed beside.")
+    return said
+
+
+__all__ = [
+    "HELD",
+    "LimitRow",
+    "Verdict",
+    "assumptions_of",
+    "limit_rows",
+    "measure_rows",
+    "proof_of",
+    "verdict_of",
+]

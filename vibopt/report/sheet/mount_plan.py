@@ -1,0 +1,204 @@
+"""The plan view: x to the right, y up, to scale; mounts with names and loads, centre of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
+
+from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.records import dataclass
+from vibopt.report.figures.paper import FAINT, GRID, INK, sheet
+from vibopt.units import show
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+END = 4
+LAST_DRAWN = "\u0530"
+"""The font of figures knows Latin, Greek and Cyrillic letters, all below this."""
+
+
+def short(name: str, longest: int) -> str:
+    """A name without its middle where it is longer than `longest` letters; the number at its end is kept."""
+    if len(name) <= longest:
+        return name
+    return f"{name[: longest - END - 3]}...{name[-END:]}"
+
+
+def drawn(name: str, longest: int) -> str:
+    """A name for a figure: short, no formula, and "?" for letters that its font does not have."""
+    known = "".join(letter if letter < LAST_DRAWN else "?" for letter in short(name, longest))
+    return known.replace("$", r"\$")
+
+
+def said(value: object) -> str:
+    """A value of the file in its own words; of a list of plain ones in brackets, of a single one without."""
+    if isinstance(value, Mapping):
+        return " ".join(f"{key} {said(one)}" for key, one in value.items())
+    if isinstance(value, (list, tuple)):
+        flat = len(value) > 1 and all(not isinstance(one, (Mapping, list, tuple)) for one in value)
+        listed = ", ".join(said(one) for one in value)
+        return f"({listed})" if flat else listed
+    return str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """One mount.
+
+    name, group
+        "foot.1" and "foot".
+    at
+        Place [m].
+    carried, by
+        What stands on it, and what it stands on.
+    load
+        Vertical static force on what is carried [N]; below zero the mount is lifted, infinite where nothing holds
+        the machine.
+    """
+
+    name: str
+    group: str
+    at: tuple[float, float, float]
+    carried: str
+    by: str
+    load: float
+
+
+def spots_of(machine: SpaceMachine) -> list[Spot]:
+    """All mounts, in the order of the file."""
+    groups = {single: group for group, singles in machine.groups.items() for single in singles}
+    moving = {*machine.rigid, *machine.line}
+    found = []
+    for mount in machine.mounts:
+        first, second = mount.ends
+        hangs = first not in moving
+        force = machine.static_force(mount.name)
+        load = inf if force is None else float(force[2]) * (-1.0 if hangs else 1.0)
+        carried, by = (second, first) if hangs else (first, second)
+        x, y, z = (float(one) for one in mount.at)
+        found.append(Spot(mount.name, groups[mount.name], (x, y, z), carried, by, load))
+    return found
+
+
+def sums_of(spots: list[Spot]) -> dict[str, float]:
+    """Sum of the loads under each body that stands on mounts [N]; bodies that are not held are left out."""
+    sums: dict[str, float] = {}
+    for one in spots:
+        if isfinite(one.load):
+            sums[one.carried] = sums.get(one.carried, 0.0) + one.load
+    return sums
+
+
+WIDTH, HEIGHT = 3.7, 2.85
+"""Inches, of one plan."""
+MARKERS = (("o", INK), ("s", "white"), ("^", FAINT), ("D", "white"), ("v", INK), ("P", FAINT))
+"""Shape and filling by group: told apart in grey, and without seeing the filling."""
+MOST_PLANS = 2
+LONGEST = 14
+SMALL = 6.5
+
+
+def plan_figure(machine: SpaceMachine, unit: str, points: Sequence[str] = ()) -> Figure | None:
+    """Plan views of the bodies that stand on mounts, one above the other; None where there are no mounts.
+
+    Parameters
+    ----------
+    machine
+        As built.
+    unit
+        Unit of the loads.
+    points
+        Names of places to mark.
+    """
+    spots = spots_of(machine)
+    carried = list(dict.fromkeys(one.carried for one in spots))[:MOST_PLANS]
+    if not carried:
+        return None
+    figure = sheet(WIDTH, HEIGHT if len(carried) == 1 else 1.45 * HEIGHT)
+    for i, name in enumerate(carried):
+        axes = figure.add_subplot(len(carried), 1, i + 1)
+        _plan(axes, machine, [one for one in spots if one.carried == name], unit)
+        _points(axes, machine, name, points)
+        _dress(axes)
+        if len(carried) > 1:
+            axes.set_title(drawn(name, 24), fontsize=SMALL + 1.0, loc="left", color=INK)
+    return figure
+
+
+def markers_of(machine: SpaceMachine) -> dict[str, tuple[str, str]]:
+    """Marker of each group."""
+    return {name: MARKERS[i % len(MARKERS)] for i, name in enumerate(machine.groups)}
+
+
+def _plan(axes: Any, machine: SpaceMachine, spots: Sequence[Spot], unit: str) -> None:
+    """Mounts of one body, each with its name and its load, within the rectangle that they span."""
+    xs, ys = [one.at[0] for one in spots], [one.at[1] for one in spots]
+    left, right, low, high = min(xs), max(xs), min(ys), max(ys)
+    axes.plot([left, right, right, left, left], [low, low, high, high, low], color=GRID, lw=0.8)
+    for group, (shape, fill) in markers_of(machine).items():
+        mine = [one.at for one in spots if one.group == group]
+        x, y = [at[0] for at in mine], [at[1] for at in mine]
+        axes.plot(x, y, marker=shape, mfc=fill, mec=INK, ms=6.5, ls="", gid=f"group-{group}")
+    for place, words in _labels(spots, unit).items():
+        _text(axes, words, place, 6.0 if place[1] >= (low + high) / 2.0 else -6.0, INK)
+
+
+def _points(axes: Any, machine: SpaceMachine, name: str, points: Sequence[str]) -> None:
+    """Centre of mass of a body, and the places on it that the file names."""
+    for point in points:
+        body, at = machine.fixed[point]
+        if body == name:
+            axes.plot([at[0]], [at[1]], marker="x", color=FAINT, ms=5, ls="")
+            _text(axes, drawn(point, LONGEST), (at[0], at[1]), -4, FAINT)
+    if name in machine.rigid:
+        centre = machine.rigid[name].centre
+        axes.plot([centre[0]], [centre[1]], marker="o", mfc="white", mec=INK, ms=9, ls="")
+        axes.plot([centre[0]], [centre[1]], marker="+", color=INK, ms=12, mew=1.0, ls="")
+        _text(axes, "centre of mass", (centre[0], centre[1]), 7, INK)
+
+
+def _labels(spots: Sequence[Spot], unit: str) -> dict[tuple[float, float], str]:
+    """Names and loads at each place; of mounts above each other all."""
+    found: dict[tuple[float, float], str] = {}
+    for one in spots:
+        load = show(one.load, unit, "force") if isfinite(one.load) else "not held"
+        words = f"{drawn(one.name, LONGEST)}\n{load}"
+        place = one.at[0], one.at[1]
+        found[place] = f"{found[place]}\n{words}" if place in found else words
+    return found
+
+
+def _text(axes: Any, words: str, at: tuple[float, float], away: float, colour: str) -> None:
+    """Words above a place, or below it where `away` [points] is negative."""
+    axes.annotate(
+        words,
+        at,
+        xytext=(0, away),
+        textcoords="offset points",
+        ha="center",
+        va="bottom" if away > 0 else "top",
+        fontsize=SMALL,
+        color=colour,
+        linespacing=1.05,
+    )
+
+
+def _dress(axes: Any) -> None:
+    box = axes.dataLim
+    pad = 0.22 * max(box.width, box.height, 1e-3)
+    axes.update_datalim([(box.x0 - pad, box.y0 - pad), (box.x1 + pad, box.y1 + pad)])
+    axes.margins(0.0)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x [m]", fontsize=SMALL, color=INK, labelpad=1)
+    axes.set_ylabel("y [m]", fontsize=SMALL, color=INK, labelpad=1)
+    axes.tick_params(labelsize=SMALL - 0.5, colors=FAINT, length=2, pad=1.5)
+    axes.grid(True, color=GRID, lw=0.3)
+    axes.set_axisbelow(True)
+    for spine in axes.spines.values():
+        spine.set_color(GRID)
+
+
+__all__ = ["MARKERS", "Spot", "drawn", "markers_of", "plan_figure", "said", "short", "spots_of", "sums_of"]

@@ -1,0 +1,234 @@
+"""The sheet as HTML: facts in words, a figure, and the template that puts them on one A4 page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import date
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.page import inline, version
+from vibopt.errors import InputError
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.report.absorber_parts import chosen_in
+from vibopt.report.figures import saved
+from vibopt.report.sheet.design_values import build_rows
+from vibopt.report.sheet.fit import SIZES, density_of
+from vibopt.report.sheet.judgement import assumptions_of, limit_rows, measure_rows, proof_of, verdict_of
+from vibopt.report.sheet.machine_tables import body_rows, excitation_rows
+from vibopt.report.sheet.mount_plan import plan_figure, short, spots_of, sums_of
+from vibopt.report.sheet.printing import pages_of, pdf
+from vibopt.report.sheet.schematic import schematic_figure
+from vibopt.report.sheet.shapes import shapes_of
+from vibopt.scene.places import turning
+from vibopt.scene.scene import Design, Scene
+from vibopt.scene.settle import open_places
+from vibopt.units import best_unit, plain, show
+from vibopt.verify.as_built import machine_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TEMPLATE = Path(__file__).with_name("sheet.html.j2")
+MOST_MODES, MOST_MOUNTS, MOST_ROWS = 8, 12, 10
+LONG, NAME = 120, 22
+"""Letters of a title and of the name of a mount; the rest is cut."""
+
+
+def html(
+    design: Design,
+    *,
+    digests: Mapping[str, str] | None = None,
+    changes: Sequence[str] = (),
+    on: date | None = None,
+    density: int | None = None,
+) -> str:
+    """The page.
+
+    Parameters
+    ----------
+    design
+        Any answer but that of `find_all`; one that is not met is printed without a place to sign.
+    digests
+        SHA-256 of the problem file and of the files it reads, by their names.
+    changes
+        What was set on the command line beside the file.
+    on
+        Date of the page; today if None.
+    density
+        How closely the page is set, a number of `fit.SIZES`; None estimates it from how much there is to say.
+
+    Raises
+    ------
+    InputError
+        The file asks at which speeds its limits hold: there is no one design to sign.
+    """
+    from jinja2 import Environment, StrictUndefined
+
+    asks_for_one_design(design.scene)
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    said = _said(design, digests, changes, on)
+    return template.render(**said, size=SIZES[density if density is not None else density_of(said)])
+
+
+def _said(design: Design, digests: Mapping[str, str] | None, changes: Sequence[str], on: date | None) -> dict[str, Any]:
+    return _words(design) | {
+        "digests": [(name, " ".join(one[i : i + 4] for i in (0, 4, 8, 12))) for name, one in (digests or {}).items()],
+        "changes": list(changes),
+        "date": (on or date.today()).isoformat(),
+    }
+
+
+def asks_for_one_design(scene: Scene) -> None:
+    """InputError where a file asks at which speeds its limits hold: there is no one design to sign."""
+    if scene.find_all is not None:
+        raise InputError(
+            f"{scene.name}: --sheet is for one design, and find_all asks at which speeds the limits hold. Use vibopt "
+            "report without --sheet."
+        )
+
+
+def printed(
+    design: Design, program: str, target: str, *, digests: Mapping[str, str] | None = None, changes: Sequence[str] = ()
+) -> bytes:
+    """The page as PDF, in the largest letters with which it is one page.
+
+    Parameters
+    ----------
+    design, digests, changes
+        As of `html`.
+    program
+        A browser, from `browser`.
+    target
+        The file that was asked for, for messages.
+
+    Raises
+    ------
+    InputError
+        The browser did not print.
+    """
+    found: dict[int, bytes] = {}
+
+    def fits(density: int) -> bool:
+        page = html(design, digests=digests, changes=changes, density=density)
+        found[density] = pdf(page, program, target)
+        return pages_of(found[density]) <= 1
+
+    density = density_of(_said(design, digests, changes, None))
+    if fits(density):
+        while density > 0 and fits(density - 1):
+            density -= 1
+        return found[density]
+    while density < len(SIZES) - 1 and not fits(density + 1):
+        density += 1
+    return found[min(density + 1, len(SIZES) - 1)]
+
+
+def machine_in(design: Design) -> Machine | None:
+    """The machine as built without tolerances; None where no design was found."""
+    scene = design.scene
+    found = len(design.x) == len(scene.variables) and design.status not in ("infeasible", "unbounded", "unproven")
+    return machine_of(scene, chosen_in(design)) if found and not open_places(scene) else None
+
+
+def _words(design: Design) -> dict[str, Any]:
+    """Everything the template says, as text."""
+    scene, machine = design.scene, machine_in(design)
+    verdict = verdict_of(design)
+    limits, more_limits = limit_rows(design) if machine is not None else ([], 0)
+    shapes = _mode_rows(scene, machine) if machine is not None else []
+    mounts, sums = _mount_rows(design, machine)
+    return {
+        "title": scene.title if len(scene.title) <= LONG else f"{scene.title[: LONG - 4]} ...",
+        "file": scene.name,
+        "verdict": verdict,
+        "bodies": _cut(body_rows(scene, machine)),
+        "build": _cut(build_rows(design, machine)) if machine is not None else [],
+        "excitations": _cut(excitation_rows(scene)),
+        "figure": _figure(scene, machine, _load_unit(design, machine)),
+        "two_figures": isinstance(machine, SpaceMachine) and len({one.carried for one in spots_of(machine)}) > 1,
+        "mounts": mounts[:MOST_MOUNTS],
+        "more_mounts": len(mounts[MOST_MOUNTS:]),
+        "sums": sums,
+        "scatter": design.tolerances is not None,
+        "modes": shapes[:MOST_MODES],
+        "more_modes": len(shapes[MOST_MODES:]),
+        "limits": limits,
+        "more_limits": more_limits,
+        "measures": measure_rows(design, 6) if machine is not None else [],
+        "assumptions": assumptions_of(design),
+        "proof": proof_of(design),
+        "version": version(),
+    }
+
+
+def _cut(rows: list[tuple[str, str]]) -> list[tuple[str, str]]:
+    """No more rows than the page has room for; how many are left out is said."""
+    if len(rows) <= MOST_ROWS:
+        return rows
+    return [*rows[: MOST_ROWS - 1], ("...", f"and {len(rows) - MOST_ROWS + 1} more in the report")]
+
+
+def _mode_rows(scene: Scene, machine: Machine) -> list[dict[str, str]]:
+    """Number, frequency, damping ratio and words of each mode."""
+    rows = []
+    for i, one in enumerate(shapes_of(machine, sorted(turning(scene)))):
+        words = one.words or "of machine and structure together"
+        rows.append(
+            {
+                "number": str(i + 1),
+                "frequency": show(one.frequency, "Hz", "angular_rate"),
+                "damping": show(one.damping, "%", "ratio", digits=2) if one.damping is not None else "not told",
+                "words": words if one.frequency > 0.0 else f"{words}: free, nothing holds it",
+            }
+        )
+    return rows
+
+
+def _mount_rows(design: Design, machine: Machine | None) -> tuple[list[dict[str, str]], list[str]]:
+    """Place and load of each mount, and what the loads under each body come to."""
+    if not isinstance(machine, SpaceMachine):
+        return [], []
+    spots, unit = spots_of(machine), _load_unit(design, machine)
+    rows = [
+        {
+            "name": short(one.name, NAME),
+            "x": plain(one.at[0]),
+            "y": plain(one.at[1]),
+            "z": plain(one.at[2]),
+            "load": show(one.load, unit, "force") if isfinite(one.load) else "not held",
+            "lifted": "lifted" if one.load < 0.0 else "",
+        }
+        for one in spots
+    ]
+    return rows, [f"under {name} {show(total, unit, 'force')}" for name, total in sums_of(spots).items()]
+
+
+def _load_unit(design: Design, machine: Machine | None) -> str:
+    """The unit in which the file speaks of static loads, else one for the greatest."""
+    for one in (*design.limits.values(), *design.measures.values()):
+        if one.response == "static_load":
+            return one.value.shown.partition(" ")[2]
+    if not isinstance(machine, SpaceMachine):
+        return "N"
+    loads = [abs(one.load) for one in spots_of(machine) if isfinite(one.load)]
+    return best_unit(max(loads, default=1.0), "force")
+
+
+def _figure(scene: Scene, machine: Machine | None, unit: str) -> Any:
+    """Inline SVG of the plan view, or of the schematic; "" where there is nothing to draw."""
+    from markupsafe import Markup
+
+    drawn: Figure | None = None
+    title = "Plan view"
+    if isinstance(machine, SpaceMachine):
+        drawn = plan_figure(machine, unit, tuple(scene.points))
+    if drawn is None and machine is not None:
+        drawn, title = schematic_figure(scene), "Schematic"
+    return "" if drawn is None else Markup(inline(saved(drawn, "svg").decode(), "sheet", title))
+
+
+__all__ = ["asks_for_one_design", "html", "machine_in", "printed"]

@@ -1,0 +1,1 @@
+"""The finished thing measured again by another road, and both roads compared."""

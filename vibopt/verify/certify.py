@@ -1,0 +1,243 @@
+"""The finished design measured on the machine as built, by another road than the optimiser took.
+
+The machine is assembled link by link in real arithmetic, forces are read off the balance of
+inertia, and the worst speed is searched afresh over the whole band.  No form is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from vibopt.excitations import Excitation
+from vibopt.forms import Band, Combine, ComplexArray, FloatArray, Line
+from vibopt.mechanics.combine import combined
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.modal import WORTH
+from vibopt.mechanics.peaks import Extreme, greatest, least
+from vibopt.mechanics.ties import foremost
+from vibopt.records import dataclass
+from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
+from vibopt.scene.scene import Scene
+from vibopt.scene.space import members
+from vibopt.verify.as_built import machine_of
+
+if TYPE_CHECKING:
+    from vibopt.verify.near_rest import Orders
+
+_OTHERS = (0.118, 0.382, 0.764)
+"""Parts of a band at which a machine is also measured in full, whatever the worst speed."""
+_AS_REST = 1e-6
+"""Part of the reach of the orders at which a ratio of two motions is as at rest."""
+TOLERANCE = 1e-9
+"""Part of a bound by which a design may miss it: rounding, and no more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Value of a response on the built machine [SI], and the speed [rad/s] of the worst per excitation.
+
+    `response` is the single question: of a group of mounts the worst of them.
+    """
+
+    value: float
+    speeds: Mapping[str, float]
+    response: Response
+
+
+def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side: str = "at_most") -> Measured:
+    """The worst of a response; `side` "at_least" looks for its least value.
+
+    For a natural frequency outside a band it is the mode nearest to the band's middle.
+    """
+    machine = machine_of(scene, chosen)
+    return measure_on(scene, machine, response, side)
+
+
+def measure_on(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
+    """As `measure`, on a machine already built; of a group of mounts the worst of them."""
+    each = members(scene, response)
+    found = [_measured(scene, machine, one, side) for one in each]
+    return found[foremost([one.value for one in found], least=side == "at_least")]
+
+
+def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
+    if isinstance(response, HarmonicResponse):
+        return _harmonic(scene, machine, response, side)
+    if isinstance(response, RandomResponse):
+        from vibopt.verify.rms import rms_of
+
+        return Measured(rms_of(scene, machine, response), {}, response)
+    if response.outside_bands:
+        return Measured(_nearest_mode(machine, response.outside_bands), {}, response)
+    return Measured(response.measure_static(machine), {}, response)
+
+
+def _nearest_mode(machine: Machine, outside: tuple[Band, ...]) -> float:
+    """The natural frequency deepest inside any band, or else the nearest to one [rad/s]."""
+    modes = machine.natural_frequencies()
+    depth = [(min(w - band.low, band.high - w), w) for band in outside for w in modes]
+    return float(max(depth)[1])
+
+
+def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: str) -> Measured:
+    want_least = (side == "at_least") != response.complement
+    found: dict[str, Extreme] = {}
+    for name in names_for(scene, response):
+        found[name] = _one_drive(scene, machine, response, name, want_least)
+    values = np.array([one.value for one in found.values()])
+    total = float(np.sqrt((values**2).sum())) if response.combine == "rss" else float(values.sum())
+    value = 1.0 - total if response.complement else total
+    return Measured(value, {name: one.speed for name, one in found.items()}, response)
+
+
+def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:
+    shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
+    bands = bands_for(scene, response, name)
+    lines = shaken.lines
+    between = any(not band.is_point for band in bands)
+    poles = machine.poles() if between else np.zeros(0, dtype=complex)
+    if response.rigid_link and between:
+        poles = np.concatenate([poles, shaken.bolted.poles()])
+    singular = np.concatenate([poles / line.order for line in lines])
+    breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
+    turning = shaken.turning if between else None
+    found = (least if want_least else greatest)(shaken, bands, singular, breaks, turning)
+    whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
+    if whole or not np.isfinite(found.value):
+        return found
+    return _in_full(shaken, found, bands, want_least)
+
+
+def _in_full(shaken: Shaken, found: Extreme, bands: tuple[Band, ...], want_least: bool) -> Extreme:
+    """The extreme measured on the machine in full, there and at a few other speeds where that is another machine."""
+    machine = shaken.machine.in_full
+    full = replace(shaken, machine=machine)
+    speeds = [found.speed]
+    if machine is not shaken.machine:
+        speeds += [band.low + part * (band.high - band.low) for band in bands for part in _OTHERS if not band.is_point]
+    values = full(np.array(speeds))
+    worst = foremost(values, least=want_least)
+    return Extreme(float(values[worst]), speeds[worst])
+
+
+@dataclass(frozen=True)
+class Shaken:
+    """Response of a built machine to one excitation against its speed; callable."""
+
+    machine: Machine
+    response: HarmonicResponse
+    excitation: Excitation
+    combine: Combine
+
+    def __call__(self, speed: FloatArray) -> FloatArray:
+        """Combined peak amplitude, shape of `speed` [rad/s]; a ratio for normalised responses."""
+        with np.errstate(all="ignore"):
+            if not self.response.rigid_link:
+                value = self._size(self.machine, speed)
+            else:
+                moving = np.maximum(speed, _AS_REST * self._within)
+                value = self._size(self.bolted, moving) / self._size(self.machine, moving)
+        return np.where(np.isnan(value), np.inf, value)
+
+    def _size(self, machine: Machine, speed: FloatArray) -> FloatArray:
+        lines = self.lines
+        found = [self._line(machine, line, speed) for line in lines]
+        return combined(found, tuple(line.order for line in lines), self.combine)
+
+    def _line(self, machine: Machine, line: Line, speed: FloatArray) -> ComplexArray:
+        """One harmonic of the response; near standstill by orders, where motion without end meets what fades."""
+        amplitude = UNIT if self.response.normalised else line.amplitude
+        orders = self._orders(machine, line) if machine.loose or amplitude.grows_to_rest else None
+        if orders is None or not (near := line.order * speed < orders.reach).any():
+            return self._steady(machine, line, line.order * speed, amplitude.at(speed))
+        moving = np.where(near, orders.reach / line.order, speed)
+        value = self._steady(machine, line, line.order * moving, amplitude.at(moving))
+        value[near] = orders.times(amplitude, line.order, speed[near])
+        return value
+
+    def _steady(self, machine: Machine, line: Line, omega: FloatArray, size: FloatArray) -> ComplexArray:
+        drive = line.vector[0] * size.astype(complex)
+        acts = self.excitation.acts if self.excitation.direction_known else {self._place(machine): 1.0}
+        shaken = {key: weight * drive for key, weight in acts.items()}
+        forces = shaken if self.excitation.family == "bodies" else {}
+        bases = shaken if self.excitation.family == "bases" else {}
+        return self.response.measure(self.machine, machine.shake(omega, forces, bases))
+
+    def _orders(self, machine: Machine, line: Line) -> Orders:
+        key = machine is self.machine, line.order, complex(line.vector[0])
+        if key not in self._known:
+            from vibopt.verify.near_rest import orders_of
+
+            def steady(omega: ComplexArray) -> ComplexArray:
+                return self._steady(machine, line, cast("FloatArray", omega), np.ones(omega.shape))
+
+            self._known[key] = orders_of(steady, machine)
+        return self._known[key]
+
+    @property
+    def turning(self) -> FloatArray | None:
+        """Speeds of all extremes [rad/s], where one harmonic of one power of the speed tells them from the machine."""
+        line, *others = self.lines
+        amplitude = UNIT if self.response.normalised else line.amplitude
+        piece = amplitude.pieces[0]
+        plain = not others and len(amplitude.pieces) == 1 and not piece.slope and not amplitude.grows_to_rest
+        if not plain or self.machine.loose or self.response.rigid_link:
+            return None
+
+        def read(omega: FloatArray) -> FloatArray:
+            return np.abs(self._steady(self.machine, line, omega, np.ones(omega.shape)))
+
+        found = self.machine.turning(read, piece.power)
+        return None if found is None else found / line.order
+
+    @cached_property
+    def lines(self) -> tuple[Line, ...]:
+        """Harmonics of the excitation."""
+        return self.excitation.lines(np.ones(1))
+
+    @cached_property
+    def _known(self) -> dict[tuple[bool, float, complex], Orders]:
+        return {}
+
+    @cached_property
+    def bolted(self) -> Machine:
+        return joined(self.machine, self.response.rigid_link)
+
+    @cached_property
+    def _within(self) -> float:
+        """A speed below which the orders of all lines hold [rad/s]; zero where none are needed."""
+        machines = (self.machine, self.bolted)
+        lines = self.lines
+        loose = [one for one in machines if one.loose]
+        return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
+
+    def _place(self, machine: Machine) -> str:
+        """Where the excitation acts; the receiver, where its body has been joined with it."""
+        on = self.excitation.on
+        if self.excitation.direction_known or on in machine.places or on in machine.bases:
+            return on
+        return next(one.ends[1] for one in self.machine.joints if one.name == self.response.rigid_link)
+
+
+def joined(machine: Machine, link: str) -> Machine:
+    """The machine with a link made rigid: its two bodies are one, called by the second end's name."""
+    first, second = next(one.ends for one in machine.joints if one.name == link)
+    masses = {name: mass for name, mass in machine.masses.items() if name != first}
+    masses[second] += machine.masses[first]
+    joints = []
+    for joint in machine.joints:
+        a, b = (second if end == first else end for end in joint.ends)
+        if a != b:
+            joints.append(replace(joint, ends=(a, b)))
+    weights = {name: weight for name, weight in machine.weights.items() if name != first}
+    weights[second] += machine.weights[first]
+    return replace(machine, masses=masses, joints=tuple(joints), weights=weights)
+
+
+__all__ = ["TOLERANCE", "Measured", "joined", "machine_of", "measure", "measure_on"]

@@ -1,0 +1,226 @@
+"""Rows of an answer: every limit and measure on the machine as built, with texts in the user's units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.answer.entry import Checked, Chosen, Entry
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import Model
+from vibopt.records import dataclass
+from vibopt.responses import Response
+from vibopt.responses.kind import place_of
+from vibopt.scene.assemble import model_of
+from vibopt.scene.scene import Scene, Variable
+from vibopt.units import si_unit
+from vibopt.values import SpeedRange
+from vibopt.verify.as_built import differing, machine_of
+from vibopt.verify.certify import TOLERANCE, Measured, measure_on
+from vibopt.verify.rated import rated_rows
+from vibopt.verify.routes import LOADS, differs, modelled, rated_loads
+
+
+def shown_value(response: Response, value: float, unit: str) -> Entry:
+    """A response's value in the user's unit."""
+    return Entry(value, response.dimension, unit, amplitude=response.amplitude)
+
+
+Offs = Mapping[str, Sequence[Mapping[str, float]]]
+"""Per row of an answer the machines on which it is measured: factors of the numbers that are off, by path."""
+
+
+def limit_rows(scene: Scene) -> dict[str, tuple[str, str]]:
+    """Name and side of every row of the limits, by its key; a limit with two bounds has two rows."""
+    rows = {}
+    for name, response in scene.limits.items():
+        sides = [side for side in ("at_most", "at_least", "outside") if getattr(response, side, None) is not None]
+        for side in sides:
+            rows[name if side == sides[0] else f"{name} ({side})"] = name, side
+    return rows
+
+
+def checked_limits(
+    scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None, model: Model | None = None
+) -> dict[str, Checked]:
+    """Every limit on the built machine, or on the worst of several, compared with the model (that of the scene)."""
+    built = _Built(scene, chosen, model)
+    rows = {}
+    for key, (name, side) in limit_rows(scene).items():
+        rows[key] = _worst_of(built, (offs or {}).get(key, ()), name, scene.limits[name], side)
+    return rows | _rated(built, offs or {})
+
+
+def _rated(built: _Built, offs: Offs) -> dict[str, Checked]:
+    """Static loads of bought parts, each on the worst of several machines."""
+    scene, chosen = built.scene, built.chosen
+    rows = rated_rows(scene, chosen, built.machine)
+    if rows:
+        loads = rated_loads(built.model, np.array([chosen[one.path] for one in scene.variables]))
+        rows = {key: _load_compared(row, loads[row.name, row.side]) for key, row in rows.items()}
+    for key in rows:
+        for off in offs.get(key, ()):
+            other = replace(scene, off=off)
+            row = rated_rows(other, chosen, machine_of(other, chosen))[key]
+            if rows[key].margin - row.margin > TOLERANCE:
+                differs = differing(scene, off)
+                rows[key] = replace(row, off=differs)
+    return rows
+
+
+def checked_measures(
+    scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None, model: Model | None = None
+) -> dict[str, Checked]:
+    """Every measure on the built machine, or on the worst of several, compared with the model (that of the scene)."""
+    built = _Built(scene, chosen, model)
+    return {name: _worst_of(built, (offs or {}).get(name, ()), name, one, "") for name, one in scene.measures.items()}
+
+
+def _load_compared(row: Checked, parts: Sequence[float]) -> Checked:
+    """A row of a rated load beside what the model says of each mount, as parts of the rating."""
+    assert row.limit is not None
+    other = (max(parts) if row.side == "at_most" else min(parts)) * row.limit.value
+    if row.value.value == other or abs(row.value.value - other) <= LOADS * abs(row.limit.value):
+        return row
+    words = f"{row.name} ({row.response} {row.place}) is {other:.9g} N in the model"
+    return replace(row, doubt=f"{words}, {row.value.value:.9g} N on the machine as built")
+
+
+@dataclass(frozen=True)
+class _Built:
+    """A machine with its numbers off by `scene.off`, by both routes."""
+
+    scene: Scene
+    chosen: Mapping[str, float]
+    given: Model | None = None
+
+    @cached_property
+    def machine(self) -> Machine:
+        return machine_of(self.scene, self.chosen)
+
+    @cached_property
+    def model(self) -> Model:
+        return self.given or model_of(self.scene)
+
+    def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
+        found = measure_on(self.scene, self.machine, response, side or response.worst_side)
+        return _checked(self.scene, found, name, response, side), found
+
+    def compared(self, row: Checked, found: Measured) -> Checked:
+        """The row, with what the model says of it where that is another number."""
+        asked = self.scene, self.model, self.chosen, found.response, found
+        if not differs(*asked):
+            return row
+        values = modelled(*asked), found.value
+        digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
+        both = [f"{one:.{digits}g} {si_unit(found.response.dimension)}".rstrip() for one in values]
+        at = ", ".join(f"{one.shown} of {name}" for name, one in row.worst_at.items())
+        what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
+        words = f"{what} is {both[0]} in the model, {both[1]} on the machine as built"
+        return replace(row, doubt=f"{words}, at {at}" if at else words)
+
+
+def _worst_of(built: _Built, offs: Sequence[Mapping[str, float]], name: str, response: Response, side: str) -> Checked:
+    """The row of the machine, among those that are off, on which it is worst; the first among equals."""
+    if not offs:
+        return built.compared(*built.row(name, response, side))
+    sign = -1.0 if (side or response.worst_side) == "at_least" else 1.0
+    rows = []
+    for off in offs:
+        machine = _Built(replace(built.scene, off=off), built.chosen)
+        row, found = machine.row(name, response, side)
+        rows.append((replace(row, off=differing(built.scene, off)), found, machine))
+    worst = rows[0]
+    for one in rows[1:]:
+        better, row = worst[0], one[0]
+        worse = better.margin - row.margin if side else sign * (row.value.value - better.value.value) / _size(better)
+        worst = one if worse > TOLERANCE else worst
+    return worst[2].compared(*worst[:2])
+
+
+def _size(row: Checked) -> float:
+    return abs(row.value.value) or 1.0
+
+
+def _checked(scene: Scene, found: Measured, name: str, response: Response, side: str) -> Checked:
+    given = getattr(response, side, None) if side else None
+    unit = response.unit or getattr(given, "unit", "") or usual_unit(scene, response)
+    margin = 0.0
+    limit = None
+    if side == "outside":
+        assert isinstance(given, SpeedRange)
+        band = min(given.bands, key=lambda one: -min(found.value - one.low, one.high - found.value))
+        depth = min(found.value - band.low, band.high - found.value)
+        edge = band.low if found.value - band.low <= band.high - found.value else band.high
+        margin = -depth / edge if edge else -depth
+        ends = [shown_value(response, one, unit).shown for one in (band.low, band.high)]
+        first, _, same = ends[0].rpartition(" ")
+        text = f"{first}..{ends[1]}" if ends[1].endswith(f" {same}") else "..".join(ends)
+        limit = replace(shown_value(response, edge, unit), text=text)
+    elif given is not None:
+        size = abs(1.0 - given.value if response.complement else given.value) or 1.0
+        margin = (given.value - found.value) / size if side == "at_most" else (found.value - given.value) / size
+        limit = shown_value(response, given.value, unit)
+    return Checked(
+        name=name,
+        response=response.response,
+        place=place_of(response),
+        side=side,
+        value=shown_value(response, found.value, unit),
+        limit=limit,
+        margin=float(margin) if np.isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
+        worst_at={key: _speed(scene, key, speed) for key, speed in found.speeds.items()},
+    )
+
+
+def _speed(scene: Scene, name: str, omega: float) -> Entry:
+    excitation = scene.excitations[name]
+    dimension = excitation.speed.dimension
+    return Entry(excitation.from_rotation(omega), dimension, excitation.speed.unit)
+
+
+def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Entry] | None:
+    """The goal's name and its value on the built machine."""
+    row = goal_row(scene, chosen)
+    return None if row is None else (row.name, row.value)
+
+
+def goal_row(scene: Scene, chosen: Mapping[str, float], model: Model | None = None) -> Checked | None:
+    """The goal on the built machine, compared with the model (that of the scene)."""
+    if scene.goal is None:
+        return None
+    built, response = _Built(scene, chosen, model), scene.goal.response
+    side = "at_most" if scene.goal.sense == "minimise" else "at_least"
+    found = measure_on(scene, built.machine, response, side)
+    return built.compared(_checked(scene, found, scene.goal.name, response, ""), found)
+
+
+def chosen_of(variable: Variable, value: float) -> Chosen:
+    """A chosen value with its text, and the end of its range on which it rests."""
+    at = ""
+    if variable.values is None:
+        if value <= variable.low * (1 + 1e-9):
+            at = "from"
+        elif value >= variable.high * (1 - 1e-9):
+            at = "to"
+    return Chosen(Entry(value, variable.dimension, variable.unit), at)
+
+
+def usual_unit(scene: Scene, response: Response) -> str:
+    """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
+    path = f".{getattr(response, 'of', None)}.{response.response}"
+    if response.response == "price":
+        bought = [*(one.part for one in scene.links.values()), *(one.part for one in scene.mounts.values())]
+        return next((one.price.unit for one in bought if one is not None and one.price is not None), "")
+    for variable in scene.variables:
+        if variable.path.endswith(path):
+            return variable.unit
+    for limit in scene.limits.values():
+        if limit.response == response.response:
+            for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):
+                if given is not None:
+                    return str(given.unit)
+    return response.unit_without
