@@ -38,6 +38,7 @@ FLOORS = (
     ("jobs",),
     ("study",),
     ("charts",),
+    ("manual",),
     ("cli",),
 )
 """From the ground up: an area imports itself and what lies on lower floors."""

@@ -13,8 +13,8 @@ from shapes import faults
 from vibopt.answer.answer import Answer
 from vibopt.answer.jsonable import json_text
 from vibopt.answer.text import blocks_of, text_of, verdict
-from vibopt.cli.schema import schema_of_answers
 from vibopt.jobs import answer, is_scene, open_job
+from vibopt.manual.schema import schema_of_answers
 from vibopt.study.records import KEYS, REL_TOL, compare
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from shapes import faults
 
 import vibopt as vo
 from vibopt.answer.jsonable import SCHEMA, json_text
-from vibopt.cli.schema import schema_of_answers
+from vibopt.manual.schema import schema_of_answers
 
 SHAPE = schema_of_answers()
 OF_EACH_KIND = ("isolation/rao_9_34", "balancing/rao_9_6_capped", "balancing/rao_9_14_b", "balancing/engine_v_twin")

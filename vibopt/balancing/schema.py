@@ -29,7 +29,7 @@ def _rotor(made: Made, named: Named) -> dict[str, Any]:
             "runs": _list(made(tables.RunTable)),
             "readings": {"type": "string", "description": "a CSV file beside this one, instead of runs"},
             "influence": {"anyOf": [_list(made(tables.InfluenceTable)), _FILE]},
-            "speed": _TEXT,
+            "speed": {"type": "string", "description": "of all runs, instead of one in each"},
             "scatter": made(tables.ScatterTable),
             "pairs": named(made(tables.PairTable)),
             "limits": named(limits),
@@ -47,7 +47,12 @@ def _known(made: Made, named: Named) -> dict[str, Any]:
     return _closed(
         {
             **_WORDS,
-            "conventions": _closed({"angles": _TEXT, "zero": _TEXT}),
+            "conventions": _closed(
+                {
+                    "angles": {"type": "string", "description": "in which sense angles are counted, in your words"},
+                    "zero": {"type": "string", "description": "where angle zero is, in your words"},
+                }
+            ),
             "shaft": made(tables.ShaftTable),
             "masses": named(made(tables.MassTable)),
             "planes": named(made(tables.KnownPlaneTable)),

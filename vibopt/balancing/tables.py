@@ -20,7 +20,14 @@ Kind = TypeVar("Kind", bound=Table)
 
 
 class DrillTable(Table):
-    """`drill` of a plane: what takes the mass away."""
+    """`drill` of a plane: what takes the mass away.
+
+    Keys
+    ----
+    diameter: Of the drill.
+    density: Of the material: `density = "7850 kg/m³"`.
+    deepest: The deepest hole that is allowed.
+    """
 
     diameter: Fact = number("length", choice=False, required=True)
     density: Any = None
@@ -28,7 +35,28 @@ class DrillTable(Table):
 
 
 class PlaneTable(Table):
-    """[planes.NAME]: where weights may be set or mass removed."""
+    """[planes.NAME]: where weights may be set or mass removed.
+
+    Keys
+    ----
+    radius: Where weights sit, one length or a list to choose from; without it a plane counts in mass alone: `radius
+        = "150 mm"`.
+    weight: The most that may be fitted, `weight = { from = "0 g", to = "60 g" }`; or weights that are fitted here
+        and of which nothing is chosen, ["10 g in hole 7", "5 g @ 20 deg"].
+    unbalance: Instead of `weight` the most mass times radius: `unbalance = { from = "0 g mm", to = "5000 g mm" }`.
+    holes: A count, the first hole at 0 deg, or their angles: `holes = 24`. Needs a shelf, split weights or given
+        weights.
+    shelf: The weights there are, one a hole; { mass = "5 g", stock = 3 } for so many in all planes: `shelf = ["5
+        g", "10 g", "20 g"]`.
+    most_weights: How many weights may be fitted in this plane: `most_weights = 2`.
+    split: The weight is cut in two for the neighbouring holes, instead of a shelf: `split = true`. Never across a
+        gap of 180 deg or more.
+    forbidden: Sectors without weights; "350..10 deg" goes through zero: `forbidden = ["80..110 deg"]`.
+    remove: Material is taken away, on the other side: `remove = true`. Not beside a shelf.
+    drill: Says the depth of what is removed: `drill = { diameter = "10 mm", density = "7850 kg/m³", deepest = "20
+        mm" }`.
+    keep: The plane stays untouched: `keep = true`.
+    """
 
     radius: Any = None
     weight: Any = None
@@ -44,7 +72,14 @@ class PlaneTable(Table):
 
 
 class SensorTable(Table):
-    """[sensors.NAME]: where vibration is read."""
+    """[sensors.NAME]: where vibration is read.
+
+    Keys
+    ----
+    unit: Of readings that are written without one: `unit = "mil"`.
+    runout: Subtracted from every reading: `runout = "0.4 mil pp @ 20 deg"`.
+    importance: Factor of this sensor in the goal alone; tables show what it reads: `importance = 2`.
+    """
 
     unit: str | None = None
     runout: Any = None
@@ -52,7 +87,18 @@ class SensorTable(Table):
 
 
 class RunTable(Table):
-    """[[runs]]: readings at one speed, and the weights that were on."""
+    """[[runs]]: readings at one speed, and the weights that were on.
+
+    Keys
+    ----
+    name: Of the run: `name = "trial left"`.
+    speed: Of the run, or once at the top of the file; within 1 % is the same speed: `speed = "1200 rpm"`.
+    weights: What was fitted, by plane: `weights = { left = "10 g @ 270 deg" }`; also "10 g in hole 7", a radius, an
+        unbalance or a list. The first run of each speed has none.
+    stayed: The weights of the run before were still on: `stayed = true`.
+    verification: These weights are the correction and stay on; the plan says the trim: `verification = true`.
+    readings: By sensor, amplitude and angle: `readings = { a = "5.9 mil @ 123 deg" }`.
+    """
 
     name: str | None = None
     speed: Fact | None = number("angular_rate", choice=False)
@@ -63,7 +109,15 @@ class RunTable(Table):
 
 
 class InfluenceTable(Table):
-    """[[influence]]: an influence coefficient that is known already."""
+    """[[influence]]: an influence coefficient that is known already.
+
+    Keys
+    ----
+    speed: At which it holds: `speed = "1200 rpm"`.
+    sensor: That reads it: `sensor = "a"`.
+    plane: Where the weight sits: `plane = "left"`.
+    value: Reading for a weight: `value = "0.76 mil pp/g @ 290 deg"`.
+    """
 
     speed: Fact | None = number("angular_rate", choice=False)
     sensor: str
@@ -72,21 +126,41 @@ class InfluenceTable(Table):
 
 
 class ScatterTable(Table):
-    """[scatter]: one standard deviation of one reading, of its amplitude and of its angle."""
+    """[scatter]: one standard deviation of one reading, of its amplitude and of its angle.
+
+    Keys
+    ----
+    amplitude: One standard deviation of one reading: `amplitude = "3 %"`, or a vibration.
+    angle: One standard deviation of its angle: `angle = "2 deg"`.
+    """
 
     amplitude: Any = None
     angle: Any = None
 
 
 class PairTable(Table):
-    """[pairs.NAME]: two planes that get equal unbalances at the same or at opposite angles."""
+    """[pairs.NAME]: two planes that get equal unbalances at the same or at opposite angles.
+
+    Keys
+    ----
+    planes: The two planes: `planes = ["left", "right"]`. A plane is in one pair only.
+    kind: "static": both weights on the same side; "couple": on opposite sides.
+    """
 
     planes: Any
     kind: str
 
 
 class ResidualLimit(Table):
-    """[limits.NAME] on what will be left at the sensors."""
+    """[limits.NAME] on what will be left at the sensors.
+
+    Keys
+    ----
+    response: What is limited: `response = "residual"`.
+    at: One sensor; every one without it: `at = "a"`.
+    speed: One speed; every one without it: `speed = "1200 rpm"`.
+    at_most: The greatest vibration that may be left: `at_most = "2 mil pp"`.
+    """
 
     response: str
     at: str | None = None
@@ -95,7 +169,15 @@ class ResidualLimit(Table):
 
 
 class CorrectionLimit(Table):
-    """[limits.NAME] on the weights themselves."""
+    """[limits.NAME] on the weights themselves.
+
+    Keys
+    ----
+    response: What is limited: `response = "correction"`.
+    of: The plane: `of = "left"`. One of `of` and `total`.
+    total: All planes together: `total = true`.
+    at_most: The greatest mass: `at_most = "80 g"`.
+    """
 
     response: str
     of: str | None = None
@@ -104,7 +186,16 @@ class CorrectionLimit(Table):
 
 
 class GoalTable(Table):
-    """[goal]: what is made small, and how it is combined."""
+    """[goal]: what is made small, and how it is combined.
+
+    Keys
+    ----
+    minimise: What is left at the sensors, or the mass that keeps the limits: `minimise = "residual"`, or
+        "correction".
+    combine: Of all sensors and speeds: "rms" (least squares), "worst", "sum" or "huber": `combine = "worst"`.
+    huber_at: Where huber turns from squares to sums: `huber_at = "1 mil pp"`. Only beside combine = "huber".
+    robust: Over the scatter: the "worst" of it or the "mean": `robust = "worst"`. Needs scatter.
+    """
 
     minimise: str
     combine: str | None = None
@@ -113,7 +204,14 @@ class GoalTable(Table):
 
 
 class RotorTable(Table):
-    """[rotor]: mass and speed of the rotor."""
+    """[rotor]: mass and speed of the rotor.
+
+    Keys
+    ----
+    mass: Of the rotor.
+    speed: For the first trial weight.
+    trial_force: Centrifugal force of the first trial weight over the weight on its plane: `trial_force = "10 %"`.
+    """
 
     mass: Fact = number("mass", choice=False, required=True)
     speed: Fact | None = number("angular_rate", choice=False)
@@ -121,7 +219,24 @@ class RotorTable(Table):
 
 
 class QualityTable(Table):
-    """[quality]: a balance quality grade, and what its tolerances depend on."""
+    """[quality]: a balance quality grade, and what its tolerances depend on.
+
+    Keys
+    ----
+    grade: The permissible velocity of the centre of mass, from your standard; no table is shipped: `grade = "6.3
+        mm/s"`.
+    mass: Of the rotor.
+    speed: Its highest service speed.
+    centre_of_mass: Its place along the shaft: `centre_of_mass = "450 mm"`.
+    bearings: Places of the two: `bearings = { A = "0 mm", B = "900 mm" }`.
+    planes: Places of the planes: `planes = { left = "150 mm", right = "750 mm" }`.
+    measurement_error: Of the residual unbalance in each plane: `measurement_error = { left = "20 g mm", right = "20
+        g mm" }`.
+    residual: Unbalances that were measured on a balancing machine: `residual = { left = "300 g mm @ 20 deg", right
+        = "200 g mm @ 100 deg" }`.
+    least_share: Least part of the permissible unbalance that a bearing gets: `least_share = "30 %"`.
+    most_share: Greatest part that a bearing gets: `most_share = "70 %"`.
+    """
 
     grade: Fact = number("velocity", choice=False, required=True)
     mass: Fact | None = number("mass", choice=False)

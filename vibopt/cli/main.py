@@ -31,8 +31,14 @@ VERBS = {
     "verify": ("verify", "Solve every file of a folder and compare with what it recorded."),
     "chart": ("chart", "Chart methods: speed against accuracy, stability, fidelity of the model."),
     "schema": ("schema", "Print the JSON schema of the problem file."),
+    "help": ("help", "Show a topic of the manual, or search it."),
+    "manual": ("help", "Write the manual as one page (HTML)."),
 }
 """Verb: (file in `vibopt/cli`, its line of help)."""
+
+
+_BUILT_IN = ("help",)
+"""Verbs whose functions would hide one of Python."""
 
 
 class Verbs(click.Group):
@@ -44,7 +50,8 @@ class Verbs(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in VERBS:
             return None
-        command: click.Command = getattr(import_module(f"vibopt.cli.{VERBS[cmd_name][0]}"), cmd_name)
+        home = import_module(f"vibopt.cli.{VERBS[cmd_name][0]}")
+        command: click.Command = getattr(home, f"{cmd_name}_" if cmd_name in _BUILT_IN else cmd_name)
         return command
 
     def resolve_command(
@@ -80,7 +87,7 @@ def vibopt() -> None:
     """Vibration control by optimisation with proof.
 
     A problem is one TOML file: a machine on its mounts, or a rotor or an engine to balance.
-    Every verb takes --json; exit codes are those of the answer's status.
+    Every verb takes --json; exit codes are those of the answer's status. vibopt help lists the manual.
     """
 
 

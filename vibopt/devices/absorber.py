@@ -72,6 +72,32 @@ class AbsorberTable(Device):
 
     Its name is at once a point (its mass), a link (its spring and damper, from what it sits on to its
     mass) and a body.
+
+    Keys
+    ----
+    on: What it sits on, a body, a point of a structure or another absorber; or places of which the best is found:
+        `on = { one_of = ["floor1", "floor2"] }`. Refused on bodies in space.
+    mass: Its mass. One of `mass`, `mass_ratio`, `inertia`, `disc`.
+    mass_ratio: Its mass over that of what it sits on, or of `relative_to`: `mass_ratio = 0.02`.
+    relative_to: The body that `mass_ratio` refers to: `relative_to = "deck"`.
+    inertia: Moment of inertia of an absorber that turns.
+    disc: A disc that turns, instead of `inertia`: `disc = { mass = "4 kg", diameter = "0.2 m" }`.
+    stiffness: Its spring. One of `stiffness`, `frequency`, `tuning`, `length`, `torsional_stiffness`, `shaft`; none
+        of them is a Lanchester damper.
+    frequency: Own frequency on a host at rest, instead of the stiffness: `frequency = "2 Hz"`.
+    tuning: Own frequency over that of the host: mode number `mode` of everything without absorbers, or `tuning_to`:
+        `tuning = 0.98`.
+    tuning_to: The frequency that `tuning` refers to: `tuning_to = "2 Hz"`. Not beside `mode`.
+    mode: Number of the mode that `tuning` refers to, 1 is the lowest: `mode = 1`. Refused without a spring.
+    length: Length of a pendulum instead of a spring: `length = "62 mm"`.
+    torsional_stiffness: Spring of an absorber that turns.
+    shaft: A round shaft as its spring: `shaft = { length = "0.3 m", diameter = "20 mm", shear_modulus = "80 GPa"
+        }`.
+    damping: Viscous damper. One of `damping`, `torsional_damping`, `damping_ratio`, `loss_factor`, or none.
+    torsional_damping: Viscous damper of an absorber that turns.
+    damping_ratio: Of its own mass and spring, c = 2 ζ √(k m): `damping_ratio = 0.1`. Refused without a spring.
+    loss_factor: Of its own spring; steady vibration only: `loss_factor = 0.1`. Refused without a spring.
+    tolerance: How far its mass, its spring and its damper may be off as built, either way: `tolerance = "3 %"`.
     """
 
     on: On

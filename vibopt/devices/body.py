@@ -38,7 +38,13 @@ _SPATIAL = ("centre", "centre_tolerance", "shape", "made_of")
 
 
 class Rolling(Table):
-    """`rolling = { inertia, radius }`: the body rolls as it moves, and J / r^2 adds to its mass."""
+    """`rolling = { inertia, radius }`: the body rolls as it moves, and J / r^2 adds to its mass.
+
+    Keys
+    ----
+    inertia: Moment of inertia about the axis it rolls about.
+    radius: Radius at which it rolls.
+    """
 
     inertia: Fact = number("inertia", choice=False, required=True)
     radius: Fact = number("length", choice=False, required=True)
@@ -50,7 +56,29 @@ class Rolling(Table):
 
 
 class BodyTable(Device):
-    """`[bodies.NAME]`: its mass, or its weight on earth; of a body that turns its moment of inertia."""
+    """`[bodies.NAME]`: its mass, or its weight on earth; of a body that turns its moment of inertia.
+
+    Keys
+    ----
+    mass: Its mass. One of `mass`, `weight`, `inertia`, `disc`, `made_of`.
+    weight: Its weight on earth instead of `mass`. A fact.
+    inertia: Moment of inertia of a body that turns about one axis, instead of `mass`; in space those about x, y, z
+        through the centre of mass, or a table with products: `inertia = ["310 kg m2", "620 kg m2", "590 kg m2"]`. A
+        fact there.
+    disc: Instead of `inertia` a round disc: `disc = { mass = "45 kg", diameter = "0.38 m" }`. Refused in space.
+    rolling: What rolls as it moves adds J/r²: `rolling = { inertia = "0.2 kg m2", radius = "0.3 m" }`. Refused in
+        space and beside `inertia`.
+    tolerance: How far each of its numbers may be off as built, either way: `tolerance = "5 %"`.
+    motion: "space": x, y, z and three turns; "plane": x, z and the turn about y; "line": along z. Without it three
+        inertias, a shape or pieces mean "space".
+    centre: Centre of mass of a body in space, from the origin of all places; the origin without it: `centre = ["0.1
+        m", "0 m", "0.4 m"]`. Refused along a line.
+    centre_tolerance: How far the centre of mass may be off along x, y and z, one length or three: `centre_tolerance
+        = "20 mm"`. Refused along a line.
+    shape: Instead of `inertia` in space: `shape = { box = ["2.2 m", "1.4 m", "0.5 m"] }`, or a cylinder.
+    made_of: Instead of mass, centre and inertia the sum of pieces: `made_of = [{ mass = "90 kg", centre = ["0 m",
+        "0 m", "0.1 m"], shape = { box = ["1 m", "1 m", "0.2 m"] } }]`.
+    """
 
     mass: Value | None = number("mass")
     weight: Fact | None = number("force", choice=False, tolerance=True)

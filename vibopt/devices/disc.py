@@ -6,7 +6,13 @@ from vibopt.values import Fact, Table, number
 
 
 class Disc(Table):
-    """`disc = { mass, diameter }`: J = m d^2 / 8 [kg m^2]."""
+    """`disc = { mass, diameter }`: J = m d^2 / 8 [kg m^2].
+
+    Keys
+    ----
+    mass: Its mass.
+    diameter: Its diameter; the inertia is m d²/8.
+    """
 
     mass: Fact = number("mass", choice=False, required=True)
     diameter: Fact = number("length", choice=False, required=True)

@@ -42,7 +42,17 @@ class Principal(Table):
 
 
 class Tensor(Table):
-    """Moments and products of inertia through the centre of mass; a product is that of xy = integral of x y dm."""
+    """Moments and products of inertia through the centre of mass; a product is that of xy = integral of x y dm.
+
+    Keys
+    ----
+    xx: About x, through the centre of mass.
+    yy: About y.
+    zz: About z.
+    xy: Product of inertia, the integral of x y dm; zero without it.
+    yz: The integral of y z dm.
+    zx: The integral of z x dm.
+    """
 
     xx: Fact = number("inertia", choice=False, sign="not negative", required=True)
     yy: Fact = number("inertia", choice=False, sign="not negative", required=True)
@@ -59,7 +69,14 @@ class Tensor(Table):
 
 
 class Cylinder(Table):
-    """`cylinder = { diameter, length, axis = "x" }`, solid."""
+    """`cylinder = { diameter, length, axis = "x" }`, solid.
+
+    Keys
+    ----
+    diameter: Its diameter.
+    length: Its length along the axis.
+    axis: "x", "y" or "z": `axis = "x"`.
+    """
 
     diameter: Fact = number("length", choice=False, required=True)
     length: Fact = number("length", choice=False, required=True)
@@ -88,7 +105,13 @@ Sides = Annotated[
 
 
 class Shape(Table):
-    """`shape = { box = [a, b, c] }` or `{ cylinder = { ... } }`: of even density, about its own centre."""
+    """`shape = { box = [a, b, c] }` or `{ cylinder = { ... } }`: of even density, about its own centre.
+
+    Keys
+    ----
+    box: Edges along x, y, z: `box = ["2.2 m", "1.4 m", "0.5 m"]`. Not beside `cylinder`.
+    cylinder: A cylinder: `cylinder = { diameter = "0.4 m", length = "1 m", axis = "x" }`.
+    """
 
     box: Sides | None = None
     cylinder: Cylinder | None = None
@@ -185,7 +208,16 @@ def _axis(vector: FloatArray) -> str:
 
 
 class Piece(Table):
-    """One entry of `made_of`: mass, centre, and inertia or shape; without either a point."""
+    """One entry of `made_of`: mass, centre, and inertia or shape; without either a point.
+
+    Keys
+    ----
+    mass: Mass of the piece.
+    centre: Its centre of mass: `centre = ["0 m", "0 m", "0.1 m"]`.
+    inertia: About its own centre, as that of a body: `inertia = ["3 kg m2", "6 kg m2", "5 kg m2"]`. Not beside
+        `shape`.
+    shape: A box or a cylinder: `shape = { box = ["1 m", "1 m", "0.2 m"] }`.
+    """
 
     mass: Fact = number("mass", choice=False, required=True)
     centre: Place

@@ -42,7 +42,35 @@ _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
 
 
 class LinkTable(Device):
-    """`[links.NAME]`: stiffness and damping of one single mount, and how many there are."""
+    """`[links.NAME]`: stiffness and damping of one single mount, and how many there are.
+
+    Keys
+    ----
+    between: The two ends: bodies, absorbers, bases, points of structures, or "ground": `between = ["press",
+        "ground"]`. Ends in space take a mount.
+    stiffness: Dynamic stiffness of ONE single mount; `count` of them stand side by side. One of `stiffness`,
+        `torsional_stiffness`, `shaft`, `beam`, or a `part`.
+    torsional_stiffness: Of one single spring about the axis of what turns.
+    shaft: A round shaft instead of a number: `shaft = { length = "1 m", diameter = "50 mm", shear_modulus = "80
+        GPa" }`.
+    beam: A beam, loaded where it carries: `beam = { kind = "cantilever", length = "2 m", modulus = "207 GPa",
+        second_moment = "80 cm4" }`.
+    damping: Viscous damping of ONE single mount. One of `damping`, `torsional_damping`, `damping_ratio`,
+        `loss_factor`, or none.
+    torsional_damping: Viscous, about the axis of what turns.
+    damping_ratio: Of the whole group on the mass of one body, c = 2 ζ √(k m): `damping_ratio = 0.08`. Refused
+        without a stiffness.
+    relative_to: The body whose mass `damping_ratio` refers to; compulsory when several bodies move: `relative_to =
+        "press"`.
+    loss_factor: Structural damping; steady harmonic vibration only: `loss_factor = 0.1`. Refused with white noise,
+        `decay_rate` and free vibration.
+    count: How many identical mounts stand side by side; forces and stiffnesses of the group are so many times those
+        of one.
+    dynamic_to_static: Dynamic over static stiffness; sag is counted with the static one: `dynamic_to_static = 1.4`.
+        A fact.
+    tolerance: How far stiffness and damping may be off as built, either way: `tolerance = "20 %"`.
+    part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
+    """
 
     between: TwoEnds
     stiffness: Value | None = number("stiffness")

@@ -28,7 +28,31 @@ _SCATTERED = ("stiffness", "damping", "loss_factor")
 
 
 class MountTable(Device):
-    """`[mounts.NAME]`: a group of identical mounts, each at its place; values are those of one."""
+    """`[mounts.NAME]`: a group of identical mounts, each at its place; values are those of one.
+
+    Keys
+    ----
+    between: What is carried, and what carries it: `between = ["genset", "ground"]`.
+    at: Places from the common origin, a list with one for each mount; a coordinate may be a range, and `{ one_of =
+        [...] }` a choice among places: `at = [["0.8 m", "0.4 m", "0 m"], ["-0.8 m", "0.4 m", "0 m"]]`.
+    shift: Moves all places of the group together: `shift = { x = { from = "-0.2 m", to = "0.2 m" } }`.
+    stiffness: Dynamic stiffness of ONE mount along its own axis z, or a list along its own x, y, z: `stiffness =
+        ["0.6 MN/m", "0.6 MN/m", "1.1 MN/m"]`. One of `stiffness` and `part`.
+    shear_ratio: Stiffness (and damping) across over that along the axis, beside one stiffness: `shear_ratio =
+        0.55`.
+    damping: Viscous damping of ONE mount, one value or three: `damping = "3 kN s/m"`. Not beside `loss_factor`.
+    loss_factor: Structural damping; steady vibration only: `loss_factor = 0.12`.
+    direction: Its own z where it is inclined, three numbers or a list with one for each mount: `direction = [0,
+        0.5, 0.866]`.
+    across: Its own x, where stiffness across differs by direction: `across = [1, 0, 0]`.
+    dynamic_to_static: Dynamic over static stiffness, for sags and static loads: `dynamic_to_static = 1.3`. A fact.
+    rating: Least and greatest static load; a limit on `static_load` without a bound holds it to this: `rating =
+        "500..3500 N"`.
+    gap: How far it may move; a limit on `travel` without a bound holds it to this: `gap = "4 mm"`.
+    tolerance: How far stiffness and damping may be off as built, either way: `tolerance = "20 %"`.
+    tolerance_of: "group": all mounts are off alike; "mount": each by itself.
+    part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
+    """
 
     between: TwoEnds
     at: At

@@ -93,7 +93,14 @@ def _asked(schema: dict[str, Any]) -> None:
 
 
 class Part(Table):
-    """`part = { catalogue = "mounts.csv" }`: a row is chosen; with `name` it is that one, with `only` one of those."""
+    """`part = { catalogue = "mounts.csv" }`: a row is chosen; with `name` it is that one, with `only` one of those.
+
+    Keys
+    ----
+    catalogue: CSV file of parts, beside the problem file: `catalogue = "mounts.csv"`.
+    name: The one part that it is: `name = "S60-60"`. Without it the best is chosen.
+    only: Parts among which to choose: `only = ["S60-60", "R60-55"]`. Not beside `name`.
+    """
 
     printed_in_catalogue: ClassVar[bool] = True
     model_config = ConfigDict(**{**Table.model_config, "json_schema_extra": _asked})

@@ -15,7 +15,13 @@ from vibopt.values.vectors import Place
 
 
 class PointTable(Device):
-    """`[points.NAME]`: a place that moves with a body."""
+    """`[points.NAME]`: a place that moves with a body.
+
+    Keys
+    ----
+    on: The body in space that it belongs to: `on = "genset"`. Refused on a body on a line, which is a point itself.
+    at: Its place from the common origin: `at = ["1.2 m", "0.3 m", "0.9 m"]`.
+    """
 
     on: str
     at: Place

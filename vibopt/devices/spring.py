@@ -18,6 +18,14 @@ class Shaft(Table):
     """`shaft = { length, diameter, shear_modulus }`: k = pi G d^4 (1 - r^4) / (32 L) [N m/rad].
 
     r is the inner over the outer diameter of a hollow shaft.
+
+    Keys
+    ----
+    length: Its length.
+    diameter: Outer diameter.
+    shear_modulus: Of the material: `shear_modulus = "80 GPa"`.
+    inner_diameter: Of a hollow shaft. Not beside `inner_ratio`.
+    inner_ratio: Inner over outer diameter: `inner_ratio = 0.6`.
     """
 
     length: Value = number("length", required=True)
@@ -84,6 +92,17 @@ class Beam(Table):
         Place of the load from the left end; without it the middle, or the tip of a cantilever.
     second_moment
         Of area [m^4]; or width and height of a rectangle (height along the load), or the diameter of a rod.
+
+    Keys
+    ----
+    kind: "simply_supported", "cantilever", "fixed" or "fixed_pinned".
+    length: Its length.
+    modulus: Modulus of elasticity: `modulus = "207 GPa"`.
+    at: Place of the load from the (left, or fixed) end; the middle, or the tip of a cantilever, without it.
+    second_moment: Second moment of area: `second_moment = "80 cm4"`. Instead: `diameter`, or `width` and `height`.
+    width: Of a rectangle.
+    height: Of a rectangle, in the direction of the load.
+    diameter: Of a round beam.
     """
 
     kind: Annotated[Literal["simply_supported", "cantilever", "fixed", "fixed_pinned"], BeforeValidator(_beam_kind)]

@@ -93,7 +93,15 @@ Shape = Annotated[
 
 
 class Mode(Table):
-    """One entry of `modes`: natural frequency, damping ratio, modal mass that belongs to the shape as given."""
+    """One entry of `modes`: natural frequency, damping ratio, modal mass that belongs to the shape as given.
+
+    Keys
+    ----
+    frequency: Natural frequency; 0 Hz for a rigid motion.
+    damping_ratio: Of the mode; none without it.
+    modal_mass: Modal mass that belongs to the shape as it is written.
+    shape: How each point moves: `shape = { midspan = 1.0, quarter = 0.7 }`.
+    """
 
     frequency: Fact = number("angular_rate", choice=False, sign="not negative", required=True)
     damping_ratio: Fact | None = number("ratio", choice=False, sign="not negative", most=10.0)
@@ -102,7 +110,23 @@ class Mode(Table):
 
 
 class StructureTable(Device):
-    """`[structures.NAME]`: modes, or matrices with points."""
+    """`[structures.NAME]`: modes, or matrices with points.
+
+    Keys
+    ----
+    modes: Natural modes, each with a value for every point: `modes = [{ frequency = "4.2 Hz", damping_ratio = 0.01,
+        modal_mass = "20 t", shape = { midspan = 1.0 } }]`. One of `modes`, `file`, or `mass`
+        and `stiffness`.
+    mass: File of the mass matrix, Matrix Market or .npz, SI units, beside the problem file: `mass = "mass.mtx"`.
+        Symmetric, of no negative mass.
+    stiffness: File of the stiffness matrix: `stiffness = "stiffness.mtx"`. Symmetric, of no negative stiffness, not
+        empty.
+    damping: File of the damping matrix; none without it: `damping = "damping.mtx"`.
+    file: One .npz with M, K and C instead of single files: `file = "girder.npz"`.
+    loss_factor: Structural damping of the whole stiffness matrix; steady vibration only.
+    points: Names of the coordinates that are asked about or acted on, by number from 0: `points = { midspan = 12
+        }`. Refused beside `modes`, whose shapes name them.
+    """
 
     modes: tuple[Mode, ...] | None = None
     mass: File | None = None

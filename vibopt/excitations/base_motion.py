@@ -13,7 +13,17 @@ from vibopt.values.vectors import AXES, Direction
 
 
 class BaseMotion(Excitation):
-    """`kind = "base_motion"`: amplitude of displacement, velocity or acceleration, peak."""
+    """`kind = "base_motion"`: amplitude of displacement, velocity or acceleration, peak.
+
+    Keys
+    ----
+    displacement: Amplitude of the base. One of `displacement`, `velocity`, `acceleration`.
+    velocity: Amplitude of its velocity.
+    acceleration: Amplitude of its acceleration.
+    direction: In space the direction in which it moves: `direction = "z"`.
+    varies: How the amplitude changes away from its own speed: `varies = "constant"`, "speed", "speed^2" or a table.
+    amplitude_at: The speed to which the amplitude belongs: `amplitude_at = "2000 rpm"`.
+    """
 
     displacement: Fact | None = number("length", amplitude=True, choice=False)
     velocity: Fact | None = number("velocity", amplitude=True, choice=False)

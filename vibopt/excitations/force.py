@@ -9,7 +9,16 @@ from vibopt.values import Fact, number
 
 
 class Force(Directed):
-    """`kind = "force"`: F cos(w t), amplitude [N] peak."""
+    """`kind = "force"`: F cos(w t), amplitude [N] peak.
+
+    Keys
+    ----
+    amplitude: Amplitude at its own speed.
+    varies: How the amplitude changes away from its own speed: `varies = "speed^2"`, "constant", "speed", or a table
+        [["0 rpm", 0.0], ["3000 rpm", 1.0]]. Compulsory as soon as a limit looks at another speed.
+    amplitude_at: The speed to which the amplitude belongs, where it grows with speed and there are several own
+        speeds: `amplitude_at = "2000 rpm"`.
+    """
 
     amplitude: Fact = number("force", amplitude=True, choice=False, required=True)
     varies: Varies = None

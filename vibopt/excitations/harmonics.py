@@ -11,7 +11,14 @@ from vibopt.values import Fact, Table, number, word
 
 
 class Harmonic(Table):
-    """One order: force [N] peak at `order` times the speed, leading by `phase`."""
+    """One order: force [N] peak at `order` times the speed, leading by `phase`.
+
+    Keys
+    ----
+    order: How many times the speed: `order = 2`.
+    amplitude: Amplitude of this order.
+    phase: How far it leads; zero without it.
+    """
 
     order: Fact = number("ratio", choice=False, required=True)
     amplitude: Fact = number("force", amplitude=True, choice=False, required=True)
@@ -19,7 +26,16 @@ class Harmonic(Table):
 
 
 class Harmonics(Directed):
-    """`kind = "harmonics"`: sum of F_h cos(h w t + phase_h)."""
+    """`kind = "harmonics"`: sum of F_h cos(h w t + phase_h).
+
+    Keys
+    ----
+    harmonics: Orders of the force: `harmonics = [{ order = 1, amplitude = "18 kN", phase = "0 deg" }]`. An order
+        twice is refused.
+    varies: How all amplitudes change away from their own speed: `varies = "constant"`, "speed", "speed^2" or a
+        table.
+    amplitude_at: The speed to which the amplitudes belong: `amplitude_at = "2000 rpm"`.
+    """
 
     harmonics: tuple[Harmonic, ...]
     varies: Varies = None

@@ -123,6 +123,13 @@ class Excitation(Table):
         Whether its speed is that of a vehicle; its amplitude is known at every speed; it has no speed at all.
     moment
         Of a moment, which acts on what turns, the kind that is its like along a line; "" of all others.
+
+    Keys
+    ----
+    kind: What shakes; the name of this page.
+    on: The body (or point) that it acts on; a motion or a road acts on a base: `on = "press"`.
+    speed: Its own speeds: one, a list, a range, a list of ranges; rpm, cpm, Hz and rad/s are all angular rates:
+        `speed = "800..2000 rpm"`. Of a road the speed of the vehicle; white noise has none.
     """
 
     kind: str

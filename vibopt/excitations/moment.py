@@ -12,7 +12,16 @@ from vibopt.values.vectors import Direction
 
 
 class Moment(Excitation):
-    """`kind = "moment"`: T cos(w t), amplitude [N m] peak."""
+    """`kind = "moment"`: T cos(w t), amplitude [N m] peak.
+
+    Keys
+    ----
+    axis: In space the axis about which it turns to and fro: `axis = "x"`. Refused of what turns about one axis.
+    amplitude: Amplitude at its own speed.
+    varies: How the amplitude changes away from its own speed: `varies = "constant"`, "speed", "speed^2" or a table.
+    amplitude_at: The speed to which the amplitude belongs, where it grows and there are several: `amplitude_at =
+        "2000 rpm"`.
+    """
 
     axis: Direction | None = None
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)

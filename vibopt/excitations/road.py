@@ -13,7 +13,14 @@ from vibopt.values import Fact, number, word
 
 
 class Road(Excitation):
-    """`kind = "road"`: y = Y sin(2 pi s / wavelength); frequency = 2 pi v / wavelength."""
+    """`kind = "road"`: y = Y sin(2 pi s / wavelength); frequency = 2 pi v / wavelength.
+
+    Keys
+    ----
+    amplitude: Amplitude of the waves.
+    wavelength: From crest to crest: `wavelength = "5 m"`. One of `wavelength` and `wavenumber`.
+    wavenumber: 2 π over the wavelength.
+    """
 
     amplitude: Fact = number("length", amplitude=True, choice=False, required=True)
     wavelength: Fact | None = number("length", choice=False)

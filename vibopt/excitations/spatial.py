@@ -16,7 +16,15 @@ from vibopt.values.vectors import AXES, Direction, Place, Vector
 
 
 class Directed(Excitation):
-    """Words of a force at a place: `at` (else the centre of mass, or the point that it is on), `direction`."""
+    """Words of a force at a place: `at` (else the centre of mass, or the point that it is on), `direction`.
+
+    Keys
+    ----
+    direction: In space the direction in which it goes to and fro: `direction = "z"`, or three numbers. Refused
+        along a line.
+    at: In space its place; without it the centre of mass, or the point it is on: `at = ["0.2 m", "0 m", "0.4 m"]`.
+        Refused along a line.
+    """
 
     direction: Direction | None = None
     at: Place | None = None
@@ -50,7 +58,14 @@ def turned(axis: Vector) -> tuple[FloatArray, FloatArray]:
 
 
 class MomentHarmonic(Table):
-    """One order: moment [N m] peak at `order` times the speed, leading by `phase`."""
+    """One order: moment [N m] peak at `order` times the speed, leading by `phase`.
+
+    Keys
+    ----
+    order: How many times the speed: `order = 2`.
+    amplitude: Amplitude of this order.
+    phase: How far it leads; zero without it.
+    """
 
     order: Fact = number("ratio", choice=False, required=True)
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
@@ -58,7 +73,17 @@ class MomentHarmonic(Table):
 
 
 class MomentHarmonics(Excitation):
-    """`kind = "moment_harmonics"`: sum of T_h cos(h w t + phase_h), the torque of an engine against its block."""
+    """`kind = "moment_harmonics"`: sum of T_h cos(h w t + phase_h), the torque of an engine against its block.
+
+    Keys
+    ----
+    harmonics: Orders of the torque: `harmonics = [{ order = 2, amplitude = "400 N m" }]`. An order twice is
+        refused.
+    axis: In space the axis of the torque: `axis = "x"`.
+    varies: How all amplitudes change away from their own speed: `varies = "constant"`, "speed", "speed^2" or a
+        table.
+    amplitude_at: The speed to which the amplitudes belong: `amplitude_at = "2000 rpm"`.
+    """
 
     harmonics: tuple[MomentHarmonic, ...]
     axis: Direction | None = None

@@ -15,7 +15,17 @@ from vibopt.values.vectors import AXES, Direction
 
 
 class Unbalance(Directed):
-    """`kind = "unbalance"`: force m e w^2 [N] peak, by its nature at every speed."""
+    """`kind = "unbalance"`: force m e w^2 [N] peak, by its nature at every speed.
+
+    Keys
+    ----
+    unbalance: Mass times its distance from the axis: `unbalance = "0.2 kg m"`. One of `unbalance`, or
+        `rotating_mass` and `radius` together.
+    rotating_mass: The mass that is off the axis.
+    radius: How far it is off.
+    axis: In space the axis about which it goes round in the right-handed sense: `axis = "x"`. Not beside
+        `direction`.
+    """
 
     unbalance: Fact | None = number("unbalance", choice=False)
     rotating_mass: Fact | None = number("mass", choice=False)

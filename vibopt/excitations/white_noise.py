@@ -68,6 +68,11 @@ class WhiteNoise(Excitation):
     """`kind = "white_noise"`: one-sided spectral density, of a force on a body or of a motion of a base.
 
     Inside, densities are over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad, m^2 s/rad].
+
+    Keys
+    ----
+    density: One-sided, per Hz: of the force on a body, of the acceleration or of the displacement of a base:
+        `density = "100 N²/Hz"`. A fact.
     """
 
     density: Density

@@ -15,7 +15,12 @@ from vibopt.responses.rows import across_link
 
 
 class Stroke(HarmonicResponse):
-    """`response = "stroke"`: motion of an absorber against what it sits on [m] peak."""
+    """`response = "stroke"`: motion of an absorber against what it sits on [m] peak.
+
+    Keys
+    ----
+    of: The absorber: `of = "tmd"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "length"
@@ -35,7 +40,12 @@ class Stroke(HarmonicResponse):
 
 
 class OfAbsorber(Response):
-    """A number that belongs to one absorber, one product of powers of the design variables."""
+    """A number that belongs to one absorber, one product of powers of the design variables.
+
+    Keys
+    ----
+    of: The absorber: `of = "tmd"`.
+    """
 
     of: str
 

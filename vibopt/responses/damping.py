@@ -16,7 +16,13 @@ from vibopt.values import word
 
 
 class DampingOfModes(Response):
-    """`response = "damping_ratio"`: of the `mode`-th least damped mode (1 is the least), or `of` a link."""
+    """`response = "damping_ratio"`: of the `mode`-th least damped mode (1 is the least), or `of` a link.
+
+    Keys
+    ----
+    of: The damping ratio of this link instead of that of a mode: `of = "mount"`.
+    mode: Which of the least damped modes, 1 is the least damped.
+    """
 
     of: str | None = None
     mode: int = 1

@@ -70,6 +70,13 @@ class FreeDisplacement(Response):
     """`response = "free_displacement"`: of a body, `after` a time of free damped vibration [m], with its sign.
 
     `released` says of each body how it is let go; a body that is not named begins at rest.  Bases stand still.
+
+    Keys
+    ----
+    of: The body: `of = "first"`.
+    after: Time since the machine was let go: `after = "0.4 s"`.
+    released: How each body is let go; one that is not named begins at rest: `released = { first = { displacement =
+        "10 mm", velocity = "0.3 m/s" } }`.
     """
 
     of: str

@@ -15,6 +15,10 @@ class InsertionLoss(HarmonicResponse):
     """`response = "insertion_loss"`: motion of the receiving body with the link rigid over that with the link.
 
     A ratio; write and read it in dB as 20 log10.  The receiver is the second end of the link.
+
+    Keys
+    ----
+    across: A link between two bodies; the receiver is its second end: `across = "mount"`.
     """
 
     across: str

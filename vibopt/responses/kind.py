@@ -82,6 +82,14 @@ class Response(Table):
         Whether it asks what is bought costs.
     sums
         Families whose members that move along a line it adds up; the first is what messages call them.
+
+    Keys
+    ----
+    response: What is asked; the name of this page.
+    at_most: The greatest value that is allowed; it makes a limit. Refused in a measure, which has no bound.
+    at_least: The least value that is allowed.
+    unit: How the value of a measure is shown: `unit = "mm/s rms"`. It must fit the response.
+    worst: Of a measure over speeds, mounts or tolerances, which value is shown: `worst = "least"`.
     """
 
     response: str
@@ -207,7 +215,17 @@ class BoundError(ValueError):
 
 
 class HarmonicResponse(Response):
-    """A response under excitation, at one speed or over all speeds of a range."""
+    """A response under excitation, at one speed or over all speeds of a range.
+
+    Keys
+    ----
+    at: Single speeds to look at: `at = "1500 rpm"`. Not beside `over`.
+    over: Every speed of a range, "start-up" from rest to the highest own speed, or a table by excitation: `over =
+        "0..3000 rpm"`. Without `at` and `over` it is every own speed.
+    due_to: Excitations that count; all without it: `due_to = ["fan"]`.
+    combine: How several harmonics or excitations add up: "sum" (never too small), "rss", or "peak" (true peak over
+        time, one excitation): `combine = "rss"`. Compulsory where there is more than one.
+    """
 
     at: At = None
     over: Over = None
@@ -251,6 +269,10 @@ class RandomResponse(Response):
 
     Independent noises add as mean squares.  `steady` is the harmonic response of which it is the root
     mean square.
+
+    Keys
+    ----
+    due_to: White noises that count; all without it: `due_to = ["wind"]`.
     """
 
     due_to: tuple[str, ...] | None = None

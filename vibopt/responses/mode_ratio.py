@@ -19,6 +19,12 @@ class RatioInMode(Response):
 
     Positive where both move the same way; infinite where the other stands still, or where the mode shares its
     frequency with another, so that it has no shape of its own.
+
+    Keys
+    ----
+    of: The body whose motion stands above: `of = "second"`.
+    relative_to: The body whose motion stands below: `relative_to = "first"`.
+    mode: Number of the mode, 1 is the lowest.
     """
 
     of: str

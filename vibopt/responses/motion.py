@@ -13,7 +13,12 @@ from vibopt.values.vectors import Direction
 
 
 class MotionOf(HarmonicResponse):
-    """Motion of a body along its line or about its axis."""
+    """Motion of a body along its line or about its axis.
+
+    Keys
+    ----
+    of: The body, or a point: `of = "press"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "length"
@@ -33,7 +38,12 @@ class MotionOf(HarmonicResponse):
 
 
 class Displacement(MotionOf):
-    """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`."""
+    """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`.
+
+    Keys
+    ----
+    direction: In space, along which it is asked: `direction = "y"`.
+    """
 
     direction: Direction | None = None
     in_space: ClassVar[str] = "direction"
@@ -71,7 +81,12 @@ class Acceleration(Displacement):
 
 
 class RelativeDisplacement(HarmonicResponse):
-    """`response = "relative_displacement"`: across a link (rattle space) [m] peak."""
+    """`response = "relative_displacement"`: across a link (rattle space) [m] peak.
+
+    Keys
+    ----
+    across: The link: `across = "mount"`.
+    """
 
     across: str
     dimension: ClassVar[str] = "length"

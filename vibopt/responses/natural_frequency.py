@@ -57,7 +57,14 @@ def _orders(given: Mapping[str, Any]) -> Orders:
 
 
 class NaturalFrequency(Response):
-    """`response = "natural_frequency"`: mode number `mode` [rad/s], or all modes `outside` bands or orders."""
+    """`response = "natural_frequency"`: mode number `mode` [rad/s], or all modes `outside` bands or orders.
+
+    Keys
+    ----
+    mode: Number of the mode, 1 is the lowest.
+    outside: No mode may lie in these ranges, or near these orders of a speed: `outside = "20..30 Hz"`, or `{ orders
+        = [1, 2], of = "engine", margin = "20 %" }`. Limits only; not beside `mode`.
+    """
 
     mode: int = 1
     outside: Any = None

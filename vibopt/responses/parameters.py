@@ -38,7 +38,12 @@ class TotalMass(Response):
 
 
 class Mass(Response):
-    """`response = "mass"`: of one body or absorber [kg]."""
+    """`response = "mass"`: of one body or absorber [kg].
+
+    Keys
+    ----
+    of: The body or absorber: `of = "press"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "mass"
@@ -57,7 +62,12 @@ class Mass(Response):
 
 
 class OfLink(Response):
-    """A property of one single mount of a link."""
+    """A property of one single mount of a link.
+
+    Keys
+    ----
+    of: The link, absorber or group of mounts: `of = "mount"`.
+    """
 
     of: str
     of_link: ClassVar[bool] = True

@@ -13,7 +13,12 @@ from vibopt.values import word
 
 
 class RmsDisplacement(RandomResponse):
-    """`response = "rms_displacement"`: of a body, absolute [m] rms."""
+    """`response = "rms_displacement"`: of a body, absolute [m] rms.
+
+    Keys
+    ----
+    of: The body: `of = "deck"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "length"
@@ -25,7 +30,12 @@ class RmsDisplacement(RandomResponse):
 
 
 class RmsVelocity(RandomResponse):
-    """`response = "rms_velocity"`: of a body, absolute [m/s] rms."""
+    """`response = "rms_velocity"`: of a body, absolute [m/s] rms.
+
+    Keys
+    ----
+    of: The body: `of = "deck"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "velocity"
@@ -37,7 +47,12 @@ class RmsVelocity(RandomResponse):
 
 
 class RmsAcceleration(RandomResponse):
-    """`response = "rms_acceleration"`: of a body, absolute [m/s^2] rms."""
+    """`response = "rms_acceleration"`: of a body, absolute [m/s^2] rms.
+
+    Keys
+    ----
+    of: The body: `of = "deck"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "acceleration"
@@ -49,7 +64,12 @@ class RmsAcceleration(RandomResponse):
 
 
 class RmsRelativeDisplacement(RandomResponse):
-    """`response = "rms_relative_displacement"`: across a link [m] rms."""
+    """`response = "rms_relative_displacement"`: across a link [m] rms.
+
+    Keys
+    ----
+    across: The link: `across = "mount"`.
+    """
 
     across: str
     dimension: ClassVar[str] = "length"
@@ -61,7 +81,13 @@ class RmsRelativeDisplacement(RandomResponse):
 
 
 class RmsForce(RandomResponse):
-    """`response = "rms_force"`: total over all links `into` a place, or in one mount `through` a link [N] rms."""
+    """`response = "rms_force"`: total over all links `into` a place, or in one mount `through` a link [N] rms.
+
+    Keys
+    ----
+    into: The body, base or ground: `into = "ground"`. One of `into` and `through`.
+    through: The link; the force is that in each single mount: `through = "mount"`.
+    """
 
     into: str | None = None
     through: str | None = None

@@ -29,6 +29,11 @@ class StaticLoadOfMount(Response):
 
     Positive where it presses up on what it carries, the first of its ends; below zero it is lifted.  With
     `direction` the force in that direction instead.  Of a group the worst single mount.
+
+    Keys
+    ----
+    of: A mount, or a group: `of = "foot"`, or "foot.2".
+    direction: Along which; its own axis without it: `direction = "z"`.
     """
 
     of: str
@@ -71,7 +76,13 @@ class StaticLoadOfMount(Response):
 
 
 class Tilt(Response):
-    """`response = "tilt"`: rotation of a body about an axis under all weights [rad]."""
+    """`response = "tilt"`: rotation of a body about an axis under all weights [rad].
+
+    Keys
+    ----
+    of: The body in space: `of = "genset"`.
+    axis: About which: `axis = "x"`.
+    """
 
     of: str
     axis: Direction
@@ -98,6 +109,11 @@ class Travel(HarmonicResponse):
     """`response = "travel"`: how far a mount moves in itself [m] peak: the most along any of its own axes.
 
     With `direction` along that direction in space.
+
+    Keys
+    ----
+    of: A mount, or a group: `of = "foot"`.
+    direction: Along which; the most along any of its own axes without it: `direction = "z"`.
     """
 
     of: str
@@ -131,6 +147,12 @@ class EnergyShareOfBody(Response):
     """`response = "energy_share"`: the greatest part of a mode's kinetic energy in one motion of a body.
 
     Along `direction`, or about `axis`; 1 means that a mode is nothing but that motion.
+
+    Keys
+    ----
+    of: The body in space: `of = "genset"`.
+    direction: The motion along this direction: `direction = "z"`. One of `direction` and `axis`.
+    axis: The turn about this axis: `axis = "x"`.
     """
 
     of: str

@@ -17,6 +17,11 @@ class StaticDeflection(Response):
     """`response = "static_deflection"`: sag of a body, or compression of a link, under all weights [m].
 
     The size of it, with the static stiffness of every link.
+
+    Keys
+    ----
+    of: A link (how far it is compressed) or a body or point (how far it sags): `of = "mount"`.
+    direction: In space, along which; z without it: `direction = "z"`.
     """
 
     of: str

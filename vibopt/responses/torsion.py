@@ -16,7 +16,12 @@ from vibopt.values.vectors import Direction
 
 
 class Rotation(MotionOf):
-    """`response = "rotation"`: of a body that turns, absolute [rad] peak; in space about `axis`."""
+    """`response = "rotation"`: of a body that turns, absolute [rad] peak; in space about `axis`.
+
+    Keys
+    ----
+    axis: In space, about which it is asked: `axis = "x"`.
+    """
 
     axis: Direction | None = None
     dimension: ClassVar[str] = "angle"
@@ -79,7 +84,12 @@ class TorsionalDamping(Damping):
 
 
 class Inertia(Response):
-    """`response = "inertia"`: of one body that turns [kg m^2]."""
+    """`response = "inertia"`: of one body that turns [kg m^2].
+
+    Keys
+    ----
+    of: The body that turns: `of = "rotor"`.
+    """
 
     of: str
     dimension: ClassVar[str] = "inertia"

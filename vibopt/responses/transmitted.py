@@ -25,7 +25,14 @@ def _into(model: Model, place: str) -> Output:
 
 
 class Transmitted(HarmonicResponse):
-    """Total over all links `into` a place, or in one mount `through` a link."""
+    """Total over all links `into` a place, or in one mount `through` a link.
+
+    Keys
+    ----
+    into: The body, base or ground whose net force from all links is meant: `into = "ground"`. One of `into` and
+        `through`.
+    through: The link or mount; the force is that in each single mount: `through = "mount"`.
+    """
 
     into: str | None = None
     through: str | None = None
@@ -60,6 +67,10 @@ class TransmittedForce(Transmitted):
     """`response = "transmitted_force"`: total over all links `into` a place, or in one mount `through` a link.
 
     Dynamic part only [N] peak, without the weight; in space along `direction`.
+
+    Keys
+    ----
+    direction: In space, along which it is asked: `direction = "z"`.
     """
 
     direction: Direction | None = None
@@ -89,7 +100,13 @@ class TransmittedForce(Transmitted):
 
 
 class Transmissibility(HarmonicResponse):
-    """`response = "transmissibility"`: force ratio `into` a place, or motion ratio `of` a body over its base."""
+    """`response = "transmissibility"`: force ratio `into` a place, or motion ratio `of` a body over its base.
+
+    Keys
+    ----
+    into: Force into it over the exciting force: `into = "ground"`. One of `into` and `of`.
+    of: Motion of this body over that of its base: `of = "table"`.
+    """
 
     into: str | None = None
     of: str | None = None

@@ -17,7 +17,29 @@ HIGHEST_ORDER = 20
 
 
 class EngineTable(Table):
-    """[engine]: one slider-crank for all cylinders; a cylinder may have masses of its own."""
+    """[engine]: one slider-crank for all cylinders; a cylinder may have masses of its own.
+
+    Keys
+    ----
+    stroke: Of the pistons; or `crank_radius`, half of it: `stroke = "86 mm"`.
+    crank_radius: Instead of `stroke`.
+    rod: Length of the connecting rod: `rod = "145 mm"`. Longer than the crank.
+    speed: Of the crankshaft: `speed = "6000 rpm"`.
+    reciprocating: Mass of each cylinder that goes to and fro: `reciprocating = "0.5 kg"`.
+    rotating: Mass of each cylinder that goes round at the crank radius: `rotating = "0.4 kg"`.
+    spacing: From cylinder to cylinder, the first at 0 mm; or `at` in each: `spacing = "90 mm"`.
+    reference: Place about which couples are taken; the middle of the cylinders without it: `reference = "135 mm"`.
+    counterweight_share: Part of the reciprocating mass that stands opposite each crank: `counterweight_share = {
+        from = 0, to = 1 }`. 0 without it.
+    rotating_share: Part of the rotating mass that the counterweights carry: `rotating_share = "100 %"`.
+    kinematics: "exact": all orders up to `orders`; "truncated": the first two.
+    orders: How many orders are shown.
+    cranks: Angles to be shared out among the throws that choose, each taken once: `cranks = ["0 deg", "90 deg",
+        "180 deg", "270 deg"]`.
+    firing_order: Gives the cranks that are not written: `firing_order = [1, 3, 4, 2]`.
+    strokes: Of the working cycle.
+    even_firing: Only settings that fire at equal distances: `even_firing = true`.
+    """
 
     stroke: Fact | None = number("length", choice=False)
     crank_radius: Fact | None = number("length", choice=False)
@@ -60,7 +82,17 @@ class EngineTable(Table):
 
 
 class CylinderTable(Table):
-    """[[cylinders]]: crank angle in the sense of rotation, "choose", or from the firing order; bank and place."""
+    """[[cylinders]]: crank angle in the sense of rotation, "choose", or from the firing order; bank and place.
+
+    Keys
+    ----
+    crank: Angle of its throw in the sense of rotation, or "choose": `crank = "180 deg"`.
+    throw: Name of a throw that it shares with another cylinder: `throw = "p1"`.
+    bank: Angle of its axis, for a V: `bank = "-45 deg"`.
+    at: Place along the crankshaft; from `spacing` without it.
+    reciprocating: Of its own, where it differs.
+    rotating: Of its own, where it differs.
+    """
 
     crank: Any = None
     throw: str | None = None
@@ -76,7 +108,15 @@ class CylinderTable(Table):
 
 
 class CounterweightTable(Table):
-    """[counterweights.NAME]: an unbalance on the crankshaft; without angle both size and angle are chosen."""
+    """[counterweights.NAME]: an unbalance on the crankshaft; without angle both size and angle are chosen.
+
+    Keys
+    ----
+    at: Place along the crankshaft: `at = "-40 mm"`.
+    unbalance: Mass times radius; chosen with its angle, `unbalance = { from = "0 g mm", to = "5 kg mm" }`, or a
+        fact.
+    angle: Of the weight; a fact needs one, a choice has none: `angle = "180 deg"`.
+    """
 
     at: Fact = number("length", choice=False, sign="any", required=True)
     unbalance: Fact | Choice = number("unbalance", required=True)
@@ -93,6 +133,16 @@ class BalanceShaftTable(Table):
 
     The angle is that of its weight when the first crank angle is zero, from the axis of bank zero in the sense in
     which the crankshaft turns.
+
+    Keys
+    ----
+    order: Times crank speed.
+    turns: Its sense: `turns = "against rotation"`.
+    at: Place along the crankshaft: `at = "135 mm"`.
+    unbalance: Mass times radius; chosen with its angle, `unbalance = { from = "0 g mm", to = "50 kg mm" }`, or a
+        fact.
+    angle: Of the weight when the first crank angle is zero; a fact needs one, a choice has none: `angle = "180
+        deg"`.
     """
 
     order: Literal[1, 2]
@@ -108,7 +158,18 @@ class BalanceShaftTable(Table):
 
 
 class EngineLimitTable(Table):
-    """[limits.NAME] or [measures.NAME]: greatest force or couple over a turn, of one order or of all together."""
+    """[limits.NAME] or [measures.NAME]: greatest force or couple over a turn, of one order or of all together.
+
+    Keys
+    ----
+    response: What is limited or measured.
+    order: Of the force or couple; all together without it: `order = 2`. Refused of primary and secondary ones,
+        which say their own.
+    when: At this crank angle, of a measure: `when = "30 deg"`. Refused in a limit.
+    kinematics: Exact or truncated, of a measure. Refused in a limit.
+    at_most: The greatest over a turn: `at_most = "600 N"`.
+    unit: How the value is shown: `unit = "kN"`.
+    """
 
     response: Response
     order: int | None = None
@@ -149,7 +210,14 @@ class EngineLimitTable(Table):
 
 
 class EngineGoalTable(Table):
-    """[goal] minimise = a response; `then` names responses that decide between equally good crank phasings."""
+    """[goal] minimise = a response; `then` names responses that decide between equally good crank phasings.
+
+    Keys
+    ----
+    minimise: What is made small.
+    order: Of the force or couple: `order = 2`.
+    then: Decides between settings of the cranks that are equally good: `then = ["secondary_couple"]`.
+    """
 
     minimise: Response
     order: int | None = None

@@ -24,7 +24,13 @@ _DIMENSION_OF = {
 
 
 class ShaftTable(Table):
-    """[shaft]: bearings by name and place, and the speed of the reactions; all optional."""
+    """[shaft]: bearings by name and place, and the speed of the reactions; all optional.
+
+    Keys
+    ----
+    speed: At which the reactions of the bearings are taken: `speed = "1500 rpm"`.
+    bearings: Two, by name and place along the shaft: `bearings = { A = "0 mm", B = "900 mm" }`.
+    """
 
     speed: Fact | None = number("angular_rate", choice=False)
     bearings: dict[str, Any] = Field(default_factory=dict)
@@ -42,7 +48,17 @@ class ShaftTable(Table):
 
 
 class MassTable(Table):
-    """[masses.NAME]: a mass at a radius, or an unbalance, at an angle and an axial place."""
+    """[masses.NAME]: a mass at a radius, or an unbalance, at an angle and an axial place.
+
+    Keys
+    ----
+    mass: Of the piece, beside its `radius`; or `unbalance` alone.
+    radius: Of its centre of mass from the axis.
+    unbalance: Mass times radius: `unbalance = "50 kg mm"`.
+    angle: Where it is: `angle = "90 deg"`.
+    at: Place along the shaft; none anywhere: all in one plane.
+    removed: It is a hole: `removed = true`.
+    """
 
     mass: Fact | None = number("mass", choice=False)
     radius: Fact | None = number("length", choice=False)
@@ -70,7 +86,14 @@ class MassTable(Table):
 
 
 class DrillTable(Table):
-    """drill = { diameter, density }: turns a removed mass into the depth of a flat-bottomed hole."""
+    """drill = { diameter, density }: turns a removed mass into the depth of a flat-bottomed hole.
+
+    Keys
+    ----
+    diameter: Of the drill.
+    density: Of the material.
+    deepest: The deepest hole that is allowed.
+    """
 
     diameter: Fact = number("length", choice=False, required=True)
     density: Fact = number("density", choice=False, required=True)
@@ -84,7 +107,23 @@ class Decided(Table):
 
 
 class KnownPlaneTable(Table):
-    """[planes.NAME]: where a correction may be fitted, and what there is to fit."""
+    """[planes.NAME]: where a correction may be fitted, and what there is to fit.
+
+    Keys
+    ----
+    at: Place along the shaft.
+    radius: Where weights sit: `radius = "50 mm"`. Without it a plane counts in unbalance alone.
+    weight: The most that may be fitted, `weight = { from = "0 g", to = "60 g" }`; or weights that are fitted, "10 g
+        @ 270 deg".
+    unbalance: Instead of `weight` the most mass times radius: `unbalance = { from = "0 g mm", to = "5000 g mm" }`.
+    holes: A count, the first hole at 0 deg, or their angles: `holes = 24`. Needs a shelf.
+    shelf: The weights there are, one a hole: `shelf = ["5 g", "10 g", "20 g"]`. Needs holes and a radius.
+    most_weights: How many weights may be fitted in this plane.
+    forbidden: Sectors without weights; "350..10 deg" goes through zero: `forbidden = ["80..110 deg"]`.
+    remove: Material is taken away, on the other side: `remove = true`. Not beside a shelf.
+    drill: Says the depth of what is removed: `drill = { diameter = "10 mm", density = "7850 kg/m³" }`.
+    keep: The plane stays untouched: `keep = true`.
+    """
 
     at: Fact | None = number("length", choice=False, sign="any")
     radius: Fact | None = number("length", choice=False)
@@ -183,7 +222,16 @@ class KnownPlaneTable(Table):
 
 
 class KnownLimitTable(Table):
-    """[limits.NAME] or [measures.NAME]: what is left after the correction, or the correction itself."""
+    """[limits.NAME] or [measures.NAME]: what is left after the correction, or the correction itself.
+
+    Keys
+    ----
+    response: What is limited or measured.
+    of: The bearing of a reaction, or the plane of a correction: `of = "A"`.
+    total: Mass of all planes together: `total = true`.
+    at_most: The greatest value that is allowed; a measure has none: `at_most = "20 N"`.
+    unit: How the value is shown: `unit = "N"`.
+    """
 
     response: Literal["static_unbalance", "couple_unbalance", "bearing_reaction", "correction"]
     of: str | None = None
@@ -211,7 +259,13 @@ class KnownLimitTable(Table):
 
 
 class KnownGoalTable(Table):
-    """[goal] minimise = "unbalance" or "reaction" at the bearings, combined as rms, worst or sum; or one quantity."""
+    """[goal] minimise = "unbalance" or "reaction" at the bearings, combined as rms, worst or sum; or one quantity.
+
+    Keys
+    ----
+    minimise: What is made small; "unbalance" and "reaction" at both bearings.
+    combine: Of both bearings: least squares, the greater one, or their sum. Refused beside what is one quantity.
+    """
 
     minimise: Literal["unbalance", "static_unbalance", "couple_unbalance", "reaction", "correction"]
     combine: Literal["rms", "worst", "sum"] = "rms"

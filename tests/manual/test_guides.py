@@ -1,0 +1,57 @@
+"""What the guides show is what happens: whole files are solved, commands print what stands there, Python runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import vibopt as vo
+from examples import agrees, blocks_of, run
+from vibopt.cli.main import main
+from vibopt.manual.book import GROUPS, the_book
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "vibopt" / "manual" / "guides"
+GUIDES = {file.stem: file.read_text(encoding="utf-8") for file in sorted(FOLDER.glob("*.md"))}
+SHOWN = [name for name, text in GUIDES.items() if any(one.language in ("console", "python") for one in blocks_of(text))]
+
+
+def test_every_guide_stands_in_the_contents_once() -> None:
+    listed = [name for names in GROUPS.values() for name in names]
+    assert sorted(listed) == sorted([*GUIDES, "contributing"])
+    assert set(listed) <= set(the_book().topics)
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_the_commands_of_a_guide_print_what_it_shows(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "problems").symlink_to(ROOT / "problems")
+    monkeypatch.chdir(tmp_path)
+    for command, expected, said in run(GUIDES[name], tmp_path):
+        assert agrees(expected, said), f"vibopt {command}\n{said}"
+
+
+@pytest.mark.parametrize("name", GUIDES)
+def test_every_whole_file_of_a_guide_has_a_name_and_no_mistake(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    blocks = blocks_of(GUIDES[name])
+    assert all(block.file for block in blocks if block.is_whole)
+    for block in blocks:
+        if block.file:
+            (tmp_path / block.file).write_text(block.text, encoding="utf-8")
+    for block in blocks:
+        if block.is_whole:
+            assert main(["check", block.file]) == 0
+            shown = any(block.file in one.text for one in blocks if one.language == "console")
+            assert shown or vo.solve(vo.read(block.file)).status in ("optimal", "feasible", "met")
+
+
+def test_a_line_of_dots_stands_for_any_lines() -> None:
+    assert agrees("a\n...\nd\n", "a\nb\nc\nd\n")
+    assert agrees("...\nd is ...\n...\n", "a\nd is 7\n")
+    assert not agrees("a\nd\n", "a\nb\nd\n")
+    assert not agrees("...\nd\n", "a\nd\ne\n")

@@ -1,0 +1,106 @@
+"""All topics in the order of the contents, and how one is found."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cache, cached_property
+from pathlib import Path
+
+from vibopt.errors import InputError, way_out
+from vibopt.manual import reference
+from vibopt.manual.search import Index
+from vibopt.manual.topic import Section, Topic
+
+GROUPS = {
+    "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
+    "Guides": (
+        "isolators", "absorbers", "space", "catalogues", "structures", "noise", "tolerances", "studies",
+        "balancing", "known_masses", "engines", "methods", "verification", "charts", "python", "formats",
+    ),
+    "Reference": ("excitations", "responses", "units"),
+    "About": ("contributing", "changelog"),
+}  # fmt: skip
+"""Guides by group of the contents, in its order."""
+_FOLDER = Path(__file__).with_name("guides")
+_CONTRIBUTING = Path(__file__).parents[1] / "CONTRIBUTING.md"
+_TABLE = re.compile(r"<!-- table: (.+?) -->")
+_MOST = 8
+"""Most places that are named beside the best one."""
+
+
+class Book:
+    """The topics.
+
+    Parameters
+    ----------
+    topics
+        In the order of the contents.
+    """
+
+    def __init__(self, topics: Iterable[Topic]) -> None:
+        self.topics = {topic.name: topic for topic in topics}
+
+    @cached_property
+    def sections(self) -> tuple[Section, ...]:
+        return tuple(section for topic in self.topics.values() for section in topic.sections)
+
+    @cached_property
+    def index(self) -> Index:
+        return Index(self.sections)
+
+    @property
+    def groups(self) -> dict[str, list[Topic]]:
+        """Topics by group."""
+        found: dict[str, list[Topic]] = {}
+        for topic in self.topics.values():
+            found.setdefault(topic.group, []).append(topic)
+        return found
+
+    def find(self, asked: str) -> tuple[Topic | Section, tuple[Section, ...]]:
+        """What answers best, and other places.
+
+        Parameters
+        ----------
+        asked
+            The name of a topic or of a table, or any words.
+
+        Raises
+        ------
+        InputError
+            Nothing has any of these words.
+        """
+        name = "_".join(re.findall(r"[\w-]+", asked.lower().removesuffix(".name")))
+        hits = self.index.hits(asked)
+        topic = self.topics.get(name) or self.topics.get(f"{name}s")
+        if topic is not None:
+            return topic, tuple(one for one in hits if one.topic != topic.name)[:_MOST]
+        if not hits:
+            raise InputError(f'the manual has nothing on "{asked}".{way_out(name, self.topics)} vibopt help lists all.')
+        return hits[0], hits[1 : _MOST + 1]
+
+
+@cache
+def the_book() -> Book:
+    """The manual, but for the pages of the commands, which the command line adds."""
+    written = {name: _guide(group, name) for group, names in GROUPS.items() for name in names}
+    made = [*reference.devices(), *reference.excitations(), *reference.responses(), *reference.balancing()]
+    for one in [one for one in made if one.name in written]:
+        guide = written[one.name]
+        keys = f"{guide.text.rstrip()}\n\n## Keys\n\n{one.text.split(chr(10), 1)[1].strip()}\n"
+        written[one.name] = Topic(guide.name, guide.group, keys.replace("\n## Refused", "\n### Refused"))
+        made.remove(one)
+    groups = list(GROUPS)
+    first = [topic for topic in written.values() if topic.group in groups[:2]]
+    last = [topic for topic in written.values() if topic.group not in groups[:2]]
+    return Book([*first, *made, *last])
+
+
+def _guide(group: str, name: str) -> Topic:
+    file = _CONTRIBUTING if name == "contributing" else _FOLDER / f"{name}.md"
+    tables = reference.tables()
+    text = _TABLE.sub(lambda found: tables[found[1]](), file.read_text(encoding="utf-8"))
+    return Topic(name, group, text)
+
+
+__all__ = ["GROUPS", "Book", "the_book"]

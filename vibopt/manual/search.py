@@ -1,0 +1,76 @@
+"""Words found in sections, the rare ones and those of headings first."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable
+
+from vibopt.manual.topic import Section
+
+_IDLE = frozenset(
+    re.findall(
+        r"\w+",
+        """a an and are as at be been by can could do does for from get give given has have how i if in is it its let
+        make my me of on one or say should so some tell that the their them then there this to use want was we what
+        when where which who why will with would you your""",
+    )
+)
+"""Words that say nothing of what is meant."""
+_HEADING, _HINT = 6, 4
+"""What a word counts in a heading or among the words that serve the search, against once in the text."""
+_FLAT, _LONG = 1.5, 0.6
+"""Constants of Okapi's weighting (BM25): how soon more of a word counts no more, and how much length counts."""
+
+
+class Index:
+    """Sections by their words; Okapi's BM25."""
+
+    def __init__(self, sections: Iterable[Section]) -> None:
+        self.sections = tuple(sections)
+        self.counts = [_counted(one) for one in self.sections]
+        self.lengths = [sum(one.values()) for one in self.counts]
+        self.mean = sum(self.lengths) / max(1, len(self.lengths))
+        self.spread = Counter(word for one in self.counts for word in one)
+
+    def hits(self, asked: str) -> tuple[Section, ...]:
+        """Sections with any of the words, the best first."""
+        words = dict.fromkeys(words_of(asked))
+        scores = [sum(self._score(k, word) for word in words) for k in range(len(self.sections))]
+        order = sorted(range(len(scores)), key=lambda k: (-scores[k], k))
+        return tuple(self.sections[k] for k in order if scores[k] > 0.0)
+
+    def _score(self, k: int, word: str) -> float:
+        count = self.counts[k][word]
+        if not count:
+            return 0.0
+        rare = math.log(1.0 + (len(self.sections) - self.spread[word] + 0.5) / (self.spread[word] + 0.5))
+        longer = 1.0 - _LONG + _LONG * self.lengths[k] / self.mean
+        return rare * count * (_FLAT + 1.0) / (count + _FLAT * longer)
+
+
+def words_of(text: str) -> list[str]:
+    """The words of a text that say something, without their endings; a name in one piece and in its parts."""
+    found = []
+    for word in re.findall(r"[^\W_]+(?:[_-][^\W_]+)*", text.lower()):
+        parts = re.split(r"[_-]", word)
+        found += [_stem(one) for one in dict.fromkeys([word.replace("-", "_"), *parts]) if one not in _IDLE]
+    return found
+
+
+def _stem(word: str) -> str:
+    if len(word) > 4 and word.endswith("ies"):
+        return f"{word[:-3]}y"
+    return word[:-1] if len(word) > 3 and word.endswith("s") and word[-2] not in "su" else word
+
+
+def _counted(section: Section) -> Counter[str]:
+    counts = Counter(words_of(section.text))
+    for text, weight in ((section.heading, _HEADING), (section.topic, _HEADING // 2), (section.words, _HINT)):
+        for word in words_of(text):
+            counts[word] += weight
+    return counts
+
+
+__all__ = ["Index", "words_of"]
