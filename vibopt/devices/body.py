@@ -63,8 +63,8 @@ class BodyTable(Device):
     mass: Its mass. One of `mass`, `weight`, `inertia`, `disc`, `made_of`.
     weight: Its weight on earth instead of `mass`. A fact.
     inertia: Moment of inertia of a body that turns about one axis, instead of `mass`; in space those about x, y, z
-        through the centre of mass, or a table with products: `inertia = ["310 kg m2", "620 kg m2", "590 kg m2"]`. A
-        fact there.
+        through the centre of mass, `inertia = ["310 kg m2", "620 kg m2", "590 kg m2"]`, or a table of xx, yy, zz and
+        products xy, yz, zx, of which xy is the integral of x y dm. A fact there.
     disc: Instead of `inertia` a round disc: `disc = { mass = "45 kg", diameter = "0.38 m" }`. Refused in space.
     rolling: What rolls as it moves adds J/r²: `rolling = { inertia = "0.2 kg m2", radius = "0.3 m" }`. Refused in
         space and beside `inertia`.

@@ -42,17 +42,7 @@ class Principal(Table):
 
 
 class Tensor(Table):
-    """Moments and products of inertia through the centre of mass; a product is that of xy = integral of x y dm.
-
-    Keys
-    ----
-    xx: About x, through the centre of mass.
-    yy: About y.
-    zz: About z.
-    xy: Product of inertia, the integral of x y dm; zero without it.
-    yz: The integral of y z dm.
-    zx: The integral of z x dm.
-    """
+    """Moments and products of inertia through the centre of mass; a product is that of xy = integral of x y dm."""
 
     xx: Fact = number("inertia", choice=False, sign="not negative", required=True)
     yy: Fact = number("inertia", choice=False, sign="not negative", required=True)

@@ -16,7 +16,7 @@ from pydantic import WithJsonSchema
 
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
-from vibopt.values.fields import Rule, rule_of
+from vibopt.values.fields import Later, Rule, rule_of
 
 _SECTION = re.compile(r"\n\s*Keys\n----\n", re.M)
 _ENTRY = re.compile(r"^(\w+): (.*(?:\n {4}.*)*)", re.M)
@@ -178,6 +178,8 @@ def _literals(annotation: object) -> tuple[Any, ...]:
 def _tables(annotation: object) -> Iterator[type[Table]]:
     if isinstance(annotation, type) and issubclass(annotation, Table):
         yield annotation
+    elif isinstance(annotation, Later):
+        yield annotation.kind
     for one in get_args(annotation):
         yield from _tables(one)
 
