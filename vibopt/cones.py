@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
@@ -58,20 +59,27 @@ def solve_cones(
     """
     import clarabel
 
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.presolve_enable = False
-    settings.max_iter = ITERATIONS
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-    if len(b) < SMALL:
-        settings.direct_solve_method = "qdldl"
     square = np.zeros((len(linear), len(linear))) if quadratic is None else quadratic
     P = square if isinstance(square, SimpleNamespace) else compressed(np.triu(square))
     table = A if isinstance(A, SimpleNamespace) else compressed(A)
     of_kind = {LINEAR: clarabel.NonnegativeConeT, CONE: clarabel.SecondOrderConeT}
     cones = [of_kind[kind](size) for kind, size in kinds if size]
-    found = clarabel.DefaultSolver(P, linear, table, b, cones, settings).solve()
+    found = clarabel.DefaultSolver(P, linear, table, b, cones, _settings(tolerance, len(b) < SMALL)).solve()
     return ConePoint(np.array(found.x), np.array(found.z), str(found.status))
+
+
+@cache
+def _settings(tolerance: float, small: bool) -> Any:
+    import clarabel
+
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.presolve_enable = False
+    settings.max_iter = ITERATIONS
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    if small:
+        settings.direct_solve_method = "qdldl"
+    return settings
 
 
 def compressed(dense: FloatArray) -> SimpleNamespace:

@@ -71,7 +71,8 @@ def head(lag: bool = True, against: bool = True, detector: str = "pp", runout: s
 
 def cell_by_cell(text: str, folder: Path) -> tuple[list[str], RotorJob | None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Cells, "readings", lambda *given: None)
+        patch.setattr(Cells, "readings", lambda own, rows: [None] * len(rows))
+        patch.setattr(parse_runs, "_in_one_piece", lambda raws, document: raws)
         patch.setattr(parse_runs, "_in_arrays", lambda *given: None)
         said = messages(text, folder)
         return said, None if said else read_text(text, folder)

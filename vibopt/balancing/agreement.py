@@ -75,13 +75,14 @@ def agreements(job: RotorJob, identified: Identified, noise: Noise | None) -> tu
     found = []
     for speed, learnt in enumerate(identified.learnt):
         scatter = None if given is None else (given.along[speed], given.across[speed])
-        found.append(_at_speed(job, speed, _Runs(learnt, scatter), many))
+        checked = learnt.spare > 0
+        found.append(_at_speed(job, speed, _Runs(learnt, scatter), many) if checked else Agreement(speed, 1.0))
     return tuple(found)
 
 
 def _at_speed(job: RotorJob, speed: int, runs: _Runs, many: int) -> Agreement:
     places, spare = np.array(job.places_at(speed)), runs.learnt.spare
-    if spare < 1 or runs.exact:
+    if runs.exact:
         return Agreement(speed, 1.0)
     unchecked = tuple(int(places[k]) for k in np.flatnonzero(leverage(runs.learnt) > UNCHECKED))
     if spare == 1 and runs.scatter is None:

@@ -45,8 +45,9 @@ def check_runs(
     if not has_phase:
         _check_without_phase(measured, planes, mistakes)
         return
+    told: set[bytes] = set()
     for speed in range(len(measured.speeds)):
-        _check_speed(speed, measured, planes, influence, mistakes)
+        _check_speed(speed, measured, planes, influence, told, mistakes)
 
 
 def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
@@ -91,39 +92,36 @@ def _any_vibration(measured: Measured) -> bool:
     return any(np.abs(run.readings - runout).max(initial=0.0) > 0.0 for run in measured.runs if run.is_initial)
 
 
-def unknown_planes(planes: Sequence[Plane], influence: Influence, speed: int) -> list[int]:
-    """Planes to be learnt from runs at a speed: free, and without ready coefficients."""
-    given = {plane for at, _, plane in influence if at == speed}
-    return [index for index, plane in enumerate(planes) if not plane.keep and index not in given]
-
-
 def _check_speed(
-    speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, mistakes: Mistakes
+    speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, told: set[bytes], mistakes: Mistakes
 ) -> None:
-    _check_coefficients(speed, measured, planes, influence, mistakes)
-    unknown = unknown_planes(planes, influence, speed)
+    """Whether the runs at a speed tell every plane apart; `told` are sets of weights that do."""
+    if influence:
+        _check_coefficients(speed, measured, planes, influence, mistakes)
     runs = [run for run in measured.runs if run.speed == speed]
-    for index, plane in enumerate(planes):
-        if (
-            plane.keep
-            and any(run.weights[index] for run in runs)
-            and index not in {p for at, _, p in influence if at == speed}
-        ):
-            unknown = sorted([*unknown, index])
-    at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
     trials = [run for run in runs if not run.is_initial]
-    if unknown and len(trials) < len(unknown):
+    W: ComplexArray = np.array([run.weights for run in trials]).reshape(len(trials), len(planes))
+    given = {plane for at, _, plane in influence if at == speed}
+    weighed = (W != 0.0).any(axis=0).tolist()
+    unknown = [index for index, plane in enumerate(planes) if index not in given and (not plane.keep or weighed[index])]
+    key = W.tobytes() + bytes(unknown)
+    if not unknown or key in told:
+        return
+    at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
+    if len(trials) < len(unknown):
         mistakes.add(("runs",), _too_few(planes, unknown, trials, at))
         return
-    idle = [planes[index].name for index in unknown if not any(run.weights[index] for run in trials)]
+    idle = [planes[index].name for index in unknown if not weighed[index]]
     if idle:
         mistakes.add(
             ("runs",),
             f"no run at {at} has a weight in plane {idle[0]}, so nothing is known of it. Add such a run, or write "
             f"keep = true in [planes.{idle[0]}].",
         )
-    elif unknown:
-        _check_rank(trials, unknown, at, planes, mistakes)
+    elif _tells_apart(W[:, unknown]):
+        told.add(key)
+    else:
+        mistakes.add(("runs",), _same_weights(trials, W[:, unknown], unknown, at, planes))
 
 
 def _too_few(planes: Sequence[Plane], unknown: list[int], trials: Sequence[Run], at: str) -> str:
@@ -155,31 +153,26 @@ def _check_coefficients(
                 )
 
 
-def _check_rank(
-    trials: Sequence[Run], unknown: list[int], at: str, planes: Sequence[Plane], mistakes: Mistakes
-) -> None:
-    """Whether the trial weights are different enough to be told apart."""
-    W: ComplexArray = np.array([run.weights[unknown] for run in trials])
+def _tells_apart(W: ComplexArray) -> bool:
+    """Whether trial weights (n_trials, n_planes) are different enough."""
+    singular = np.linalg.svd(W / np.maximum(np.abs(W).max(axis=0), 1e-300), compute_uv=False)
+    return bool(singular[-1] > SINGULAR * singular[0])
+
+
+def _same_weights(trials: Sequence[Run], W: ComplexArray, unknown: list[int], at: str, planes: Sequence[Plane]) -> str:
+    """Which trial weights are not different enough, in words."""
     W = W / np.maximum(np.abs(W).max(axis=0), 1e-300)
-    singular = np.linalg.svd(W, compute_uv=False)
-    if singular[-1] > SINGULAR * singular[0]:
-        return
     for i, first in enumerate(trials):
         for j in range(i):
             if np.linalg.matrix_rank(W[[j, i]], tol=SINGULAR) == 1:
-                mistakes.add(
-                    ("runs",),
+                return (
                     f'runs "{trials[j].name}" and "{first.name}" have the same weights (up to a common factor), so '
-                    f"planes "
-                    f"{' and '.join(planes[p].name for p in unknown)} cannot be told apart: the equations are "
-                    f"singular at {at}. "
-                    "Move one of the weights to another plane and repeat that run.",
+                    f"planes {' and '.join(planes[p].name for p in unknown)} cannot be told apart: the equations are "
+                    f"singular at {at}. Move one of the weights to another plane and repeat that run."
                 )
-                return
-    mistakes.add(
-        ("runs",),
+    return (
         f"the trial weights of the runs at {at} depend on one another: the equations are singular. Repeat one run "
-        f"with other weights.",
+        f"with other weights."
     )
 
 

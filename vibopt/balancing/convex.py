@@ -16,7 +16,7 @@ Places = NDArray[np.intp]
 
 KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
 MANY_PLANES = 20
-FEW = 40  # up to so many rows all of them are shown at once
+FEW = 30  # up to so many rows all of them are shown at once
 ROUNDS = 40
 TOLERANCES = (1e-10, 1e-11, 1e-8)
 CLOSE = 1e-8

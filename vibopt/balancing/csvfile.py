@@ -16,10 +16,13 @@ from typing import Any
 from vibopt.balancing.csvrows import OWN, THOUSANDS, Cells, Column, CsvMistakes, Plain, Row, run_of
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, way_out
-from vibopt.values.sheet import Sheet, heading_of, letter, sheet_of
+from vibopt.values.sheet import Sheet, heading_of, sheet_of
 
 _WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
 """Words behind the name of a plane or a sensor that say what a column holds of it."""
+_ANGLES = {"phase": "angle"}
+_HEADING = re.compile(rf"([^\s\[\]()]+) ({'|'.join(_WHATS)}) \[([^\s\[\]()]+(?: [^\s\[\]()]+)*)\]")
+"""Name, what and unit of most columns."""
 _POINT = re.compile(r"\d\.\d")
 _COMMA = re.compile(r"\d,\d")
 
@@ -38,14 +41,18 @@ def read_csv(
         outer.add(("readings",), f"{file.name} is empty. Its first row names the columns: run, speed [rpm], ...")
         return [], mistakes
     (header_row, header), *body = sheet.rows
-    own, parts = list(planes), [_column(heading, letter(index)) for index, heading in enumerate(header)]
+    own, parts = list(planes), [_column(heading, index) for index, heading in enumerate(header)]
     names = list(sensors) or [column.name for column in parts if column.what == "amplitude"]
     columns = _columns(parts, header_row, own, names, mistakes)
     _check_parts(columns, header_row, own, mistakes)
     if mistakes.found:
         return [], mistakes
     said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names, mistakes))
-    runs = [run_of(index, row, cells, said, mistakes) for index, (row, cells) in enumerate(body)]
+    readings = said.readings([cells for _, cells in body])
+    runs = [
+        run_of(index, row, cells, own, said, mistakes)
+        for index, ((row, cells), own) in enumerate(zip(body, readings, strict=True))
+    ]
     if not body:
         outer.add(("readings",), f"{file.name} has no run below its heading. Add one row a run.")
     return runs, mistakes
@@ -58,9 +65,8 @@ def _plain(columns: Sequence[Column | None], sensors: Sequence[str], mistakes: C
     if -1 in sizes or -1 in angles or not sensors:
         return None
     units, turns = (tuple(one.unit for one in map(columns.__getitem__, own) if one) for own in (sizes, angles))
-    for name, *both in zip(sensors, sizes, angles, strict=True):
-        column = columns[min(both)]
-        mistakes.columns[name] = f", {column.place}" if column else ""
+    firsts = [columns[min(both)] for both in zip(sizes, angles, strict=True)]
+    mistakes.columns.update((name, one) for name, one in zip(sensors, firsts, strict=True) if one is not None)
     taken = {*sizes, *angles}
     others = [index for index in range(len(columns)) if index not in taken]
     rest = tuple(columns[index] for index in others)
@@ -82,12 +88,12 @@ def _columns(
     for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
         if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown
             name = heading_of(part.heading)[0]
-            mistakes.places[("header", index)] = (row, f", column {part.letter}")
+            mistakes.places[("header", index)] = (row, Column("", index, "", "", ""))
             mistakes.value(
                 ("header", index), part.heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
             )
     if not any(column is not None and column.name in sensors for column in columns):
-        mistakes.places[("header",)] = (row, "")
+        mistakes.places[("header",)] = (row, None)
         mistakes.add(
             ("header",), f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".'
         )
@@ -98,14 +104,14 @@ def _known_column(column: Column, named: Container[str]) -> Column | None:
     """A column of the run itself, of a plane or of a sensor; None where the heading names none."""
     own = column.name.lower()
     if own in (*OWN, "name"):
-        return Column(column.heading, column.letter, own.replace("name", "run"), "", column.unit)
+        return Column(column.heading, column.index, own.replace("name", "run"), "", column.unit)
     return column if column.name in named else None
 
 
 def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[str], mistakes: CsvMistakes) -> None:
     """Each column holds something of its own, and no angle stands without its amount."""
     first: dict[tuple[str, str], Column] = {}
-    mistakes.places[("header",)] = (row, "")
+    mistakes.places[("header",)] = (row, None)
     for column in columns:
         if column is None:
             continue
@@ -136,10 +142,13 @@ def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
     return commas or not points, commas
 
 
-def _column(heading: str, letter: str) -> Column:
+def _column(heading: str, index: int) -> Column:
+    plain = _HEADING.fullmatch(heading)
+    if plain is not None:
+        return Column(heading, index, plain[1], _ANGLES.get(plain[2], plain[2]), plain[3])
     name, unit = heading_of(heading)
     front, last = name.rsplit(None, 1) if len(name.split(None, 1)) == 2 else (name, "")
     what = last.lower()
     if what not in _WHATS:
-        return Column(heading, letter, name, "", unit)
-    return Column(heading, letter, front, what.replace("phase", "angle"), unit)
+        return Column(heading, index, name, "", unit)
+    return Column(heading, index, front, _ANGLES.get(what, what), unit)

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Any
 
-from vibopt.balancing.written import Written, WrittenByName, are_plain, numbers
+from vibopt.balancing.written import WrittenByName, columns
 from vibopt.document.mistakes import Mistakes, Path, toml_text
 from vibopt.records import dataclass
-from vibopt.values.sheet import Sheet
+from vibopt.values.sheet import Sheet, letter
 
 OWN = ("run", "speed", "stayed", "verification")
 """Columns of the run itself."""
@@ -25,48 +25,12 @@ _WORDS = {
 _AMOUNTS = {"mass", "weight", "unbalance", "amplitude"}
 
 
-@dataclass
-class CsvMistakes(Mistakes):
-    """Mistakes of a CSV file, said with row and column.
-
-    places
-        By path of a value as [[runs]] would have it: its row (from 1, as the spreadsheet counts) and column heading.
-    columns
-        Words of the column of each sensor, for rows that were read in one piece.
-    """
-
-    places: dict[Path, tuple[int, str]] = field(default_factory=dict)
-    columns: dict[str, str] = field(default_factory=dict)
-
-    def place(self, path: Path) -> tuple[int, str]:
-        """Row and words of the nearest place known."""
-        if path not in self.places and len(path) == 4 and str(path[3]) in self.columns:
-            return self.places[path[:2]][0], self.columns[str(path[3])]
-        for length in range(len(path), 0, -1):
-            if path[:length] in self.places:
-                return self.places[path[:length]]
-        return 0, ""
-
-    def at(self, path: Path) -> str:
-        row, column = self.place(path)
-        return f"{self.name} row {row}{column}" if row else self.name
-
-    def add(self, path: Path, sentence: str) -> None:
-        row = self.place(path)[0]
-        message = f"{self.at(path)}: {sentence}"
-        if not self.full and (row, message) not in self.found:
-            self.found.append((row, message))
-
-    def value(self, path: Path, given: object, text: str) -> None:
-        self.add(path, f"{toml_text(given)} {text}")
-
-
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: its heading and letter, whose it is ("run", "speed", a plane, a sensor), what of it, and its unit."""
+    """One column: its heading and index, whose it is ("run", "speed", a plane, a sensor), what of it, and its unit."""
 
     heading: str
-    letter: str
+    index: int
     name: str
     what: str
     unit: str
@@ -84,7 +48,44 @@ class Column:
     @property
     def place(self) -> str:
         """As in the messages: column C ("left mass [g]")."""
-        return f'column {self.letter} ("{self.heading}")'
+        quoted = f' ("{self.heading}")' if self.heading else ""
+        return f"column {letter(self.index)}{quoted}"
+
+
+@dataclass
+class CsvMistakes(Mistakes):
+    """Mistakes of a CSV file, said with row and column.
+
+    places
+        By path of a value as [[runs]] would have it: its row (from 1, as the spreadsheet counts) and column.
+    columns
+        First column of each sensor, for rows that were read in one piece.
+    """
+
+    places: dict[Path, tuple[int, Column | None]] = field(default_factory=dict)
+    columns: dict[str, Column] = field(default_factory=dict)
+
+    def place(self, path: Path) -> tuple[int, Column | None]:
+        """Row and column of the nearest place known."""
+        if path not in self.places and len(path) == 4 and str(path[3]) in self.columns:
+            return self.places[path[:2]][0], self.columns[str(path[3])]
+        for length in range(len(path), 0, -1):
+            if path[:length] in self.places:
+                return self.places[path[:length]]
+        return 0, None
+
+    def at(self, path: Path) -> str:
+        row, column = self.place(path)
+        return f"{self.name} row {row}{f', {column.place}' if column else ''}" if row else self.name
+
+    def add(self, path: Path, sentence: str) -> None:
+        row = self.place(path)[0]
+        message = f"{self.at(path)}: {sentence}"
+        if not self.full and (row, message) not in self.found:
+            self.found.append((row, message))
+
+    def value(self, path: Path, given: object, text: str) -> None:
+        self.add(path, f"{toml_text(given)} {text}")
 
 
 Row = Sequence[str]
@@ -119,21 +120,19 @@ class Cells:
     thousands: tuple[bool, bool]
     plain: Plain | None = None
 
-    def readings(self, cells: Row) -> WrittenByName | None:
-        """All readings of a row where each is a plain number beside its angle; None where cells must be looked at."""
-        if self.plain is None or len(cells) != len(self.columns):
-            return None
-        amounts, angles = self.plain.amounts(cells), self.plain.angles(cells)
+    def readings(self, rows: Sequence[Row]) -> Sequence[WrittenByName | None]:
+        """Readings of all rows, where each is a plain number beside its angle; None each where cells are looked at."""
+        plain, none = self.plain, [None] * len(rows)
+        if plain is None or any(len(cells) != len(self.columns) for cells in rows):
+            return none
+        joined = ["\n".join(side(cells)) for side in (plain.amounts, plain.angles) for cells in rows]
         if self.sheet.comma:
-            joined = "\n".join((*amounts, *angles, ""))
-            if ",\n" in joined or (self.thousands[1] and THOUSANDS.search(joined)):
-                return None
-            parts = joined.replace(",", ".").split("\n")
-            amounts, angles = tuple(parts[: len(amounts)]), tuple(parts[len(amounts) : -1])
-        values = numbers((amounts, angles)) if are_plain(amounts) and are_plain(angles) else None
-        if values is None:
-            return None
-        return WrittenByName(self.plain.names, Written(amounts, self.plain.units, angles, self.plain.turns), values)
+            if any(
+                ",\n" in one or one.endswith(",") or (self.thousands[1] and THOUSANDS.search(one)) for one in joined
+            ):
+                return none
+            joined = [one.replace(",", ".") for one in joined]
+        return columns(plain.names, plain.units, plain.turns, joined, len(rows)) or none
 
     def read(self, raw: str, column: Column, path: Path, mistakes: Mistakes) -> str:
         """A cell with decimal points; asks where a point may be something else."""
@@ -150,12 +149,13 @@ class Cells:
         return self.sheet.number(raw)
 
 
-def run_of(index: int, row: int, cells: Sequence[str], said: Cells, mistakes: CsvMistakes) -> dict[str, Any]:
-    """One row as a [[runs]] table."""
+def run_of(
+    index: int, row: int, cells: Row, readings: WrittenByName | None, said: Cells, mistakes: CsvMistakes
+) -> dict[str, Any]:
+    """One row as a [[runs]] table; `readings` where they are read already."""
     run: dict[str, Any] = {}
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
-    mistakes.places[("runs", index)] = (row, "")
-    readings = said.readings(cells)
+    mistakes.places[("runs", index)] = (row, None)
     if readings is not None and said.plain is not None:
         every = zip(said.plain.others(cells), said.plain.columns, strict=True)
     else:
@@ -163,7 +163,7 @@ def run_of(index: int, row: int, cells: Sequence[str], said: Cells, mistakes: Cs
     for raw, column in every:
         if not raw or column is None or not raw.strip("-–—"):
             continue
-        place = (row, f", {column.place}")
+        place = (row, column)
         mistakes.places[("cell", index)] = place
         cell = said.read(raw, column, ("cell", index), mistakes)
         if column.name in OWN:
@@ -202,7 +202,7 @@ def _value(
         column, cell = part["angle"]
         beside = next(one for one in said.columns if one is not None and (one.name, one.part) == (name, "amount"))
         what = "weight" if name in said.planes else "amplitude"
-        mistakes.places[("cell", index)] = (row, f", {column.place}")
+        mistakes.places[("cell", index)] = (row, column)
         mistakes.value(
             ("cell", index), cell,
             f"is an angle without its {what}. Write the {what} in {beside.place}"
@@ -212,7 +212,7 @@ def _value(
     column, cell = part["amount"]
     amount = f"{cell} {column.unit}".strip() if column.what in _AMOUNTS else cell
     angle = part.get("angle")
-    mistakes.places[("cell", index)] = (row, f", {column.place}")
+    mistakes.places[("cell", index)] = (row, column)
     if name in said.planes and _is_zero(amount):
         cells = "this cell and that of its angle" if angle else "this cell"
         mistakes.value(

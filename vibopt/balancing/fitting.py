@@ -205,8 +205,9 @@ def _without_rounding(identified: Identified, u: ComplexArray) -> ComplexArray:
 def greatest_readings(job: RotorJob) -> dict[str, float]:
     """Greatest amplitude of the rotor as found [SI peak], by what sensors measure."""
     read = np.abs(job.as_found)
-    kinds = np.array([one.dimension for one in job.sensors])[[sensor for _, sensor in job.readings]]
-    return {kind: float(read[kinds == kind].max()) for kind in dict.fromkeys(one.dimension for one in job.sensors)}
+    kinds = [one.dimension for one in job.sensors]
+    of_sensor = read.reshape(-1, len(kinds)).max(axis=0).tolist()
+    return {kind: max(one for one, own in zip(of_sensor, kinds, strict=True) if own == kind) for kind in set(kinds)}
 
 
 def amplitude(job: RotorJob, row: int, value: float) -> Entry:

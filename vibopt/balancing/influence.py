@@ -9,6 +9,7 @@ with c(u) the errors of all of them are carried together, their correlation incl
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -37,8 +38,6 @@ class Learnt:
         Ready coefficients (n_sensors, n_planes), zero where learnt; what is learnt comes on top.
     readings
         Runout subtracted, ready coefficients taken out (n_runs, n_sensors).
-    misfit
-        Readings less what the fit says (n_runs, n_sensors).
     """
 
     runs: tuple[Run, ...]
@@ -46,9 +45,19 @@ class Learnt:
     pseudo: ComplexArray
     known: ComplexArray
     readings: ComplexArray
-    misfit: ComplexArray
 
-    @property
+    @cached_property
+    def theta(self) -> ComplexArray:
+        """What the runs say of (y0, H), (1 + n_learnt, n_sensors)."""
+        theta: ComplexArray = self.pseudo @ self.readings
+        return theta
+
+    @cached_property
+    def misfit(self) -> ComplexArray:
+        """Readings less what the fit says (n_runs, n_sensors)."""
+        return self.readings - self.design @ self.theta
+
+    @cached_property
     def design(self) -> ComplexArray:
         """X = (1, weights of the planes learnt) per run, (n_runs, 1 + n_learnt)."""
         W = np.array([run.weights for run in self.runs])
@@ -94,8 +103,8 @@ def identify(job: RotorJob) -> Identified:
     """y0 and H from the runs of a job with phase."""
     inverses = _Inverses()
     learnt = tuple(_learn(job, speed, inverses) for speed in range(len(job.speeds)))
-    y0, H = zip(*(_model(one, job) for one in learnt), strict=True)
-    return Identified(np.concatenate(y0), np.concatenate(H), learnt)
+    y0 = np.concatenate([one.theta[0] for one in learnt])
+    return Identified(y0, np.concatenate([_spread(one, one.theta) for one in learnt]), learnt)
 
 
 def with_readings(
@@ -106,7 +115,7 @@ def with_readings(
     for speed, one in enumerate(identified.learnt):
         theta = one.pseudo @ (one.readings + noise[speed])
         y0.append(theta[0])
-        H.append(_spread(one, theta, len(job.planes)))
+        H.append(_spread(one, theta))
     return np.concatenate(y0), np.concatenate(H)
 
 
@@ -135,21 +144,17 @@ def _learn(job: RotorJob, speed: int, inverses: _Inverses) -> Learnt:
             known[sensor, plane] = value
             ready.add(plane)
     W = np.array([run.weights for run in runs])
-    weighed = [index for index in range(n_planes) if W[:, index].any()]
+    weighed = np.flatnonzero(W.any(axis=0)).tolist()
     planes = tuple(index for index in weighed if index not in ready) or tuple(weighed)
     same = SAME if ready.intersection(planes) else EXACT
-    readings = np.array([run.readings for run in runs]) - job.runout - W @ known.T
+    readings = np.array([run.readings for run in runs]) - job.runout
+    readings = readings - W @ known.T if ready else readings
     X = np.concatenate([np.ones((len(runs), 1)), W[:, list(planes)]], axis=1)
     pseudo = inverses.of(X, same)
-    return Learnt(runs, planes, pseudo, known, readings, readings - X @ (pseudo @ readings))
+    return Learnt(runs, planes, pseudo, known, readings)
 
 
-def _model(learnt: Learnt, job: RotorJob) -> tuple[ComplexArray, ComplexArray]:
-    theta = learnt.pseudo @ learnt.readings
-    return theta[0], _spread(learnt, theta, len(job.planes))
-
-
-def _spread(learnt: Learnt, theta: ComplexArray, n_planes: int) -> ComplexArray:
+def _spread(learnt: Learnt, theta: ComplexArray) -> ComplexArray:
     H = learnt.known.copy()
     H[:, list(learnt.planes)] += theta[1:].T
     return H

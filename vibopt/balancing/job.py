@@ -186,7 +186,7 @@ class RotorJob:
         pairs = zip(self.planes, decided.planes, strict=True)
         return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
 
-    @property
+    @cached_property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
         free = [plane for plane in self.planes if plane.is_open] if self.runs else []
@@ -197,7 +197,7 @@ class RotorJob:
         """(speed, sensor) of each row of the problem."""
         return tuple((speed, sensor) for speed in range(len(self.speeds)) for sensor in range(len(self.sensors)))
 
-    @property
+    @cached_property
     def free(self) -> tuple[int, ...]:
         """Planes that may be changed."""
         return tuple(index for index, plane in enumerate(self.planes) if not plane.keep)
@@ -243,5 +243,6 @@ class RotorJob:
         for speed in range(len(self.speeds)):
             kept = [run for run in self.runs_at(speed) if run.is_initial]
             read = kept or [run for run in self.runs if run.speed == speed and run.is_initial]
-            found.append(np.mean([run.readings for run in read], axis=0) - self.runout)
+            mean = read[0].readings if len(read) == 1 else np.mean([run.readings for run in read], axis=0)
+            found.append(mean - self.runout)
         return np.concatenate(found)

@@ -73,7 +73,8 @@ def limit_answers(
     u = solved.u
     assert u is not None
     measured = posed.chosen_only(solved.chosen)
-    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits, *own_caps(job))
+    of_planes = own_caps(job)
+    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits, *of_planes)
     greatest = greatest_readings(job)
     answers = {limit.name: _answer(job, measured, limit, u, greatest) for limit in limits}
     value = asked.question.chosen_only(solved.chosen).value(u)
@@ -84,7 +85,7 @@ def limit_answers(
         words = dict(words)
     else:
         asking.plan(priced)
-    own = {one.name for one in own_caps(job)}
+    own = {one.name for one in of_planes}
     return Priced({name: one for name, one in answers.items() if name not in own}, words, asking.notes())
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import tau
 from pathlib import Path as FilePath
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from vibopt.balancing.job import Run, Sensor
 from vibopt.balancing.planes import Plane, read_weight, unit_of
 from vibopt.balancing.tables import RunTable, listed_tables, read_table, read_value
 from vibopt.balancing.words import Amplitude, Conventions, read_angle, read_reading
-from vibopt.balancing.written import Written, WrittenByName, numbers
+from vibopt.balancing.written import Written, WrittenByName, numbers, phasors
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray, FloatArray
@@ -23,6 +24,7 @@ from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.units.reading import LARGEST
 from vibopt.units.spelling import split_detector
+from vibopt.values import Fact
 
 SAME_SPEED = 0.01
 """Runs whose speeds differ by no more than this part belong together."""
@@ -30,17 +32,20 @@ SAME_SPEED = 0.01
 
 @dataclass(frozen=True)
 class Raw:
-    """A run before its values are read: its table, path, and where its mistakes go."""
+    """A run before its values are read: its name, speed and words, its path, and where its mistakes go."""
 
-    table: RunTable
+    name: str | None
+    speed: Fact | None
     path: Path
     mistakes: Mistakes
     weights: Mapping[str, Any]
     readings: Mapping[str, Any]
+    stayed: bool = False
+    verification: bool = False
 
     @property
     def label(self) -> str:
-        return self.table.name or f"run {int(self.path[1]) + 1}"
+        return self.name or f"run {int(self.path[1]) + 1}"
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,7 @@ def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | N
     """All runs, from [[runs]] or from the CSV file that `readings` names, and where their mistakes go."""
     given = document.get("readings")
     if given is None:
-        return _raws(listed_tables(document, "runs", mistakes), mistakes), mistakes
+        return _in_one_piece(_raws(listed_tables(document, "runs", mistakes), mistakes), document), mistakes
     if not isinstance(given, str) or not given:
         mistakes.value(("readings",), given, 'is no file name. Write readings = "job.csv".')
         return [], mistakes
@@ -102,17 +107,18 @@ def read_runs(
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
     groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], [not one.any() for one in weights])
+    of_speed = {speed: _group_of(speed, groups) for speed, _ in dict.fromkeys(speeds)}
     runs = tuple(
         Run(
             raw.label,
-            _group_of(speed, groups),
+            of_speed[speed],
             speed,
             total,
             y,
             tuple(_fitted(raw, planes)),
             own,
-            raw.table.stayed,
-            raw.table.verification,
+            raw.stayed,
+            raw.verification,
         )
         for raw, (speed, _), total, y, own in zip(raws, speeds, weights, readings, written, strict=True)
     )
@@ -121,14 +127,18 @@ def read_runs(
 
 def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
     raws = []
-    speeds: dict[str, RunTable] = {}
+    speeds: dict[Any, Fact | None] = {}
     for index, given in enumerate(tables):
         path: Path = ("runs", index)
-        table = _like(given, speeds) or read_table(RunTable, given, path, mistakes)
+        if _is_plain(given, speeds):
+            weights = given.get("weights", _NONE)
+            raws.append(Raw(given.get("name"), speeds[given["speed"]], path, mistakes, weights, given["readings"]))
+            continue
+        table = read_table(RunTable, given, path, mistakes)
         if table is None:
             continue
         if isinstance(given.get("speed"), str):
-            speeds[given["speed"]] = table
+            speeds[given["speed"]] = table.speed
         weights = _mapping((*path, "weights"), table.weights, mistakes, 'weights = { left = "10 g @ 270 deg" }')
         readings = _mapping((*path, "readings"), table.readings, mistakes, 'readings = { a = "8.6 mil pp @ 63 deg" }')
         if not readings and table.readings is None:
@@ -136,20 +146,32 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
                 path,
                 f'run "{table.name or index + 1}" has no readings. Add readings = {{ a = "8.6 mil pp @ 63 deg" }}.',
             )
-        raws.append(Raw(table, path, mistakes, weights, readings))
+        raws.append(Raw(table.name, table.speed, path, mistakes, weights, readings, table.stayed, table.verification))
     return raws
 
 
-def _like(given: Any, speeds: Mapping[str, RunTable]) -> RunTable | None:
-    """The table of a run that has nothing but a name of its own and a speed that was read before; None for others."""
-    if type(given) is not dict or not given.keys() <= {"name", "speed", "weights", "readings"}:
-        return None
-    name, like = given.get("name"), speeds.get(str(given.get("speed")))
-    if like is None or not isinstance(given["speed"], str) or not isinstance(name, str | None):
-        return None
-    return RunTable.model_construct(
-        name=name, speed=like.speed, weights=given.get("weights"), readings=given.get("readings")
-    )
+_NONE: Mapping[str, Any] = {}
+_PLAIN = {"name": (str, NoneType), "speed": (str,), "weights": (dict, NoneType), "readings": (dict, WrittenByName)}
+
+
+def _is_plain(given: Any, speeds: Mapping[Any, Fact | None]) -> bool:
+    """Whether a run has nothing but a name of its own, a speed that was read before, weights and readings."""
+    if (
+        type(given) is not dict
+        or not given.get("readings")
+        or not {"speed", "readings"} <= given.keys() <= _PLAIN.keys()
+    ):
+        return False
+    return all(type(value) in _PLAIN[key] for key, value in given.items()) and given["speed"] in speeds
+
+
+def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
+    """The runs with their readings as arrays, where all of them have the same sensors and units."""
+    names = tuple(_names(document, "sensors") or raws[0].readings) if raws else ()
+    if not all(type(raw.readings) is dict and raw.readings.keys() == set(names) for raw in raws):
+        return raws
+    found = phasors(names, [[raw.readings[name] for name in names] for raw in raws])
+    return raws if found is None else [replace(raw, readings=own) for raw, own in zip(raws, found, strict=True)]
 
 
 def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Mapping[str, Any]:
@@ -204,7 +226,7 @@ def _values(raw: Raw, written: Written) -> FloatArray | None:
     own = raw.readings
     if isinstance(own, WrittenByName) and own.written is written:
         return own.parsed
-    return numbers((written.amounts, written.angles))
+    return numbers("\n".join((*written.amounts, *written.angles)), (2, len(written.amounts)))
 
 
 def _scales(
@@ -306,7 +328,9 @@ def kind_of(dimension: str) -> str:
 
 def _completed(sensor: Sensor, amplitude: Amplitude) -> Sensor:
     bare = split_detector(sensor.unit)[0] if sensor.dimension and sensor.unit else amplitude.unit
-    return replace(sensor, dimension=amplitude.dimension, unit=bare, detector=amplitude.detector)
+    return Sensor(
+        sensor.name, amplitude.dimension, bare, amplitude.detector, sensor.runout, sensor.importance
+    )  # fmt: skip
 
 
 def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence[Plane]) -> list[ComplexArray]:
@@ -328,11 +352,11 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
                 if weight is not None:
                     known[name, str(text)] = weight
                     own[index[name]] += weight
-        if raw.table.stayed and not totals:
+        if raw.stayed and not totals:
             raw.mistakes.add(
                 (*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed."
             )
-        totals.append(own + totals[-1] if raw.table.stayed and totals else own)
+        totals.append(own + totals[-1] if raw.stayed and totals else own)
     return totals
 
 
@@ -344,12 +368,13 @@ def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...
         texts = (one for given in written for one in (given if isinstance(given, list) else [given]))
         own = plane.unit if plane.shelf or plane.fitted else ""
         usual = plane.unit or ("g" if plane.dimension == "mass" else "g mm")
-        shown.append(replace(plane, unit=own or next((one for text in texts if (one := unit_of(text, plane))), usual)))
+        unit = own or next((one for text in texts if (one := unit_of(text, plane))), usual)
+        shown.append(plane if unit == plane.unit else replace(plane, unit=unit))
     return tuple(shown)
 
 
 def _fitted(raw: Raw, planes: Sequence[Plane]) -> list[tuple[int, str]]:
-    names = [plane.name for plane in planes]
+    names = [plane.name for plane in planes] if raw.weights else []
     fitted = []
     for name, given in raw.weights.items():
         fitted += [(names.index(name), str(text)) for text in (given if isinstance(given, list) else [given])]
@@ -368,8 +393,8 @@ def _written(raw: Raw, names: Sequence[str]) -> Written | None:
 
 
 def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[float, str]:
-    if raw.table.speed is not None:
-        return raw.table.speed.value, raw.table.speed.unit
+    if raw.speed is not None:
+        return raw.speed.value, raw.speed.unit
     if "speed" not in document:
         raw.mistakes.add(
             raw.path, f'run "{raw.label}" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.'
@@ -394,7 +419,7 @@ def _groups(
     names: list[str] = []
     order = sorted(range(len(speeds)), key=lambda index: not initial[index])
     for index in order:
-        if not any(same_speed(speeds[index], one) for one in groups):
+        if speeds[index] not in groups and not any(same_speed(speeds[index], one) for one in groups):
             groups.append(speeds[index])
             names.append(units[index])
     return tuple(groups), tuple(names)

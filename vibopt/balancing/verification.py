@@ -8,9 +8,11 @@ signals is sampled over one turn, and its first harmonic is what the instrument 
 
 from __future__ import annotations
 
+import cmath
 import re
 from collections.abc import Sequence
 from functools import cache
+from itertools import chain
 from math import pi
 from typing import Any
 
@@ -29,6 +31,7 @@ APART = 0.05
 """Part of the greatest difference of runs below which they refine no ready coefficient."""
 SAMPLES = 8
 """Of one turn; a signal of one harmonic is known from three."""
+_TURN = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
 PlanText = tuple[tuple[int, str, bool], ...]
 """What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
 _NUMBER = r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*"
@@ -44,10 +47,14 @@ def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
     states = _states(job)
     sizes, peaks = _cosines(job, [run.written for run in job.runs], job.sensors)
     shown = []
+    known: dict[Any, ComplexArray] = {}
     for speed in range(len(job.speeds)):
         places = list(job.places_at(speed))
-        signal = _signal(job, speed, states[places], sizes[places], peaks[places], target)
-        shown.append(_amplitude(signal))
+        own, ready = states[places], _ready(job, speed)
+        key = (own.tobytes(), *ready)
+        if key not in known:
+            known[key] = _mixture(ready, own, target)
+        shown.append(_amplitude(_signal(job, speed, own, sizes[places], peaks[places], target, known[key])))
     return np.concatenate(shown)
 
 
@@ -71,7 +78,7 @@ def _weight(job: RotorJob, plane: int, text: str) -> complex:
     amount, radius, hole, angle = parts.groups()
     size = _unbalance(amount, radius, job.planes[plane])
     turned = job.planes[plane].holes[int(hole) - 1] if hole else _value(angle, "angle")
-    return complex(size * np.exp(1j * (-turned if job.conventions.angles == AGAINST else turned)))
+    return size * cmath.exp(1j * (-turned if job.conventions.angles == AGAINST else turned))
 
 
 def _unbalance(amount: str, radius: str | None, plane: Plane) -> float:
@@ -106,17 +113,25 @@ def _cosines(
 ) -> tuple[FloatArray, FloatArray]:
     """Sizes [SI peak] of readings and shaft angles of their peaks since the reference pulse (n_runs, n_sensors)."""
     size, angle = np.full((2, len(written), len(sensors)), np.nan)
+    known = {row: one for row, one in enumerate(written) if one is not None}
     scales: dict[Any, tuple[FloatArray, FloatArray]] = {}
-    for row, one in enumerate(written):
-        if one is None:
-            continue
+    for one in known.values():
         if (units := (one.units, one.turns)) not in scales:
             own = [_reading_unit(sensor, unit) for sensor, unit in zip(sensors, one.units, strict=True)]
             scales[units] = np.array(own), np.array([_unit(turn, "angle") if turn else 1.0 for turn in one.turns])
-        size[row] = np.fromiter(map(float, one.amounts), float) * scales[units][0]
-        angles = one.angles if "" not in one.angles else [text or "0" for text in one.angles]
-        angle[row] = np.fromiter(map(float, angles), float) * scales[units][1]
+    if known:
+        factors = [scales[one.units, one.turns] for one in known.values()]
+        size[list(known)] = _numbers([one.amounts for one in known.values()]) * [one for one, _ in factors]
+        angle[list(known)] = _numbers([one.angles for one in known.values()]) * [one for _, one in factors]
     return size, _sense(job) * angle
+
+
+def _numbers(rows: Sequence[Sequence[str]]) -> FloatArray:
+    """Rows of numbers as they stand in the file; zero where there is none."""
+    try:
+        return np.array(list(map(float, chain.from_iterable(rows)))).reshape(len(rows), -1)
+    except ValueError:
+        return np.array([[float(text or "0") for text in row] for row in rows])
 
 
 def _reading_unit(sensor: Sensor, unit: str) -> float:
@@ -136,10 +151,9 @@ def _ready(job: RotorJob, speed: int) -> list[int]:
     return sorted({plane for at, _, plane in job.influence if at == speed})
 
 
-def _mixture(job: RotorJob, speed: int, states: ComplexArray, target: ComplexArray) -> ComplexArray:
+def _mixture(ready: Sequence[int], states: ComplexArray, target: ComplexArray) -> ComplexArray:
     """Smallest shares of the runs that together carry the plan (and one rotor as found)."""
-    ready = _ready(job, speed)
-    weighed = [plane for plane in range(len(job.planes)) if states[:, plane].any()]
+    weighed = np.flatnonzero(states.any(axis=0)).tolist()
     learnt = [plane for plane in weighed if plane not in ready] or weighed
     rows = np.concatenate([np.ones((1, len(states))), states[:, learnt].T])
     wanted = np.concatenate([[1.0], target[learnt]])
@@ -150,24 +164,23 @@ def _mixture(job: RotorJob, speed: int, states: ComplexArray, target: ComplexArr
 
 
 def _signal(
-    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, target: ComplexArray
-) -> FloatArray:
-    """What the sensors show over one turn of the shaft (n_sensors, SAMPLES) [SI peak]."""
-    shares = _mixture(job, speed, states, target)
-    turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
-    shifted = turn + np.angle(shares)[:, None]
+    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, target: ComplexArray,
+    shares: ComplexArray,
+) -> FloatArray:  # fmt: skip
+    """What the sensors show over one turn of the shaft with so much of each run (n_sensors, SAMPLES) [SI peak]."""
+    shifted = _TURN + np.angle(shares)[:, None]
     signals = sizes[:, :, None] * np.cos(shifted[:, None, :] - peaks[:, :, None])
     declared = job.document.get("sensors", {})
-    for column in [place for place, sensor in enumerate(job.sensors) if sensor.name in declared]:
+    for column in [place for place, sensor in enumerate(job.sensors) if declared and sensor.name in declared]:
         own = Written.of([str(declared[job.sensors[column].name].get("runout", ""))])
         if own is not None:
             size, peak = _cosines(job, [own], [job.sensors[column]])
             signals[:, column] -= size * np.cos(shifted - peak)
     for plane in _ready(job, speed):
         signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)
-    mixed = np.einsum("r,rst->st", np.abs(shares), signals)
+    mixed = np.tensordot(np.abs(shares), signals, axes=1)
     for plane in _ready(job, speed):
-        mixed += _unit_signals(job, speed, plane, target[plane : plane + 1], turn[None])[0]
+        mixed += _unit_signals(job, speed, plane, target[plane : plane + 1], _TURN[None])[0]
     return np.asarray(mixed)
 
 
@@ -181,8 +194,7 @@ def _unit_signals(job: RotorJob, speed: int, plane: int, weights: ComplexArray, 
 
 def _amplitude(signal: FloatArray) -> FloatArray:
     """First harmonic of one turn (..., SAMPLES)."""
-    turn = 2.0 * pi * np.arange(signal.shape[-1]) / signal.shape[-1]
-    return np.asarray(2.0 / signal.shape[-1] * np.hypot(signal @ np.cos(turn), signal @ np.sin(turn)))
+    return np.asarray(2.0 / SAMPLES * np.hypot(signal @ np.cos(_TURN), signal @ np.sin(_TURN)))
 
 
 def runs_without_phase(job: RotorJob, y0: ComplexArray, H: ComplexArray) -> FloatArray:
@@ -190,14 +202,13 @@ def runs_without_phase(job: RotorJob, y0: ComplexArray, H: ComplexArray) -> Floa
 
     Runs with weights in several planes at once are among them, which no circle has seen.
     """
-    turn = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
     states, n = _states(job), len(job.sensors)
     worst = np.zeros(len(y0))
     for speed in range(len(job.speeds)):
         rows = slice(speed * n, speed * n + n)
         for place in job.places_at(speed):
             parts = np.column_stack([y0[rows], H[rows] * states[place]])
-            signal = (np.abs(parts)[:, :, None] * np.cos(turn + np.angle(parts)[:, :, None])).sum(axis=1)
+            signal = (np.abs(parts)[:, :, None] * np.cos(_TURN + np.angle(parts)[:, :, None])).sum(axis=1)
             off = np.abs(_amplitude(signal) - np.abs(job.runs[place].readings))
             worst[rows] = np.maximum(worst[rows], off)
     return worst

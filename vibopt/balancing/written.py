@@ -11,6 +11,7 @@ from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 
 _NUMBER = r"[^\S\n]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[^\S\n]*"
+_NO_SIGNS = str.maketrans("", "", "0123456789+-.eE")
 _PHASOR = re.compile(rf"^{_NUMBER}([^@\n]*)(?:@{_NUMBER}([^\n]*))?$", re.MULTILINE)
 
 
@@ -61,15 +62,56 @@ class WrittenByName(Mapping[str, str]):
         return len(self.names)
 
 
-def numbers(texts: Sequence[Sequence[str]]) -> FloatArray | None:
-    """Rows of decimal numbers as an array; None where one is none, or is beyond all floats."""
+def numbers(joined: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Plain decimal numbers in lines as an array; None where one is none, or is beyond all floats."""
+    if joined.translate(_NO_SIGNS).strip("\n"):
+        return None
     try:
-        found = np.array([list(map(float, row)) for row in texts])
+        found = np.array(list(map(float, joined.split("\n"))))
     except ValueError:
         return None
-    return found if np.isfinite(found).all() else None
+    return found.reshape(shape) if np.isfinite(found).all() else None
 
 
-def are_plain(texts: Sequence[str]) -> bool:
-    """Whether texts consist of the signs of decimal numbers alone, none of them empty."""
-    return "" not in texts and not "".join(texts).strip("0123456789+-.eE")
+def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[WrittenByName] | None:
+    """Rows of texts such as "8.6 mil pp @ 63 deg" that have the units of their first throughout; None for others."""
+    texts = [text for row in rows for text in row]
+    first = _PHASOR.fullmatch(texts[0]) if texts and set(map(type, texts)) == {str} else None
+    if first is None or not first[3]:
+        return None
+    between, behind = texts[0][first.end(1) : first.start(3)], texts[0][first.end(3) :]
+    pairs = f"{chr(10).join(texts)}\n".replace(between, "\t").replace(f"{behind}\n", "\n")
+    if pairs.translate(_NO_SIGNS) != "\t\n" * len(texts):
+        return None
+    flat, n = pairs[:-1].replace("\t", "\n"), len(names)
+    values = numbers(flat, (len(rows), n, 2))
+    if values is None:
+        return None
+    parts = flat.split("\n")
+    return _by_name(
+        names, parts[::2], parts[1::2], (first[2].strip(),) * n, (first[4].strip(),) * n, values.swapaxes(1, 2)
+    )
+
+
+def columns(
+    names: tuple[str, ...], units: tuple[str, ...], turns: tuple[str, ...], rows: Sequence[str], n_rows: int
+) -> list[WrittenByName] | None:
+    """Rows of amounts, then of angles, as numbers in lines, with the units of their columns; None for others."""
+    joined = "\n".join(rows)
+    values = numbers(joined, (2, n_rows, len(names)))
+    if values is None:
+        return None
+    parts = joined.split("\n")
+    half = len(parts) // 2
+    return _by_name(names, parts[:half], parts[half:], units, turns, values.swapaxes(0, 1))
+
+
+def _by_name(
+    names: tuple[str, ...], amounts: list[str], angles: list[str], units: tuple[str, ...], turns: tuple[str, ...],
+    values: FloatArray,
+) -> list[WrittenByName]:  # fmt: skip
+    n = len(names)
+    return [
+        WrittenByName(names, Written(tuple(amounts[at : at + n]), units, tuple(angles[at : at + n]), turns), own)
+        for at, own in zip(range(0, len(amounts), n), values, strict=True)
+    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path as FilePath
@@ -29,14 +29,17 @@ _TABLE = re.compile(
     re.MULTILINE,
 )
 """A heading that tells a problem file from any other text."""
-_MARK = "\ue000"
-"""Stands for a table that was read in one piece; a letter that no file has."""
-_PLAIN_PAIR = r'[ \t]*[A-Za-z0-9_-]+[ \t]*=[ \t]*"[^"\\\x00-\x1f\x7f]*"[ \t]*'
-_TEXTS = re.compile(
-    rf"^([A-Za-z0-9_-]+[ \t]*=[ \t]*)\{{(?=[^\n]{{200}})((?:{_PLAIN_PAIR},)*{_PLAIN_PAIR})\}}(?=[ \t]*\r?$)",
-    re.MULTILINE,
+_KEY, _TEXT = "[A-Za-z0-9_-]+", r"[^\"\\\x00-\x08\x0a-\x1f\x7f]*"
+_PAIR = rf'[ \t]*{_KEY}[ \t]*=[ \t]*"{_TEXT}"[ \t]*'
+_STATEMENT = re.compile(
+    rf'[ \t]*(?:({_KEY})[ \t]*=[ \t]*(?:"({_TEXT})"|\{{({_PAIR}(?:,{_PAIR})*)\}}|(.+))'
+    rf"|(\[?)\[({_KEY}(?:\.{_KEY})*)\](\]?))?[ \t]*(?:#.*)?"
 )
-_PAIR = re.compile(r'([A-Za-z0-9_-]+)[ \t]*=[ \t]*"([^"]*)"')
+"""A line of TOML that is a statement by itself: key and its text, table of texts or other value; or a heading."""
+_TEXTS = re.compile(r'([A-Za-z0-9_-]+)[ \t]*=[ \t]*"([^"]*)"')
+_LOOKS = 20
+"""Lines with a closing sign at which a value may end."""
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
 _HINTS = {
     "Expected newline or end of document after a statement": ' A text stands in quotation marks: mass = "300 kg".',
@@ -134,11 +137,10 @@ def toml_of(text: str) -> dict[str, Any]:
     ValueError
         It is no TOML, or a number in it has more digits than a float can have.
     """
-    tables: list[dict[str, str]] = []
-    short = _shortened(text, tables)
-    if may_be_too_deep(short) and located(text).too_deep:
+    document = _by_lines(text)
+    if document is None and may_be_too_deep(text) and located(text).too_deep:
         raise RecursionError
-    document = _loaded(text, short, tables)
+    document = tomllib.loads(text) if document is None else document
     level: list[Any] = [document]
     depth = 0
     while level:
@@ -153,41 +155,82 @@ def toml_of(text: str) -> dict[str, Any]:
     return document
 
 
-def _shortened(text: str, tables: list[dict[str, str]]) -> str:
-    """The text with a mark for each long table of plain texts on one line; `tables` gets these, read in one piece."""
+def _by_lines(text: str) -> dict[str, Any] | None:
+    """What `tomllib` makes of a text, where each line is a statement by itself and no table is opened twice; else None.
 
-    def shortened_to(found: re.Match[str]) -> str:
-        pairs = _PAIR.findall(found[2])
-        tables.append(dict(pairs))
-        return f'{found[1]}"{_MARK}{len(tables) - 1}"' if len(tables[-1]) == len(pairs) else found[0]
+    Lines that are complete statements are read by it one after the other, so what one line says does not depend on the
+    others; a text or a list over several lines begins with a line that is none.
+    """
+    text = text.replace("\r\n", "\n")
+    if _CONTROL.search(text):
+        return None
+    document: dict[str, Any] = {}
+    here, opened = document, {id(document)}
+    lines = iter(text.split("\n"))
+    for line in lines:
+        found = _STATEMENT.fullmatch(line)
+        if found is None:
+            return None
+        key, plain, table, other, double, heading, closed = found.groups()
+        if heading is not None:
+            inner = _headed(document, heading, bool(double), opened) if double == closed.replace("]", "[") else None
+            if inner is None:
+                return None
+            here = inner
+        elif key is not None:
+            value = plain if plain is not None else _texts(table) if table is not None else _value(key, other, lines)
+            if value is None or key in here:
+                return None
+            here[key] = value
+    return document
 
-    return _TEXTS.sub(shortened_to, text) if _MARK not in text else text
+
+def _headed(document: dict[str, Any], heading: str, repeated: bool, opened: set[int]) -> dict[str, Any] | None:
+    """The new table of a heading; None where one of that name is there, or it lies in what no heading opened."""
+    here: Any = document
+    *way, last = heading.split(".")
+    for step in way:
+        if step not in here:
+            here[step] = {}
+            opened.add(id(here[step]))
+        here = here[step]
+        if id(here) not in opened or type(here) is not dict:
+            return None
+    new: dict[str, Any] = {}
+    if not repeated:
+        if here.setdefault(last, new) is not new:
+            return None
+    elif last not in here:
+        here[last] = [new]
+        opened.add(id(here[last]))
+    elif id(here[last]) in opened and type(here[last]) is list:
+        here[last].append(new)
+    else:
+        return None
+    opened.add(id(new))
+    return new
 
 
-def _loaded(text: str, short: str, tables: Sequence[dict[str, str]]) -> dict[str, Any]:
-    """What `tomllib` makes of a text, by way of the shortened one where that stands for it."""
-    if not tables:
-        return tomllib.loads(text)
-    with suppress(tomllib.TOMLDecodeError, RecursionError, ValueError):
-        document = tomllib.loads(short)
-        if _put_in(document, tables) == len(tables):
-            return document
-    return tomllib.loads(text)
+def _texts(table: str) -> dict[str, str] | None:
+    """A table of texts; None where a key stands in it twice."""
+    pairs = _TEXTS.findall(table)
+    found = dict(pairs)
+    return found if len(found) == len(pairs) else None
 
 
-def _put_in(document: dict[str, Any], tables: Sequence[dict[str, str]]) -> int:
-    """Put the tables that were read in one piece where their marks stand; how many marks there were."""
-    todo: list[Any] = [document]
-    count = 0
-    while todo:
-        one = todo.pop()
-        for key, value in one.items() if type(one) is dict else enumerate(one):
-            if type(value) in (dict, list):
-                todo.append(value)
-            elif type(value) is str and value.startswith(_MARK):
-                one[key] = tables[int(value[1:])]
-                count += 1
-    return count
+def _value(key: str, other: str, lines: Iterator[str]) -> Any:
+    """Any other value; one that its line leaves open goes on to the first line with which it is whole, else None."""
+    close = next((sign for sign in ('"""', "'''", "[") if other.startswith(sign)), "").replace("[", "]")
+    for _ in range(_LOOKS):
+        with suppress(tomllib.TOMLDecodeError, RecursionError, ValueError):
+            return tomllib.loads(f"{key} = {other}")[key]
+        while close and (line := next(lines, None)) is not None:
+            other += f"\n{line}"
+            if close in line:
+                break
+        else:
+            return None
+    return None
 
 
 def _broken(text: str, name: str, complaint: str) -> str:

@@ -109,7 +109,7 @@ def shown_name(file: str | Path) -> str:
 
 
 def _check(found: os.stat_result, kind: Kind) -> None:
-    for is_one, word in _SORTS:
+    for is_one, word in () if stat.S_ISREG(found.st_mode) else _SORTS:
         if is_one(found.st_mode):
             raise FileFault(f"is {word}. {kind.way}", folder=is_one is stat.S_ISDIR)
     _check_size(found.st_size, kind)
