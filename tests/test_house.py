@@ -65,7 +65,7 @@ AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.charts")
 
 HOMES = {
     "clarabel": ("vibopt.cones",),
-    "casadi": ("vibopt.program.nlp", "vibopt.posed"),
+    "casadi": ("vibopt.program.casadi_nlp", "vibopt.posed"),
     "cvxpy": ("vibopt.posed", "vibopt.solve.rivals"),
     "hsbalance": ("vibopt.solve.rivals",),
     "matplotlib": ("vibopt.report.figures", "vibopt.charts.chart_figures", "vibopt.balancing.figures"),

@@ -15,7 +15,7 @@ from vibopt.answer.jsonable import json_text
 from vibopt.answer.text import blocks_of, text_of, verdict
 from vibopt.jobs import answer, is_scene, open_job
 from vibopt.manual.schema import schema_of_answers
-from vibopt.study.records import KEYS, REL_TOL, compare
+from vibopt.study.recorded import KEYS, REL_TOL, compare
 
 if TYPE_CHECKING:
     from vibopt.balancing.kinds import BalancingJob

@@ -110,3 +110,31 @@ def test_own_methods_stay_and_children_add_fields() -> None:
     assert repr(Child(2.0)).endswith("Child(mass=2.0, name='press')")
     assert Child(2.0) == Child(2.0, "press") != Child(2.0, "fan")
     assert Parent(2.0) != Child(2.0)
+
+
+@pytest.mark.parametrize("parent", [dataclass, dataclasses.dataclass], ids=["ours", "theirs"])
+@pytest.mark.parametrize("child", [dataclass, dataclasses.dataclass], ids=["ours", "theirs"])
+@pytest.mark.parametrize("frozen", [(True, True), (False, False), (True, False), (False, True)], ids=str)
+def test_records_and_those_of_the_library_inherit_from_each_other(parent: Any, child: Any, frozen: Any) -> None:
+    """Both frozen or neither, with the same words where not."""
+
+    def made() -> Any:
+        @parent(frozen=frozen[0])
+        class Parent:
+            """One field."""
+
+            mass: float
+
+        @child(frozen=frozen[1])
+        class Child(Parent):
+            """One field more."""
+
+            name: str = "press"
+
+        return Child(2.0)
+
+    if frozen[0] != frozen[1]:
+        with pytest.raises(TypeError, match=r"cannot inherit (non-)?frozen dataclass from a (non-)?frozen one"):
+            made()
+    else:
+        assert dataclasses.asdict(made()) == {"mass": 2.0, "name": "press"}

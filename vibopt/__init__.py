@@ -12,15 +12,15 @@ from types import ModuleType
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer as Answer
-    from vibopt.document.writing import to_toml as to_toml
-    from vibopt.document.writing import write as write
+    from vibopt.document.toml_writing import to_toml as to_toml
+    from vibopt.document.toml_writing import write as write
     from vibopt.errors import InputError as InputError
     from vibopt.errors import NotProven as NotProven
     from vibopt.errors import VibOptError as VibOptError
     from vibopt.jobs import read as read
     from vibopt.jobs import solve as solve
     from vibopt.jobs import with_changes as with_changes
-    from vibopt.posed.job import posed as posed
+    from vibopt.posed.posed_job import posed as posed
     from vibopt.scene.language import Limit as Limit
     from vibopt.scene.language import Machine as Machine
     from vibopt.scene.language import Measure as Measure
@@ -51,10 +51,10 @@ _HOMES = {
         "one_of",
     ),
     "vibopt.jobs": ("read", "solve", "with_changes"),
-    "vibopt.posed.job": ("posed",),
+    "vibopt.posed.posed_job": ("posed",),
     "vibopt.scene.read": ("from_dict", "from_text"),
     "vibopt.scene.scene": ("Scene",),
-    "vibopt.document.writing": ("to_toml", "write"),
+    "vibopt.document.toml_writing": ("to_toml", "write"),
     "vibopt.study.explain": ("explain",),
     "vibopt.study.sweep": ("sweep",),
     "vibopt.study.variants": ("compare",),

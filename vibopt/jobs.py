@@ -16,7 +16,7 @@ from vibopt.answer.answer import EMPTY, Answer
 from vibopt.balancing.kinds import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
 from vibopt.document.locate import located
 from vibopt.document.mistakes import Mistakes
-from vibopt.document.reading import FileText, changed, inside, parsed, placed, text_of
+from vibopt.document.toml_reading import FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
 from vibopt.work import answering, each_answer_within
@@ -132,7 +132,7 @@ def fact_at(job: Job, path: str) -> FactAt:
 def is_open(job: Job) -> bool:
     """Whether anything is to be chosen."""
     if is_scene(job):
-        from vibopt.scene.positions import is_open as of_scene
+        from vibopt.scene.open_places import is_open as of_scene
 
         return of_scene(job)
     return bool(job.choices)
@@ -266,7 +266,7 @@ def method_of(method: str | None) -> Any:
     """A method of scenes by its name: what solves the program in the open, any other as its name."""
     if method not in POSED:
         return method
-    from vibopt.posed.scene import METHODS
+    from vibopt.posed.posed_scene import METHODS
 
     return METHODS[method]()
 

@@ -28,7 +28,10 @@ else:
 def _made(given: type, *, frozen: bool, eq: bool, slots: bool, kw_only: bool) -> Any:
     own = {name: one for name, one in vars(given).items() if name in ("__init__", "__repr__", "__eq__", "__hash__")}
     given.__doc__ = given.__doc__ or f"{given.__name__}(...)"  # the library would work out a signature
-    made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, slots=slots, kw_only=kw_only)(given)
+    child = any(dataclasses.is_dataclass(base) for base in given.__mro__[1:])  # frozen as its parents are, or refused
+    words: dict[str, Any] = {"slots": slots, "kw_only": kw_only, "frozen": frozen and child}
+    made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, **words)(given)
+    made.__dataclass_params__.frozen = frozen
     methods: dict[str, Any] = {"__init__": _first_init(made, frozen), "__repr__": _repr}
     if eq:
         methods |= {"__eq__": _eq, "__hash__": _hash if frozen else None}

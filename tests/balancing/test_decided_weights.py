@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rotor_jobs import FAN
-from vibopt.document.writing import document_toml
+from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.jobs import answer, from_text, is_scene, kept_plan, open_job, with_changes
 

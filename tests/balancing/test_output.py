@@ -10,7 +10,7 @@ import pytest
 
 from rotor_jobs import FAN
 from vibopt.answer.answer import Answer
-from vibopt.answer.page import html
+from vibopt.answer.answer_page import html
 from vibopt.answer.text import blocks_of, text_of, verdict
 from vibopt.balancing.figures import figure_of
 from vibopt.balancing.figures.rotor import disc

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vibopt.document.reading import placed
+from vibopt.document.toml_reading import placed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict, with_changes

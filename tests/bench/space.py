@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
 from space_machine import Array, Plant
 from vibopt.forms import Modulus
 from vibopt.mechanics.peaks import greatest
-from vibopt.program.highest import highest
+from vibopt.program.greatest_values import highest
 from vibopt.program.pose import on_needed
 from vibopt.program.worst import DriveResponse, singularities, worst
 from vibopt.scene.assemble import model_of

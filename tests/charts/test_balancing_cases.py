@@ -29,7 +29,7 @@ from vibopt.charts.chart_figures import stability_figure
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.runner import CLASSES, Chart, charted
 from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, SAYS_SO, SILENT, Trial, timed
-from vibopt.cli.chart import chart
+from vibopt.cli.chart_command import chart
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.solve.rivals import hsbalance
 

@@ -23,7 +23,7 @@ from vibopt.charts.mount_truth import broken, least_price, loads, natural, peaks
 from vibopt.charts.runner import fidelity as charted_fidelity
 from vibopt.charts.runner import speed_accuracy
 from vibopt.charts.trial import DEFAULT, FEASIBLE, INFEASIBLE, RIGHT, SAYS_SO, SILENT, Trial, timed
-from vibopt.cli.chart import chart
+from vibopt.cli.chart_command import chart
 from vibopt.errors import InputError
 from vibopt.program.pose import pose
 from vibopt.scene.read import read

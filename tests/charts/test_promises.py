@@ -18,7 +18,7 @@ from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.isolation_cases import STOCK, WARM
 from vibopt.charts.runner import FAMILIES, Chart, charted
 from vibopt.charts.trial import DEFAULT, FEASIBLE, REFUSES, RIGHT, Case, Said, Table, Trial, judged, timed, trial
-from vibopt.cli.chart import chart
+from vibopt.cli.chart_command import chart
 
 FAN = STOCK[0]
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import vibopt as vo
-from vibopt.study.records import compare
+from vibopt.study.recorded import compare
 
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2]

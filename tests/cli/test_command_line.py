@@ -151,7 +151,7 @@ def test_a_wrong_change_is_an_input_error(run: Run, press: str, change: str, tex
 def test_an_unproven_answer_fails_when_proof_is_required(run: Run, press: str, monkeypatch: pytest.MonkeyPatch) -> None:
     from dataclasses import replace
 
-    import vibopt.cli.solve as verb
+    import vibopt.cli.solve_command as verb
     from vibopt.scene.read import read
     from vibopt.solve import solve
 
@@ -163,7 +163,7 @@ def test_an_unproven_answer_fails_when_proof_is_required(run: Run, press: str, m
 
 
 def test_a_fault_of_ours_is_one_sentence(run: Run, press: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    import vibopt.cli.solve as verb
+    import vibopt.cli.solve_command as verb
 
     def broken(scene: object, method: object) -> None:
         raise ZeroDivisionError("division\nby zero.")

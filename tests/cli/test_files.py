@@ -52,7 +52,7 @@ def test_report_is_written_and_its_exit_code_is_that_of_the_answer(run: Run, pre
 def test_a_bad_place_is_told_before_anything_is_solved(
     run: Run, press: str, tmp_path: Path, name: str, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import vibopt.cli.solve as verb
+    import vibopt.cli.solve_command as verb
 
     monkeypatch.setattr(verb, "answer", lambda *words: pytest.fail("solved"))
     (tmp_path / "folder.svg").mkdir()

@@ -19,7 +19,7 @@ GENSET = str(ROOT / "mounts" / "generator_set.toml")
 @pytest.fixture
 def unsolved(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fails the test if anything is solved."""
-    import vibopt.cli.solve as verb
+    import vibopt.cli.solve_command as verb
 
     monkeypatch.setattr(verb, "answer", lambda *words: pytest.fail("solved"))
 

@@ -73,8 +73,8 @@ def test_a_wrong_range_is_an_input_error(run: Run, press: str, vary: str, text: 
 
 def test_the_series_of_a_sweep_are_in_the_users_units(press: str) -> None:
     from vibopt.scene.read import read
-    from vibopt.study.strips import strips
     from vibopt.study.sweep import sweep
+    from vibopt.study.sweep_series import strips
 
     drawn = strips(sweep(read(press), "limits.start_up.at_most", "5 mm..30 mm", 6))
     assert drawn.x_label == "limits.start_up.at_most [mm pk]"

@@ -13,7 +13,7 @@ import pytest
 from vibopt.scene.read import from_text, read
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
-from vibopt.study.records import compare
+from vibopt.study.recorded import compare
 from vibopt.study.verify import problem_files, verify
 
 ROOT = Path(__file__).parents[2]

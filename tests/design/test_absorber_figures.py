@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from vibopt.answer.answer_page import html
 from vibopt.answer.jsonable import as_json
-from vibopt.answer.page import html
 from vibopt.report.absorber_parts import modes, parts_of, stroke_bars, strokes
 from vibopt.report.adjust import adjusting
 from vibopt.report.curves import panels

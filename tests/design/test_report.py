@@ -9,8 +9,8 @@ from html.parser import HTMLParser
 import pytest
 
 from vibopt.answer.answer import Conflict
+from vibopt.answer.answer_page import html, inline
 from vibopt.answer.entry import Entry
-from vibopt.answer.page import html, inline
 from vibopt.scene.scene import Design
 
 Solved = Callable[[str], Design]

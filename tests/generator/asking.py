@@ -7,7 +7,7 @@ from typing import Any
 
 from draw import Draw
 from machines import Drawn
-from vibopt.document.reading import placed
+from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError
 from vibopt.responses import KINDS
 from vibopt.scene.read import from_dict

@@ -17,7 +17,7 @@ from draw import Draw
 from machines import Drawn
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.main import main
-from vibopt.document.writing import document_toml
+from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Variable

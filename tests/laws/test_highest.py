@@ -14,7 +14,7 @@ from test_chains import asked, read
 from vibopt.forms import Modulus
 from vibopt.mechanics.cells import REACH, cells, nearest
 from vibopt.mechanics.peaks import Extreme, greatest
-from vibopt.program.highest import highest
+from vibopt.program.greatest_values import highest
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.worst import DriveResponse, drive_extreme, singularities, worst
 from vibopt.scene.assemble import model_of

@@ -21,8 +21,8 @@ from vibopt.mechanics.machine import Joint, Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.monomial import Monomial
 from vibopt.responses import KINDS
-from vibopt.responses.kind import HarmonicResponse
-from vibopt.responses.rows import link_forces
+from vibopt.responses.response import HarmonicResponse
+from vibopt.responses.response_rows import link_forces
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 from vibopt.values import Value, number

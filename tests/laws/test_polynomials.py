@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibopt.mechanics.polynomial import real_roots, roots
+from vibopt.mechanics.polynomials import real_roots, roots
 
 apart = st.lists(st.integers(-20, 20), min_size=1, max_size=4, unique=True)
 """Roots that are apart: whole numbers."""

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from space_machine import Plant
-from vibopt.program.nature import around, hit
 from vibopt.program.vicinity import Vicinity
 from vibopt.program.worst import worst
+from vibopt.program.worst_case import around, hit
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain

@@ -18,7 +18,7 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.receptance import Attached, Host
 from vibopt.program import slopes
 from vibopt.program.slopes import line_slope
-from vibopt.responses.rows import across_link, at_point, link_forces
+from vibopt.responses.response_rows import across_link, at_point, link_forces
 
 FIRST = 0.5 * np.pi * np.sqrt(ROD["stiffness"] / ROD["mass"]) / ROD["length"]
 """First natural frequency of the continuous rod [rad/s]."""

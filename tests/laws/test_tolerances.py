@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.forms import FloatArray
-from vibopt.program.nature import around, hit
 from vibopt.program.over import Cover
 from vibopt.program.pose import pose
+from vibopt.program.worst_case import around, hit
 from vibopt.scene.read import from_dict, from_text
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from vibopt.cli.help import whole_book
+from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import main
 from vibopt.manual.page import page_of
 from vibopt.manual.search import words_of

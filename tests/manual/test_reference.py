@@ -12,7 +12,7 @@ from pydantic import ValidationError
 import vibopt as vo
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.balancing.schema import SCHEMAS
-from vibopt.cli.help import whole_book
+from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import VERBS
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vibopt.document.writing import document_toml
+from vibopt.document.toml_writing import document_toml
 
 ROOT = Path(__file__).parents[2] / "problems"
 FILES = sorted(ROOT.glob("*/*.toml"))

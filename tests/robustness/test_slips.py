@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from vibopt.cli.main import main
-from vibopt.document.writing import document_toml
+from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.jobs import open_job
 from vibopt.scene.read import from_dict

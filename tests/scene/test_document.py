@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.document.reading import _by_lines, toml_of
+from vibopt.document.toml_reading import _by_lines, toml_of
 
 KEYS = st.sampled_from(["a", "b-1", "long_name_of_a_sensor", "7"])
 VALUES = st.text(st.characters(blacklist_characters='"\\', blacklist_categories=("Cc", "Cs")), max_size=90)

@@ -8,7 +8,7 @@ import pytest
 
 import vibopt as vo
 from vibopt.errors import InputError
-from vibopt.scene.positions import open_positions
+from vibopt.scene.open_places import open_positions
 from vibopt.scene.read import from_dict, with_changes
 
 SPAN = {"from": "-0.2 m", "to": "0.2 m"}

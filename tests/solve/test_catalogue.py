@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from vibopt.answer.answer_page import html
 from vibopt.answer.jsonable import as_json
-from vibopt.answer.page import html
-from vibopt.document.reading import placed
+from vibopt.document.toml_reading import placed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict, read, with_changes

@@ -10,7 +10,7 @@ import pytest
 from vibopt.charts.isolation_cases import many, undamped_passage
 from vibopt.charts.machines import block, chain, fan, press
 from vibopt.forms import Modulus
-from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.slopes import local_extremes

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from vibopt.answer.answer_page import html
 from vibopt.answer.jsonable import as_json
-from vibopt.answer.page import html
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Design
 from vibopt.solve import solve

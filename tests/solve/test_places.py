@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from vibopt.answer.jsonable import as_json
+from vibopt.scene.open_places import settled
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design
-from vibopt.scene.settle import settled
 from vibopt.solve import solve
 from vibopt.study.explain import explain
 from vibopt.study.whatif import whatif

@@ -10,8 +10,8 @@ import pytest
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
 from vibopt.study.edges import CLOSE, GOOD, stretches
-from vibopt.study.strips import strips
 from vibopt.study.sweep import sweep
+from vibopt.study.sweep_series import strips
 from vibopt.units import to_unit
 
 PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_34.toml"

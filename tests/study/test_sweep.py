@@ -13,8 +13,8 @@ from vibopt.report.figures import strips_figure
 from vibopt.scene.read import from_text, read
 from vibopt.scene.scene import Scene
 from vibopt.study.points import Points
-from vibopt.study.strips import strips
 from vibopt.study.sweep import Sweep, sweep
+from vibopt.study.sweep_series import strips
 
 FILE = "problems/isolation/rao_9_34.toml"
 SAME = 1e-9

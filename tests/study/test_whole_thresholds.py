@@ -8,7 +8,7 @@ from functools import lru_cache
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vibopt.cli.whatif import edge_words
+from vibopt.cli.whatif_command import edge_words
 from vibopt.scene.read import from_text, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve

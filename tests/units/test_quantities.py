@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibopt.units import DIMENSIONS, is_range, read_quantity, read_range
-from vibopt.units.registry import DEFINITIONS, factor_and_dimensionality, symbols
-from vibopt.units.spelling import expression
+from vibopt.units.spelling import DEFINITIONS, expression, factor_and_dimensionality, symbols
 
 numbers = st.floats(min_value=-1e6, max_value=1e6).filter(lambda number: number == 0 or abs(number) > 1e-6)
 

@@ -16,7 +16,7 @@ from typing import Any
 from vibopt.balancing.csvrows import OWN, THOUSANDS, Cells, Column, CsvMistakes, Plain, Row, run_of
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, way_out
-from vibopt.values.sheet import Sheet, heading_of, sheet_of
+from vibopt.values.csv_tables import Sheet, heading_of, sheet_of
 
 _WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
 """Words behind the name of a plane or a sensor that say what a column holds of it."""

@@ -10,7 +10,7 @@ from typing import Any
 from vibopt.balancing.written import WrittenByName, columns
 from vibopt.document.mistakes import Mistakes, Path, toml_text
 from vibopt.records import dataclass
-from vibopt.values.sheet import Sheet, letter
+from vibopt.values.csv_tables import Sheet, letter
 
 OWN = ("run", "speed", "stayed", "verification")
 """Columns of the run itself."""

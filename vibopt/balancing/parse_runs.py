@@ -22,7 +22,7 @@ from vibopt.errors import QuantityError, way_out
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.units import read_quantity
-from vibopt.units.reading import LARGEST
+from vibopt.units.parsing import LARGEST
 from vibopt.units.spelling import split_detector
 from vibopt.values import Fact
 

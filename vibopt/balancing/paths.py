@@ -14,7 +14,7 @@ from vibopt.balancing.words import AMPLITUDES
 from vibopt.errors import QuantityError
 from vibopt.units import Detector, is_range, read_quantity, read_range
 from vibopt.units.complaints import NUMBER
-from vibopt.units.reading import TO_PEAK
+from vibopt.units.parsing import TO_PEAK
 from vibopt.values.fact_at import FactAt, fact_among
 
 _WORDS = (

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.answer_schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref, table
 from vibopt.answer.blocks import Block
 from vibopt.answer.entry import Entry
-from vibopt.answer.schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref, table
 from vibopt.balancing.blocks_engine import engine_blocks
 from vibopt.balancing.blocks_known import known_blocks
 from vibopt.balancing.blocks_rotor import rotor_blocks

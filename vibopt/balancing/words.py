@@ -17,7 +17,7 @@ from math import degrees, tau
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import Detector, read_quantity, show
-from vibopt.units.reading import TO_PEAK
+from vibopt.units.parsing import TO_PEAK
 from vibopt.units.showing import plain
 from vibopt.units.showing import show_angle as show_angle
 from vibopt.units.spelling import split_detector

@@ -196,7 +196,7 @@ class Machine:
 
     def scene(self, folder: Path, shelf: Shelf) -> Scene:
         """Read beside its catalogue, which is written there."""
-        from vibopt.document.reading import placed
+        from vibopt.document.toml_reading import placed
         from vibopt.scene.read import from_dict
 
         shelf.write(folder / FILE)

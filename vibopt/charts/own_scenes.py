@@ -30,8 +30,8 @@ from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
+from vibopt.scene.open_places import open_places
 from vibopt.scene.scene import Scene
-from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge

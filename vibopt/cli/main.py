@@ -34,7 +34,7 @@ VERBS = {
     "help": ("help", "Show a topic of the manual, or search it."),
     "manual": ("help", "Write the manual as one page (HTML)."),
 }
-"""Verb: (file in `vibopt/cli`, its line of help)."""
+"""Verb: (its file in `vibopt/cli`, without "_command", and its line of help)."""
 
 
 _BUILT_IN = ("help",)
@@ -50,7 +50,7 @@ class Verbs(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in VERBS:
             return None
-        home = import_module(f"vibopt.cli.{VERBS[cmd_name][0]}")
+        home = import_module(f"vibopt.cli.{VERBS[cmd_name][0]}_command")
         command: click.Command = getattr(home, f"{cmd_name}_" if cmd_name in _BUILT_IN else cmd_name)
         return command
 

@@ -92,7 +92,7 @@ def split_change(given: str) -> tuple[str, str]:
 
 def value_of(text: str) -> Any:
     """The value as TOML would have it: a number, a list, a table; anything else is a text."""
-    from vibopt.document.reading import toml_of
+    from vibopt.document.toml_reading import toml_of
 
     try:
         return toml_of(f"value = {text}")["value"] if "\n" not in text else text

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.devices.matrix_contents import NO_VALUES, Archive, from_archive, from_matrix_market
 from vibopt.errors import QuantityError
 from vibopt.files.reading import FileFault, Kind, Stamp, content_of, shown_name, stamp_of
-from vibopt.units.reading import LARGEST
+from vibopt.units.parsing import LARGEST
 
 MATRIX = Kind("a matrix file", 500_000_000, "", "Name a Matrix Market file (.mtx) or a NumPy file (.npz).")
 SYMMETRIC = 1e-10

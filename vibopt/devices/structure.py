@@ -18,7 +18,7 @@ from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.monomial import Monomial
-from vibopt.units.reading import LARGEST
+from vibopt.units.parsing import LARGEST
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.fields import complaint
 

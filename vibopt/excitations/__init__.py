@@ -11,7 +11,7 @@ A new excitation:
    README.
 """
 
-from vibopt.excitations.kind import Excitation
+from vibopt.excitations.excitation import Excitation
 from vibopt.values.kinds import Kinds
 
 KINDS: Kinds[Excitation] = Kinds(
@@ -19,7 +19,7 @@ KINDS: Kinds[Excitation] = Kinds(
     {
         "force": "force.Force",
         "moment": "moment.Moment",
-        "moment_harmonics": "spatial.MomentHarmonics",
+        "moment_harmonics": "directed.MomentHarmonics",
         "unbalance": "unbalance.Unbalance",
         "harmonics": "harmonics.Harmonics",
         "base_motion": "base_motion.BaseMotion",

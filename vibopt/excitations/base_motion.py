@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, number, word
 from vibopt.values.vectors import AXES, Direction

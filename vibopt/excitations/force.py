@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vibopt.excitations.kind import OneSpeed, Varies, unit_line
-from vibopt.excitations.spatial import Directed
+from vibopt.excitations.directed import Directed
+from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, number
 

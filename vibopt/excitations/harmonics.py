@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from vibopt.excitations.kind import OneSpeed, Varies, unit_line
-from vibopt.excitations.spatial import Directed
+from vibopt.excitations.directed import Directed
+from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, Table, number, word
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
-from vibopt.excitations.spatial import about
+from vibopt.excitations.directed import about
+from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
 from vibopt.values import Fact, number
 from vibopt.values.vectors import Direction

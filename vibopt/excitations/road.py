@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.excitations.kind import Excitation, unit_line
+from vibopt.excitations.excitation import Excitation, unit_line
 from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
 from vibopt.values import Fact, number, word
 

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.excitations.kind import unit_line
-from vibopt.excitations.spatial import Directed, turned
+from vibopt.excitations.directed import Directed, turned
+from vibopt.excitations.excitation import unit_line
 from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
 from vibopt.values import Fact, number, word
 from vibopt.values.vectors import AXES, Direction

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
-from vibopt.excitations.kind import Excitation
+from vibopt.excitations.excitation import Excitation
 from vibopt.forms import Band, FloatArray, Line, Noise
 from vibopt.units import Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange

@@ -35,7 +35,7 @@ def schema_of(kind: str) -> dict[str, Any]:
 
 def schema_of_answers() -> dict[str, Any]:
     """JSON schema of the answers to every kind of job."""
-    from vibopt.answer.schema import answer_schema
+    from vibopt.answer.answer_schema import answer_schema
     from vibopt.balancing.views import KEYS as BALANCING
     from vibopt.report.machine_views import KEYS as MACHINES
 
@@ -161,7 +161,7 @@ def _find_all() -> dict[str, Any]:
 
 
 def _record() -> dict[str, Any]:
-    from vibopt.study.records import KEYS, VERDICTS
+    from vibopt.study.recorded import KEYS, VERDICTS
 
     words: dict[str, Any] = dict.fromkeys(KEYS, _TEXT)
     words["value"] = {"type": ["string", "number", "array"]}

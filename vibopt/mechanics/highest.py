@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.forms import FloatArray, IntArray
 from vibopt.mechanics.cells import Stretches, cells
-from vibopt.mechanics.partial_fractions import Fractions, Weight, derivative_sizes, weighted
+from vibopt.mechanics.polynomials import Fractions, Weight, derivative_sizes, weighted
 from vibopt.records import dataclass
 
 _FLAT = 1e-13

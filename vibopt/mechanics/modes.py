@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 
 
@@ -105,3 +106,20 @@ def rigid_count(model: Model, p: FloatArray) -> int:
         rows = rows[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
         loose += n - (int(np.linalg.matrix_rank(rows, tol=1e-10)) if len(rows) else 0)
     return loose
+
+
+def sag(model: Model, x: FloatArray) -> FloatArray | None:
+    """Displacement under all weights [m], shape (n_coords,); None where nothing holds the machine."""
+    n = model.n_free
+    p = model.values(x, static=True)
+    stiff = model.matrix(STIFFNESS, p)[:n, :n]
+    load = model.weights(p)[:n] * GRAVITY
+    root = np.sqrt(np.abs(np.diag(stiff)))
+    if not np.all(root > 0.0):
+        return None
+    scaled = stiff / np.outer(root, root)
+    if np.linalg.cond(scaled) > 1e14:
+        return None
+    down = np.zeros(model.n_coords)
+    down[:n] = np.linalg.solve(scaled, load / root) / root
+    return down

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.forms import Band, ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
-from vibopt.mechanics.polynomial import real_roots
+from vibopt.mechanics.polynomials import real_roots
 from vibopt.records import dataclass
 
 _DEGREE = {INERTIA: 2, STIFFNESS: 0, DAMPING: 1, HYSTERETIC: 0}

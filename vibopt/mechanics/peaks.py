@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibopt.forms import Band, BoolArray, ComplexArray, FloatArray
-from vibopt.mechanics.ties import foremost
+from vibopt.mechanics.combine import foremost
 from vibopt.records import dataclass
 
 _DEGREE = 10

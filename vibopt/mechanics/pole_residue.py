@@ -13,7 +13,7 @@ import numpy as np
 from vibopt.forms import Amplitude, ComplexArray, FloatArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.oscillator import Modes, Oscillator, oscillator_of
-from vibopt.mechanics.partial_fractions import Fractions
+from vibopt.mechanics.polynomials import Fractions
 from vibopt.records import dataclass
 
 _KEPT = 64

@@ -18,7 +18,7 @@ import numpy as np
 from vibopt.forms import Amplitude, Band, BoolArray, ComplexArray, FloatArray, IntArray, Line, Output
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.mechanics.peaks import Extreme
-from vibopt.mechanics.polynomial import roots
+from vibopt.mechanics.polynomials import roots
 from vibopt.records import dataclass
 
 MOST = 4

@@ -12,10 +12,11 @@ from vibopt.balancing.engine.program import Box, Least, Lengths, into_box
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray
-from vibopt.posed import conic, engine
-from vibopt.posed.job import posed
+from vibopt.posed import conic
+from vibopt.posed import posed_engine as engine
 from vibopt.posed.nonlinear import ENDS, NonlinearProgram
 from vibopt.posed.posed import PROVEN
+from vibopt.posed.posed_job import posed
 from vibopt.posed.weights import Named, convex, smooth
 from vibopt.work import worked
 

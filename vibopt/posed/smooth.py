@@ -25,7 +25,7 @@ from vibopt.forms import (
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes
 from vibopt.posed.nonlinear import NonlinearProgram
-from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import extremes_of
 from vibopt.program.worst import worst

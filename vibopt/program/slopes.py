@@ -30,13 +30,12 @@ from vibopt.forms import (
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, modal_of
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
-from vibopt.mechanics.modes import mode_shapes
+from vibopt.mechanics.modes import mode_shapes, sag
 from vibopt.mechanics.peaks import Extreme, least, peaks
-from vibopt.mechanics.statics import sag
 from vibopt.program.bends import Curved, added, curved
 from vibopt.program.few import few_peaks
-from vibopt.program.highest import highest
-from vibopt.program.noise import root_mean_square_slope
+from vibopt.program.greatest_values import highest
+from vibopt.program.mean_square import root_mean_square_slope
 from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
 from vibopt.records import dataclass

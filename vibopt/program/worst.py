@@ -31,10 +31,9 @@ from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import modal_of, mount_count, transfer
 from vibopt.mechanics.modal import WORTH, Modal
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequencies, poles
+from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequencies, poles, sag
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
-from vibopt.mechanics.statics import sag
 from vibopt.records import dataclass
 
 
@@ -68,17 +67,17 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
         squeezed = float(form.row @ down)
         return (squeezed if form.signed else abs(squeezed)) * float(monomials(form.factor, x))
     if isinstance(form, StaticForce | ModeGap | EnergyShare):
-        from vibopt.program.spatial import spatial_value
+        from vibopt.program.rare_forms import spatial_value
 
         return spatial_value(model, form, x)
     if isinstance(form, ModeRatio | FreeMotion):
-        from vibopt.program.free import free_value
+        from vibopt.program.rare_forms import free_value
 
         return free_value(model, form, p)
     if isinstance(form, ModeFrequency):
         return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
     if isinstance(form, RootMeanSquare):
-        from vibopt.program.noise import root_mean_square
+        from vibopt.program.mean_square import root_mean_square
 
         return root_mean_square(model, form, x)
     if isinstance(form, DecayRate):
@@ -113,7 +112,7 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         return (min if least_wanted else max)(ends, key=lambda one: one.value)
     if not least_wanted:
         from vibopt.program.few import few_peaks
-        from vibopt.program.highest import highest
+        from vibopt.program.greatest_values import highest
 
         few = few_peaks(model, form, drive, x, 1.0)
         if few is not None:

@@ -153,7 +153,7 @@ def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
 
 
 def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
-    from vibopt.responses.absorbers import Stroke
+    from vibopt.responses.absorber_responses import Stroke
 
     asked = {key: one for key, one in scene.limits.items() if isinstance(one, Stroke) and one.of == name}
     for excitation, table in scene.excitations.items():
@@ -187,7 +187,7 @@ def _shaken(scene: Scene, on: str) -> set[str]:
 
 def strokes(design: Design) -> Strokes | None:
     """The strokes in one unit; None where nothing is shaken."""
-    from vibopt.responses.absorbers import Stroke
+    from vibopt.responses.absorber_responses import Stroke
 
     bars = stroke_bars(design)
     if not bars:

@@ -19,7 +19,7 @@ from vibopt.records import dataclass
 from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
 from vibopt.report.series import Curve, Mark, Panel, Zone, heights
 from vibopt.responses import HarmonicResponse
-from vibopt.responses.kind import place_of
+from vibopt.responses.response import place_of
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.scene.space import members

@@ -58,7 +58,7 @@ def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
             for one in scene.limits.values()
         )
         rated = mount.part is not None and mount.part.rated_min is not None
-        from vibopt.responses.spatial import StaticLoadOfMount
+        from vibopt.responses.space_responses import StaticLoadOfMount
 
         for single in mount.singles(name) if not asked and not rated else ():
             load = StaticLoadOfMount(response="static_load", of=single).measure_static(machine)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vibopt.answer import schema as shape
+from vibopt.answer import answer_schema as shape
 from vibopt.answer.blocks import FOOT, LEAD, TEXT, Block, limits_block, measures_block, pairs, prices_block
 from vibopt.answer.entry import Chosen, Word
 from vibopt.report.absorber_parts import BUILD, build_rows, parts_of

@@ -9,9 +9,9 @@ from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
 from vibopt.excitations import Excitation
 from vibopt.forms import Amplitude
-from vibopt.responses.kind import place_of
+from vibopt.responses.response import place_of
+from vibopt.scene.open_places import asked_positions
 from vibopt.scene.places import bound_parts
-from vibopt.scene.positions import asked_positions
 from vibopt.scene.scene import MAXIMISE, Design, Scene, Variable
 from vibopt.units import plain, show
 from vibopt.units.spelling import split_detector

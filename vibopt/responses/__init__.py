@@ -14,7 +14,7 @@ A new response:
 both routes; `tests/generator` asks it of random scenes.
 """
 
-from vibopt.responses.kind import HarmonicResponse, RandomResponse, Response
+from vibopt.responses.response import HarmonicResponse, RandomResponse, Response
 from vibopt.values.kinds import Kinds
 
 KINDS: Kinds[Response] = Kinds(
@@ -46,16 +46,16 @@ KINDS: Kinds[Response] = Kinds(
         "inertia": "torsion.Inertia",
         "torsional_stiffness": "torsion.TorsionalStiffness",
         "torsional_damping": "torsion.TorsionalDamping",
-        "stroke": "absorbers.Stroke",
-        "own_frequency": "absorbers.OwnFrequency",
-        "mass_ratio": "absorbers.MassRatio",
-        "tuning": "absorbers.Tuning",
-        "absorber_mass": "absorbers.AbsorberMass",
-        "static_load": "spatial.StaticLoadOfMount",
-        "tilt": "spatial.Tilt",
-        "travel": "spatial.Travel",
-        "energy_share": "spatial.EnergyShareOfBody",
-        "frequency_separation": "spatial.FrequencySeparation",
+        "stroke": "absorber_responses.Stroke",
+        "own_frequency": "absorber_responses.OwnFrequency",
+        "mass_ratio": "absorber_responses.MassRatio",
+        "tuning": "absorber_responses.Tuning",
+        "absorber_mass": "absorber_responses.AbsorberMass",
+        "static_load": "space_responses.StaticLoadOfMount",
+        "tilt": "space_responses.Tilt",
+        "travel": "space_responses.Travel",
+        "energy_share": "space_responses.EnergyShareOfBody",
+        "frequency_separation": "space_responses.FrequencySeparation",
         "decay_rate": "decay_rate.DecayRateOfModes",
         "mode_ratio": "mode_ratio.RatioInMode",
         "free_displacement": "free_displacement.FreeDisplacement",

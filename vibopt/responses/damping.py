@@ -10,8 +10,8 @@ from pydantic import model_validator
 from vibopt.forms import Combine, ComplexArray, Drive, Form, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
-from vibopt.responses.kind import FEW_MODES, Response
 from vibopt.responses.parameters import OfLink
+from vibopt.responses.response import FEW_MODES, Response
 from vibopt.values import word
 
 

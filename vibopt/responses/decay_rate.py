@@ -9,7 +9,7 @@ import numpy as np
 from vibopt.forms import Combine, DecayRate, Drive, Form
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import FEW_MODES, Response
+from vibopt.responses.response import FEW_MODES, Response
 
 
 class DecayRateOfModes(Response):

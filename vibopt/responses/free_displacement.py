@@ -10,11 +10,11 @@ from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
 from vibopt.forms import Combine, Drive, Form, FreeMotion
-from vibopt.mechanics.free import propagated
+from vibopt.mechanics.free_motion import propagated
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
-from vibopt.responses.kind import Response
+from vibopt.responses.response import Response
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number
 from vibopt.values.fields import complaint

@@ -7,8 +7,8 @@ from typing import ClassVar
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import HarmonicResponse
-from vibopt.responses.rows import at_point
+from vibopt.responses.response import HarmonicResponse
+from vibopt.responses.response_rows import at_point
 
 
 class InsertionLoss(HarmonicResponse):

@@ -7,10 +7,10 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from vibopt.forms import Combine, Drive, Form, ModeRatio
-from vibopt.mechanics.free import shape_ratio
+from vibopt.mechanics.free_motion import shape_ratio
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import Response
+from vibopt.responses.response import Response
 from vibopt.values import word
 
 

@@ -7,8 +7,8 @@ from typing import ClassVar
 from vibopt.forms import ComplexArray, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import HarmonicResponse
-from vibopt.responses.rows import across_link, along, at_point
+from vibopt.responses.response import HarmonicResponse
+from vibopt.responses.response_rows import across_link, along, at_point
 from vibopt.values.vectors import Direction
 
 

@@ -12,7 +12,7 @@ from vibopt.forms import Band, Combine, Drive, Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
-from vibopt.responses.kind import BoundError, Response
+from vibopt.responses.response import BoundError, Response
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, read_speeds, word
 from vibopt.values.speeds import ROTATION, merged

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.forms import Combine, Drive, Form, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
-from vibopt.responses.kind import Response
+from vibopt.responses.response import Response
 
 
 def owned_by(model: Model, owner: str, kind: int, *, weighs: bool = False) -> Monomials:

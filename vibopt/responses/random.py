@@ -6,8 +6,8 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.responses.kind import HarmonicResponse, RandomResponse
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
+from vibopt.responses.response import HarmonicResponse, RandomResponse
 from vibopt.responses.transmitted import TransmittedForce
 from vibopt.values import word
 

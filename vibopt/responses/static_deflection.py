@@ -9,7 +9,7 @@ import numpy as np
 from vibopt.forms import Combine, Drive, Form, StaticRow
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import Response
+from vibopt.responses.response import Response
 from vibopt.values.vectors import AXES, Direction
 
 

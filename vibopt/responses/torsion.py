@@ -7,10 +7,10 @@ from typing import ClassVar
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
-from vibopt.responses.kind import Response
 from vibopt.responses.motion import MotionOf, RelativeDisplacement
 from vibopt.responses.parameters import Damping, Stiffness, owned_by
-from vibopt.responses.rows import along
+from vibopt.responses.response import Response
+from vibopt.responses.response_rows import along
 from vibopt.responses.transmitted import Transmitted
 from vibopt.values.vectors import Direction
 

@@ -10,8 +10,8 @@ from pydantic import model_validator
 from vibopt.forms import ComplexArray, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
-from vibopt.responses.kind import HarmonicResponse
-from vibopt.responses.rows import at_point, forces_along, link_forces
+from vibopt.responses.response import HarmonicResponse
+from vibopt.responses.response_rows import at_point, forces_along, link_forces
 from vibopt.values import word
 from vibopt.values.vectors import AXES, Direction
 

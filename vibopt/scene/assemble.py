@@ -19,6 +19,7 @@ from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import pins, spatial_bases
 from vibopt.scene.uncertain import uncertain
+from vibopt.units import show
 
 _NOTHING = 1e-7
 """A natural frequency below this part of the highest one is that of a machine that nothing holds."""
@@ -43,7 +44,7 @@ def model_of(scene: Scene, chosen: FloatArray | None = None, *, free: Container[
     builder = ModelBuilder(count + len(doubts))
     builder.spatial = spatial_bases(scene)
     if scene.structures:
-        from vibopt.scene.lookout import looked_at
+        from vibopt.scene.drives import looked_at
 
         builder.top, builder.modes = looked_at(scene)
     builder.families = {family: tuple(getattr(scene, family)) for family in ("bodies", "absorbers")}
@@ -138,3 +139,24 @@ def bare(scene: Scene) -> Scene:
 
     others = {family: kept(tables) for family, tables in scene.others.items()}
     return replace(scene, absorbers={}, links=kept(scene.links), others=others)
+
+
+_COUNTED = ("first", "second", "third", "fourth", "fifth")
+
+
+def tuning_notes(scene: Scene) -> list[str]:
+    """What each tuning refers to."""
+    return [_note(scene, name) for name, one in scene.absorbers.items() if one.tuning is not None]
+
+
+def _note(scene: Scene, name: str) -> str:
+    table = scene.absorbers[name]
+    said = f"absorbers.{name}: tuning refers to"
+    if table.tuning_to is not None:
+        return f"{said} {show(table.tuning_to.value, table.tuning_to.unit, 'angular_rate')}"
+    mode = table.mode or 1
+    which = _COUNTED[mode - 1] if mode <= len(_COUNTED) else f"{mode}th"
+    found = reference(scene, name)
+    if found.exponents:
+        return f"{said} the natural frequency without absorbers, which is chosen too"
+    return f"{said} the {which} natural frequency without absorbers, {show(found.scale, 'Hz', 'angular_rate')}"

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import STIFFNESS, Model
-from vibopt.mechanics.statics import sag
+from vibopt.mechanics.modes import sag
 from vibopt.responses import RandomResponse, Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of

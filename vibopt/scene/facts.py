@@ -9,7 +9,7 @@ from vibopt.devices import FAMILIES
 from vibopt.errors import InputError
 from vibopt.excitations import Excitation
 from vibopt.responses import Response
-from vibopt.scene.positions import open_positions
+from vibopt.scene.open_places import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of

@@ -12,19 +12,18 @@ from pydantic import ValidationError
 from vibopt.devices import FAMILIES
 from vibopt.document.locate import Locator, located
 from vibopt.document.mistakes import Mistakes, take
-from vibopt.document.reading import changed, parsed, placed, text_of
+from vibopt.document.toml_reading import changed, parsed, placed, text_of
 from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
 from vibopt.files.reading import shown_name
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import Response
-from vibopt.scene.check import check
-from vibopt.scene.notes import tuning_notes
+from vibopt.scene.assemble import tuning_notes
+from vibopt.scene.check_scene import check
+from vibopt.scene.open_places import MOST, combinations, open_places, open_positions, positioned, settled
 from vibopt.scene.own_bounds import with_own_bounds
-from vibopt.scene.positions import open_positions, positioned
 from vibopt.scene.scene import MAXIMISE, MINIMISE, OWN_FIELDS, Goal, Scene, Variable
-from vibopt.scene.settle import MOST, combinations, open_places, settled
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact
 

@@ -14,7 +14,7 @@ import numpy as np
 from vibopt.devices import Device
 from vibopt.forms import FloatArray
 from vibopt.program.program import Program
-from vibopt.scene.alike import numbers_of
+from vibopt.scene.open_places import numbers_of
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge

@@ -22,7 +22,7 @@ from vibopt.forms import (
     StaticForce,
 )
 from vibopt.mechanics.model import INERTIA, Model
-from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
 from vibopt.program.slopes import extremes_of
 from vibopt.records import dataclass

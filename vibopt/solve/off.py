@@ -11,9 +11,9 @@ import numpy as np
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.forms import FloatArray
-from vibopt.mechanics.ties import FOUND, foremost
-from vibopt.program.nature import Hit, around, doubts_at, hit, measured_around, missed
+from vibopt.mechanics.combine import FOUND, foremost
 from vibopt.program.program import Program
+from vibopt.program.worst_case import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.method import Found

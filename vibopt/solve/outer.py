@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from vibopt.forms import FloatArray, IntArray, Modulus, StaticRow
-from vibopt.mechanics.polynomial import real_roots
+from vibopt.mechanics.polynomials import real_roots
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation

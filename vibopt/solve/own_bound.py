@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from vibopt.program.program import Program
 from vibopt.responses import Response
-from vibopt.scene.alike import numbers_of
+from vibopt.scene.open_places import numbers_of
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found

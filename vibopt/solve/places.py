@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from vibopt.answer.entry import Word
+from vibopt.scene.open_places import groups, open_places, settled
 from vibopt.scene.scene import MINIMISE, Design, Scene
-from vibopt.scene.settle import groups, open_places, settled
 from vibopt.solve.method import Progress
 
 Answer = Callable[[Scene], Design]

@@ -11,10 +11,9 @@ from vibopt.answer.entry import Chosen, Entry
 from vibopt.document.mistakes import Mistakes
 from vibopt.forms import FloatArray
 from vibopt.records import dataclass
-from vibopt.scene.check import check
-from vibopt.scene.positions import open_positions, positioned
+from vibopt.scene.check_scene import check
+from vibopt.scene.open_places import open_places, open_positions, positioned, settled
 from vibopt.scene.scene import MINIMISE, Design, Scene, Variable
-from vibopt.scene.settle import open_places, settled
 from vibopt.solve.method import Progress
 from vibopt.solve.places import with_goal
 from vibopt.solve.positions_search import Score, Search

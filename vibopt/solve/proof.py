@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.forms import FloatArray, Modulus
-from vibopt.program.nature import Hit, hit, missed
 from vibopt.program.over import MARGIN, Cover
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.vicinity import Vicinity
+from vibopt.program.worst_case import Hit, hit, missed
 from vibopt.work import Budget
 
 TOLERANCE = 1e-9

@@ -13,10 +13,10 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.forms import FloatArray
-from vibopt.program.nature import Hit, around, missed
 from vibopt.program.over import MARGIN
 from vibopt.program.program import Program
 from vibopt.program.worst import worst
+from vibopt.program.worst_case import Hit, around, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge

@@ -8,9 +8,9 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.forms import FloatArray
-from vibopt.program.nature import doubts_at
 from vibopt.program.pose import asked_of
 from vibopt.program.program import Aim, Axis, Limit, Program, Tie
+from vibopt.program.worst_case import doubts_at
 from vibopt.records import dataclass
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene

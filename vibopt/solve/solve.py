@@ -20,9 +20,8 @@ from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for, speeds_for
-from vibopt.scene.positions import open_positions
+from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
-from vibopt.scene.settle import open_places
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
@@ -236,7 +235,7 @@ def _over_tolerances(
     wish: _Wish,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
-    from vibopt.program.nature import around
+    from vibopt.program.worst_case import around
     from vibopt.solve.off import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
     from vibopt.verify.as_built import differing

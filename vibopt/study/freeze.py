@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from vibopt.document.reading import changed
+from vibopt.document.toml_reading import changed
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict

@@ -10,10 +10,10 @@ from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.meetings import watched
-from vibopt.program.nature import around, hit, missed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.worst import worst
+from vibopt.program.worst_case import around, hit, missed
 from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import EMPTY
 from vibopt.answer.text import verdict
-from vibopt.document.reading import FileText
-from vibopt.document.writing import document_toml
+from vibopt.document.toml_reading import FileText
+from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.files.marks import with_check
 from vibopt.jobs import is_open, is_scene

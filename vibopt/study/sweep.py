@@ -12,7 +12,7 @@ from vibopt.errors import InputError, QuantityError
 from vibopt.forms import FloatArray
 from vibopt.jobs import answer, fact_at, is_open, is_scene, with_changes
 from vibopt.records import dataclass
-from vibopt.scene.positions import open_positions
+from vibopt.scene.open_places import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress

@@ -11,7 +11,7 @@ from vibopt.answer.entry import Checked, Entry
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
 from vibopt.report.choices import tied
-from vibopt.responses.kind import place_of
+from vibopt.responses.response import place_of
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import MEASURED, frozen, goal_as_shown

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
-from vibopt.document.reading import PROBLEM
+from vibopt.document.toml_reading import PROBLEM
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, shown_name, stamp_of
 from vibopt.jobs import NO_NAME, open_job
 from vibopt.records import dataclass
-from vibopt.study.records import Row, compare
+from vibopt.study.recorded import Row, compare
 from vibopt.study.workers import Lost, each
 from vibopt.work import each_answer_within, seconds_of_each_answer
 

@@ -3,10 +3,8 @@
 Inside vibopt every number is SI, every frequency in rad/s and every amplitude peak.
 """
 
-from vibopt.units.dimensions import DIMENSIONS, Dimension, si_unit
-from vibopt.units.quantity import Detector, Quantity
-from vibopt.units.ranges import is_range, read_range
-from vibopt.units.reading import read_quantity
+from vibopt.units.dimensions import DIMENSIONS, Detector, Dimension, Quantity, si_unit
+from vibopt.units.parsing import is_range, read_quantity, read_range
 from vibopt.units.showing import best_unit, plain, show, to_unit
 
 __all__ = [

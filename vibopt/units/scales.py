@@ -8,8 +8,7 @@ from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import complaints
 from vibopt.units.dimensions import DIMENSIONS
-from vibopt.units.registry import Dimensionality, factor_and_dimensionality
-from vibopt.units.spelling import expression
+from vibopt.units.spelling import Dimensionality, expression, factor_and_dimensionality
 
 _POUND_FORCE = {"lb": "lbf"}
 READINGS: dict[str, dict[str, str]] = {

@@ -3,7 +3,7 @@
 from math import degrees, floor, isinf, isnan, log10
 
 from vibopt.units.dimensions import DIMENSIONS
-from vibopt.units.reading import TO_PEAK
+from vibopt.units.parsing import TO_PEAK
 from vibopt.units.scales import scale_of
 from vibopt.units.spelling import split_detector
 

@@ -13,10 +13,10 @@ from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.files.reading import FileFault, Stamp, shown_name, stamp_of
 from vibopt.forms import FloatArray
 from vibopt.records import dataclass
-from vibopt.units.reading import LARGEST
+from vibopt.units.parsing import LARGEST
 from vibopt.units.scales import Scale, scale_of
+from vibopt.values.csv_tables import SHEET, Sheet, heading_of, letter, sheet_of
 from vibopt.values.fields import LEAST
-from vibopt.values.sheet import SHEET, Sheet, heading_of, letter, sheet_of
 
 MOST_PARTS = 5000
 MOST_SAID = 12

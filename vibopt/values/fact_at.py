@@ -8,7 +8,7 @@ from dataclasses import replace
 from vibopt.errors import InputError, way_out
 from vibopt.records import dataclass
 from vibopt.units import Detector, Quantity, read_quantity, read_range, to_unit
-from vibopt.units.reading import TO_PEAK
+from vibopt.units.parsing import TO_PEAK
 
 
 @dataclass(frozen=True, slots=True)

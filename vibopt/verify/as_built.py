@@ -47,7 +47,7 @@ def _machine(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     assembly = Assembly(only=bodies[0] if len(bodies) == 1 else None, alone=alone)
     assembly.spatial = spatial_bases(scene) if space else ()
     if scene.structures:
-        from vibopt.scene.lookout import looked_at
+        from vibopt.scene.drives import looked_at
 
         assembly.top, assembly.modes = looked_at(scene)
     acted = {name: one for name, one in pins(scene).items() if name not in scene.points}

@@ -15,11 +15,10 @@ import numpy as np
 
 from vibopt.excitations import Excitation
 from vibopt.forms import Band, Combine, ComplexArray, FloatArray, Line
-from vibopt.mechanics.combine import combined
+from vibopt.mechanics.combine import combined, foremost
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.modal import WORTH
 from vibopt.mechanics.peaks import Extreme, greatest, least
-from vibopt.mechanics.ties import foremost
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for

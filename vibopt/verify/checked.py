@@ -13,7 +13,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 from vibopt.responses import Response
-from vibopt.responses.kind import place_of
+from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene, Variable
 from vibopt.units import si_unit

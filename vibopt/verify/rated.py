@@ -53,7 +53,7 @@ def rated_rows(scene: Scene, chosen: Mapping[str, float], machine: Machine) -> d
 
 def _of_mount(machine: Machine, single: str) -> float:
     """What one mount carries along its own axis [N]; below zero it is lifted."""
-    from vibopt.responses.spatial import StaticLoadOfMount
+    from vibopt.responses.space_responses import StaticLoadOfMount
 
     return StaticLoadOfMount(response="static_load", of=single).measure_static(machine)
 

@@ -32,9 +32,8 @@ from vibopt.forms import (
 )
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, motion, mount_count
 from vibopt.mechanics.model import STIFFNESS, Model
-from vibopt.mechanics.modes import natural_frequencies, poles
+from vibopt.mechanics.modes import natural_frequencies, poles, sag
 from vibopt.mechanics.onemass import reading
-from vibopt.mechanics.statics import sag
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
 from vibopt.program.worst import DriveResponse, plain_value, rigid_form

@@ -1,8 +1,7 @@
 """Large structures that other devices sit on: sparse matrices, modes, and what the points need of them."""
 
 from vibopt.mechanics.host.condense import CondensationError, condensed, massless
-from vibopt.mechanics.host.coordinates import Coordinates, of_modes
-from vibopt.mechanics.host.digits import digits_lost
+from vibopt.mechanics.host.coordinates import Coordinates, digits_lost, of_modes
 from vibopt.mechanics.host.krylov import Reduction, reduced_host
 from vibopt.mechanics.host.matrices import Matrices
 

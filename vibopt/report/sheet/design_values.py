@@ -11,7 +11,7 @@ from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.mechanics.rigid import SpaceMachine, Spring3
 from vibopt.report.absorber_parts import parts_of
-from vibopt.scene.positions import asked_positions
+from vibopt.scene.open_places import asked_positions
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show, to_unit
 from vibopt.units.spelling import split_detector

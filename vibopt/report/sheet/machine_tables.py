@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.page import given
+from vibopt.answer.answer_page import given
 from vibopt.forms import FloatArray
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import Rigid, SpaceMachine

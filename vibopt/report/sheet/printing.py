@@ -12,7 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from vibopt.document.reading import FileText
+from vibopt.document.toml_reading import FileText
 from vibopt.errors import InputError
 from vibopt.files.marks import PDF_MARK
 from vibopt.files.reading import FileFault, Kind, content_of

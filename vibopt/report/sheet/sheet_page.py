@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.page import inline, version
+from vibopt.answer.answer_page import inline, version
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import SpaceMachine
@@ -22,9 +22,9 @@ from vibopt.report.sheet.mount_plan import plan_figure, short, spots_of, sums_of
 from vibopt.report.sheet.printing import pages_of, pdf
 from vibopt.report.sheet.schematic import schematic_figure
 from vibopt.report.sheet.shapes import shapes_of
+from vibopt.scene.open_places import open_places
 from vibopt.scene.places import turning
 from vibopt.scene.scene import Design, Scene
-from vibopt.scene.settle import open_places
 from vibopt.units import best_unit, plain, show
 from vibopt.verify.as_built import machine_of
 

@@ -2,12 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NoReturn
+from collections.abc import Mapping, Sequence
+from numbers import Integral, Real
+from typing import NoReturn, TypeAlias
 
 from vibopt.document.mistakes import toml_text
 from vibopt.errors import InputError
-from vibopt.scene.language.values import Bound, plain_table
+from vibopt.scene.scene import MAXIMISE, MINIMISE
+
+Bound: TypeAlias = str | float
+"""A value with its unit, "6 kN"; pure ratios may be numbers."""
+
+Given: TypeAlias = str | float | Mapping[str, object]
+"""A fact as Bound, or a choice made by `choose` or `one_of`."""
+
+Way: TypeAlias = str | Sequence[float]
+"""A direction or an axis in space: "x", "y", "z" or three numbers."""
+
+Speeds: TypeAlias = str | Sequence[str] | Mapping[str, object]
+"""A speed, "800..2000 rpm", or a list of those; a choice; per excitation as a mapping."""
+
+
+def plain_table(words: Mapping[str, object]) -> dict[str, object]:
+    """The words as a table of a problem file; what is None is not said."""
+    return {key: plain(value) for key, value in words.items() if value is not None}
+
+
+def plain(value: object) -> object:
+    """A value as TOML knows it, in new lists and tables; what TOML does not know is left to the reader to refuse."""
+    if isinstance(value, (str, bool)):
+        return value
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Real):
+        return float(value)
+    if isinstance(value, Mapping):
+        return plain_table(value)
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    return value
+
 
 BOUNDS = ("at_least", "at_most", "outside")
 
@@ -121,3 +155,46 @@ def _listed(words: Mapping[str, object]) -> str:
 def _side(value: object) -> str:
     """A value as text in messages; text and numbers as in the file."""
     return toml_text(value) if isinstance(value, (str, int, float)) else repr(value)
+
+
+def choose(from_: Bound | None = None, to: Bound | None = None, *, whole: bool | None = None) -> dict[str, object]:
+    """A design variable, `{ from, to }` in the file: any one value of the range, its ends included.
+
+    Parameters
+    ----------
+    from_, to
+        Ends of the range with their units; without one of them the range is open on that side.
+    whole
+        Whether only whole numbers may be chosen, as for a count.
+    """
+    words = {"from": from_, "to": to, "whole": whole}
+    return {key: value for key, value in words.items() if value is not None}
+
+
+def one_of(*values: Bound) -> dict[str, object]:
+    """A design variable, `{ one_of = [...] }` in the file: one of the listed values, as from a catalogue."""
+    return {"one_of": list(values)}
+
+
+def maximise(response: Measure) -> dict[str, object]:
+    """The goal: as much of a response as the limits allow."""
+    return _goal(MAXIMISE, response)
+
+
+def minimise(response: Measure) -> dict[str, object]:
+    """The goal: as little of a response as the limits allow."""
+    return _goal(MINIMISE, response)
+
+
+def find_all(speed: str) -> dict[str, object]:
+    """The goal: all speeds at which the limits hold; `speed` is "EXCITATION.speed", written as a choice there."""
+    return {"find_all": speed}
+
+
+def _goal(sense: str, response: object) -> dict[str, object]:
+    if not isinstance(response, (Measure, Limit)):
+        raise InputError(
+            f'{sense}({response!r}): this is no response. Write {sense}(machine.stiffness(of="mount")), for example.'
+        )
+    words = dict(response.words)
+    return {sense: words.pop("response"), **words}

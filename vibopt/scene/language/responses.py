@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from vibopt.errors import way_out
 from vibopt.responses import KINDS
-from vibopt.scene.language.limit import Measure
-from vibopt.scene.language.values import Speeds, Way
+from vibopt.scene.language.limit import Measure, Speeds, Way
 
 
 class Shown(TypedDict, total=False):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.forms import Drive, FloatArray, Modulus
-from vibopt.program.nlp import SampledProgram, Samples
+from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import local_extremes
 from vibopt.records import dataclass

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from vibopt.document.reading import changed
+from vibopt.document.toml_reading import changed
 from vibopt.errors import InputError
 from vibopt.posed.convex import EXACT, Convex, not_convex
 from vibopt.posed.nonlinear import ENDS
@@ -13,11 +13,10 @@ from vibopt.posed.posed import PROVEN, Posed, refused
 from vibopt.posed.smooth import Exchange, not_smooth
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
+from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.places import bound_parts
-from vibopt.scene.positions import open_positions
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
-from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.box import closed
 from vibopt.solve.method import Found, Progress

@@ -122,7 +122,7 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
             "rotor. Leave --save-coefficients out."
         )
     from vibopt.balancing.coefficients import coefficients_document
-    from vibopt.document.writing import document_toml
+    from vibopt.document.toml_writing import document_toml
     from vibopt.files.marks import with_check
     from vibopt.files.writing import checked_target
 

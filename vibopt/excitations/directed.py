@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.excitations.kind import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
 from vibopt.forms import FloatArray, Line
 from vibopt.mechanics.vectors import cross
 from vibopt.values import Fact, Table, number, word

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from vibopt.jobs import Job
     from vibopt.study.archive import Comparison
-    from vibopt.study.records import Row
+    from vibopt.study.recorded import Row
     from vibopt.study.verify import Verification
 
 DIFFERENT, INTERRUPTED = 6, 130

@@ -10,15 +10,13 @@ from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
-from vibopt.scene.check_parts import check_price
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_random
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
-from vibopt.scene.check_tolerances import check_tolerances
-from vibopt.scene.positions import asked_positions
+from vibopt.scene.check_whole import check_price, check_tolerances
+from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Scene
-from vibopt.scene.settle import open_places
 from vibopt.scene.uncertain import uncertain
 
 
@@ -41,7 +39,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 
 def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
-    from vibopt.scene.check_free import check_free
+    from vibopt.scene.check_whole import check_free
 
     return check_free(scene, path, response, mistakes)
 

@@ -12,8 +12,8 @@ from vibopt.forms import Combine, ComplexArray, Drive, EnergyShare, Form, ModeGa
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.rigid import SpaceMachine
-from vibopt.responses.kind import HarmonicResponse, Response
-from vibopt.responses.rows import across_link, along_mount
+from vibopt.responses.response import HarmonicResponse, Response
+from vibopt.responses.response_rows import across_link, along_mount
 from vibopt.values import word
 from vibopt.values.vectors import AXES, Direction, Vector
 

@@ -75,7 +75,7 @@ def plot(
 
     Exit code: that of the answer.
     """
-    from vibopt.cli.solve import answer
+    from vibopt.cli.solve_command import answer
 
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
@@ -177,7 +177,7 @@ def report(
 
     Exit code: that of the answer.
     """
-    from vibopt.cli.solve import answer, with_prices
+    from vibopt.cli.solve_command import answer, with_prices
 
     if rounding and not sheet:
         raise InputError("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.")
@@ -198,7 +198,7 @@ def _sheet(
 ) -> tuple[Answer[Any], bytes]:
     """The page to sign; what cannot be printed is refused before anything is solved."""
     from vibopt.answer.answer import EMPTY
-    from vibopt.cli.solve import answer
+    from vibopt.cli.solve_command import answer
     from vibopt.jobs import is_scene
     from vibopt.report.sheet import asks_for_one_design, browser
 
@@ -215,7 +215,7 @@ def _sheet(
 
 def _printed(file: str, found: Answer[Any], program: str, target: Path, changes: tuple[str, ...]) -> bytes:
     """The sheet of a machine on its mounts, or what to do with a rotor, a shaft or an engine for the shop floor."""
-    from vibopt.answer.page import html as page_of
+    from vibopt.answer.answer_page import html as page_of
     from vibopt.jobs import is_scene
     from vibopt.report.sheet import digests_of, html, pdf, printed
 
@@ -229,7 +229,7 @@ def _printed(file: str, found: Answer[Any], program: str, target: Path, changes:
 
 
 def _page(found: Answer[Any], changes: tuple[str, ...]) -> str:
-    from vibopt.answer.page import html
+    from vibopt.answer.answer_page import html
     from vibopt.jobs import is_scene
 
     if not is_scene(found.job):

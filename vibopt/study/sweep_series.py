@@ -11,7 +11,7 @@ from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
 from vibopt.jobs import is_open, is_scene
 from vibopt.report.series import Line, Strip, Strips
-from vibopt.responses.kind import place_of
+from vibopt.responses.response import place_of
 from vibopt.study.edges import stretches
 from vibopt.study.points import DECIBEL, Point, in_unit
 from vibopt.study.sweep import Sweep

@@ -72,7 +72,7 @@ def sweep(
         write_file(table, csv_text(result).encode())
     if picture is not None:
         from vibopt.report.figures import saved, strips_figure
-        from vibopt.study.strips import strips
+        from vibopt.study.sweep_series import strips
 
         write_file(picture, saved(strips_figure(strips(result)), format_of(picture, FORMATS)))
     written = [str(one) for one in (table, picture) if one is not None]
@@ -168,7 +168,7 @@ def _columns(result: Sweep) -> list[str]:
     """
     from vibopt.jobs import is_scene
     from vibopt.report.choices import tied
-    from vibopt.scene.positions import open_positions
+    from vibopt.scene.open_places import open_positions
 
     scene = result.job
     if not is_scene(scene):

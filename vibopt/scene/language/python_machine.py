@@ -7,9 +7,8 @@ from typing import TypedDict, Unpack
 
 from vibopt.devices import FAMILIES
 from vibopt.errors import InputError, way_out
-from vibopt.scene.language.limit import Limit, Measure
+from vibopt.scene.language.limit import Bound, Given, Limit, Measure, Speeds, Way, plain_table
 from vibopt.scene.language.responses import Responses
-from vibopt.scene.language.values import Bound, Given, Speeds, Way, plain_table
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 

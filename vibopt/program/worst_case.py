@@ -19,9 +19,9 @@ from vibopt.forms import (
     StaticLoad,
     StaticRow,
 )
+from vibopt.mechanics.combine import FOUND, beyond, foremost
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies
-from vibopt.mechanics.ties import FOUND, beyond, foremost
 from vibopt.program.pose import asked_of, on_needed
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.slopes import local_extremes

@@ -78,7 +78,7 @@ def _tell(result: WhatIf, console: Console) -> None:
 
 def _old(job: Job, path: str) -> str:
     """What stood at a path, also where it is a part of a text."""
-    from vibopt.document.reading import inside
+    from vibopt.document.toml_reading import inside
     from vibopt.jobs import part_at
     from vibopt.study.points import shown_value
 

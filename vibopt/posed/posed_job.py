@@ -102,7 +102,7 @@ def named_known(job: KnownJob) -> Named:
 
 
 def _engine(job: EngineJob) -> Posed:
-    from vibopt.posed import engine
+    from vibopt.posed import posed_engine as engine
 
     if job.is_search:
         return refused(job.name, "the angles of the cranks are chosen from a list, which is neither convex nor smooth")
@@ -113,7 +113,7 @@ def _engine(job: EngineJob) -> Posed:
 
 
 def _scene(scene: Scene) -> Posed:
-    from vibopt.posed.scene import posed_scene
+    from vibopt.posed.posed_scene import posed_scene
 
     return posed_scene(scene)
 

@@ -9,9 +9,9 @@ import numpy as np
 from vibopt.forms import Combine, ComplexArray, Drive, Form, Monomials, Output
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
-from vibopt.responses.kind import HarmonicResponse, Response
 from vibopt.responses.parameters import sum_of
-from vibopt.responses.rows import across_link
+from vibopt.responses.response import HarmonicResponse, Response
+from vibopt.responses.response_rows import across_link
 
 
 class Stroke(HarmonicResponse):

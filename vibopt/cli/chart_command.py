@@ -54,7 +54,7 @@ def speed_accuracy(
     parts; where parts are bought, that is excess price or violation.  Exit code 6 if vibopt itself claims
     anything wrong, 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import views
+    from vibopt.charts import chart_views as views
     from vibopt.charts.runner import speed_accuracy as run
     from vibopt.charts.trial import DEFAULT
     from vibopt.cli.progress import Bar
@@ -85,7 +85,7 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
 
     Exit code 6 if vibopt itself is ever silently wrong, 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import views
+    from vibopt.charts import chart_views as views
     from vibopt.charts.runner import stability as run
     from vibopt.charts.trial import DEFAULT, SILENT
     from vibopt.cli.progress import Bar
@@ -118,7 +118,7 @@ def fidelity(
 
     Exit code 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import views
+    from vibopt.charts import chart_views as views
     from vibopt.charts.runner import fidelity as run
     from vibopt.cli.progress import Bar
 

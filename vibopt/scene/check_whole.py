@@ -1,0 +1,118 @@
+"""Mistakes in what is asked of a machine as a whole: tolerances, prices, free vibration."""
+
+from __future__ import annotations
+
+from vibopt.devices import FAMILIES
+from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.responses import Response
+from vibopt.responses.free_displacement import FreeDisplacement
+from vibopt.scene import places
+from vibopt.scene.check_random import check_lossy
+from vibopt.scene.places import devices
+from vibopt.scene.scene import Scene
+from vibopt.scene.space import is_spatial
+from vibopt.scene.uncertain import uncertain
+
+
+def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
+    """Every tolerance of a table acts on something, and every one is on a device that can be built with it."""
+    for family, name, table in devices(scene):
+        if getattr(table, "tolerance", None) and not table.parts():
+            mistakes.add(
+                (family, name, "tolerance"),
+                f"{family}.{name} has a tolerance, but gives no mass, stiffness or damping of its own that could be "
+                "off. Remove the tolerance.",
+            )
+    doubts = uncertain(scene)
+    for name, mount in scene.mounts.items():
+        if mount.tolerance_of is not None and not any(one.path.startswith(f"mounts.{name}.") for one in doubts):
+            mistakes.add(
+                ("mounts", name, "tolerance_of"),
+                f'mounts.{name} has tolerance_of, but nothing of it has a tolerance. Add tolerance = "20 %", or remove '
+                "tolerance_of.",
+            )
+    for doubt in doubts:
+        family, name, *steps = doubt.path.split(".")
+        if not FAMILIES[family].may_be_off:
+            mistakes.add(
+                (family, name, *steps),
+                f"{doubt.path} has a tolerance, which only bodies, links, absorbers and mounts can have so far. "
+                "Remove it.",
+            )
+
+
+def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
+    """A price is asked for only where every part has one, all in one currency."""
+    if not response.priced:
+        return
+    tables = {f"links.{name}": link.part for name, link in scene.links.items()}
+    tables |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
+    bought = {path: part for path, part in tables.items() if part is not None}
+    if not bought and any("part" in table for one in ("links", "mounts") for table in places.raw(scene, one).values()):
+        return  # said where the part is
+    if not bought:
+        mistakes.add(
+            path,
+            f"{dotted(path)} asks for a price, but nothing is bought. Give a link its part = {{ catalogue = "
+            '"mounts.csv" }.',
+        )
+        return
+    units = {}
+    for name, part in bought.items():
+        if part.price is None:
+            mistakes.add(
+                path,
+                f"{dotted(path)} asks for a price, but {part.catalogue.name}, from which {name} is bought, has "
+                'none. Add a column "price [EUR]".',
+            )
+            return
+        units[name] = part.price.unit
+    for key in ("at_most", "at_least"):
+        given = getattr(response, key)
+        if given is not None:
+            units[f"{dotted(path)}.{key}"] = given.unit
+    _one_currency(path, units, mistakes)
+
+
+def _one_currency(path: Path, units: dict[str, str], mistakes: Mistakes) -> None:
+    (first, unit), *rest = units.items()
+    for other, another in rest:
+        if another != unit:
+            mistakes.add(
+                path,
+                f"{other} is in {another}, but {first} is in {unit}. Nothing is exchanged: write all prices in one "
+                "currency.",
+            )
+            return
+
+
+def check_free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    """Add what is wrong with a response that has a sign; whether the rest is worth checking."""
+    where, key = dotted(path), response.response
+    if path[0] != "measures":
+        way = f"Move it to [measures.{path[1]}]" if len(path) > 1 else "Ask for it in [measures.NAME]"
+        mistakes.add(path, f"{where} asks for the {key}, which has a sign and is only measured. {way}.")
+        return False
+    if is_spatial(scene) or scene.structures:
+        mistakes.add(path, f"{where}: {key} is not supported for machines in space or on structures yet. Remove it.")
+        return False
+    doubts = uncertain(scene)
+    if doubts:
+        mistakes.add(
+            path,
+            f"{where}: {key} is worked out for one machine, but {doubts[0].path} has a tolerance. Remove the one or "
+            "the other.",
+        )
+        return False
+    if isinstance(response, FreeDisplacement):
+        check_lossy(scene, path, "free vibration", mistakes)
+    named = [name for name, _ in response.places().values() if name in places.moving(scene)]
+    turns = [name for name in named if name in places.turning(scene)]
+    slides = [name for name in named if name not in turns]
+    if turns and slides:
+        mistakes.add(
+            path,
+            f"{where} looks at {turns[0]}, which turns, and at {slides[0]}, which moves along a line. Name one kind.",
+        )
+        return False
+    return True
