@@ -34,6 +34,7 @@ from vibopt.scene.uncertain import Uncertain, uncertain_at
 
 MOST_CORNERS = 12
 """Uncertain numbers up to which a proof looks at every corner of their box."""
+_FEW_CORNERS = 8
 _TRIED_CORNERS = 64
 _STARTS = 4
 _PASSES = 4
@@ -98,7 +99,7 @@ def hit(part: Limit | Aim, axes: tuple[Axis, ...], *, near: tuple[FloatArray, ..
     near
         Factors that were worst of designs nearby.
     quick
-        Begin at `near` only, where there are any.
+        Begin at `near` only, where there are any, and at corners where they are few.
     """
     if isinstance(part, Aim) and part.others:
         found = [hit(piece, axes, near=near, quick=quick) for piece in part.pieces]
@@ -225,7 +226,8 @@ class _Hunt:
 
     def climbed(self, near: tuple[FloatArray, ...], quick: bool) -> Hit:
         """From the middle, from corners and from factors given, up along exact slopes."""
-        starts = [*near] if quick and near else [*near, np.ones(len(self.axes)), *self._some_corners()]
+        few = 2 ** int(self.free.sum()) <= _FEW_CORNERS
+        starts = [*near, *(self.corners() if few else ())] if quick and near else self._everywhere(near)
         values = [self.value(one) for one in starts]
         order = np.argsort([-self.sign * float(f"{one:.9g}") for one in values], kind="stable")
         reached = [(starts[order[0]], values[order[0]])]
@@ -240,6 +242,9 @@ class _Hunt:
             if not isinstance(self.part.form, Modulus):
                 best = self._without_idle(*best, 1e-12), best[1]
         return Hit(best[0], best[1], False, self.tried)
+
+    def _everywhere(self, near: tuple[FloatArray, ...]) -> list[FloatArray]:
+        return [*near, np.ones(len(self.axes)), *self._some_corners()]
 
     def _flipped(self, factors: FloatArray, value: float) -> tuple[FloatArray, float]:
         """Each factor by itself at its other end, and from there up again, as long as that is worse."""
