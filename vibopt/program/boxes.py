@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Line
+from vibopt.forms import FloatArray, IntArray, Line
 from vibopt.records import dataclass
 
 Numbers: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"
@@ -16,7 +17,8 @@ Numbers: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"
 class Scalar(NamedTuple):
     """A number on boxes around their middles: |value - at - slope . t| <= rest, |value - at| <= spread.
 
-    Shapes (n_boxes,), slope (n_boxes, n_axes); t is the way from the middle along each axis, of factors in logarithms.
+    Shapes (n_boxes, ...), slope (n_boxes, ..., n_axes); t is the way from the middle along each axis, of factors in
+    logarithms.
     """
 
     at: Numbers
@@ -24,13 +26,13 @@ class Scalar(NamedTuple):
     rest: FloatArray
 
     def spread(self, half: FloatArray) -> FloatArray:
-        """Greatest distance from the middle, (n_boxes,)."""
+        """Greatest distance from the middle, (n_boxes, ...)."""
         far: FloatArray = (np.abs(self.slope) * half).sum(axis=-1) + self.rest
         return far
 
     def times(self, other: Scalar, half: FloatArray) -> Scalar:
         """The product."""
-        slope = self.at[:, None] * other.slope + other.at[:, None] * self.slope
+        slope = self.at[..., None] * other.slope + other.at[..., None] * self.slope
         rest = np.abs(self.at) * other.rest + np.abs(other.at) * self.rest + self.spread(half) * other.spread(half)
         return Scalar(self.at * other.at, slope, rest)
 
@@ -42,14 +44,14 @@ class Boxes:
     low: FloatArray
     high: FloatArray
 
-    @property
+    @cached_property
     def middle(self) -> FloatArray:
         """Of factors in ratio, of the speed in the middle; (n_boxes, n_axes)."""
         found = np.sqrt(self.low * self.high)
         found[:, -1] = 0.5 * (self.low[:, -1] + self.high[:, -1])
         return found
 
-    @property
+    @cached_property
     def half(self) -> FloatArray:
         """Half widths, of factors in logarithms; (n_boxes, n_axes)."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -69,22 +71,21 @@ class Boxes:
         return Boxes(np.concatenate([self.low, low]), np.concatenate([high, self.high]))
 
 
-def powers_on(boxes: Boxes, exponents: FloatArray, power: int) -> Scalar:
-    """prod_i f_i**exponents_i * speed**power on boxes, power 0, 1 or 2."""
+def powers_on(boxes: Boxes, exponents: FloatArray, powers: IntArray) -> Scalar:
+    """prod_i f_i**exponents_gi * speed**powers_g on boxes, powers 0, 1 or 2; shapes (n_boxes, n_groups)."""
     middle, half = boxes.middle, boxes.half
-    count = middle.shape[1]
-    at = np.where(exponents == 0.0, 1.0, middle[:, :-1] ** exponents).prod(axis=-1)
-    far = np.abs(exponents) @ half[:, :-1].T
-    slope = np.zeros((len(at), count))
-    slope[:, :-1] = at[:, None] * exponents
+    at = np.exp(np.log(np.maximum(middle[:, :-1], 1e-300)) @ exponents.T)
+    far = half[:, :-1] @ np.abs(exponents).T
+    slope = np.zeros((*at.shape, middle.shape[1]))
+    slope[..., :-1] = at[..., None] * exponents
     product = Scalar(at, slope, at * (np.exp(far) - 1.0 - far))
-    if not power:
+    if not powers.any():
         return product
-    speed, wide = middle[:, -1], half[:, -1]
-    slope = np.zeros((len(at), count))
-    slope[:, -1] = power * speed ** (power - 1)
-    rest = wide**2 if power == 2 else np.zeros(len(at))
-    return product.times(Scalar(speed**power, slope, rest), half)
+    speed, wide = middle[:, -1:], half[:, -1:]
+    rising = np.zeros_like(slope)
+    rising[..., -1] = powers * speed ** np.maximum(powers - 1, 0)
+    rest = np.where(powers == 2, wide**2, 0.0)
+    return product.times(Scalar(speed**powers, rising, rest), half[:, None, :])
 
 
 def amplitude_on(boxes: Boxes, line: Line, power: int) -> Scalar:

@@ -118,10 +118,8 @@ class Linear:
 
     def on(self, boxes: Boxes) -> tuple[Scalar, FloatArray]:
         """The response on boxes, and what each axis adds to its uncertainty (n_boxes, n_axes)."""
-        sizes = [powers_on(boxes, e, int(p)) for e, p in zip(self.exponents, self.powers, strict=True)]
-        half = boxes.half
-        at, slope, rest, far = (np.array(one) for one in zip(*((*s, s.spread(half)) for s in sizes), strict=True))
-        return self._moved(at.T, slope.transpose(1, 0, 2), rest.T, far.T, half)
+        sizes, half = powers_on(boxes, self.exponents, self.powers), boxes.half
+        return self._moved(*sizes, sizes.spread(half[:, None, :]), half)
 
     def _moved(
         self, at: FloatArray, slope: FloatArray, rest: FloatArray, far: FloatArray, half: FloatArray

@@ -8,10 +8,13 @@ antisymmetric modes this way.  The certificate of a design always uses the full 
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from vibopt.forms import FloatArray, Form, Modulus, Output, RootMeanSquare, StaticForce, StaticRow
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.records import dataclass
 
 _TINY = 1e-13
 
@@ -29,12 +32,55 @@ def reduced(model: Model, form: Form) -> Model:
         return model
     if isinstance(form, Modulus) and form.rigid_link:
         return model
+    within = _reached(model, form)
+    seen = within.basis.T @ (within.root.T @ _table(model, _read(model, form)))
+    kept = closure(seen, within.operators, within.singles)
+    if kept.shape[1] in (0, n):
+        return model
+    if kept.shape[1] == within.basis.shape[1]:
+        return within.model
+    return model.on_basis(within.root @ within.basis @ kept, drop=True)
+
+
+@dataclass(frozen=True)
+class _Reached:
+    """What some loads can move of a model.
+
+    basis
+        Shape (n_free, n_reached), in coordinates of M^-1/2 = `root`.
+    operators, singles
+        As of the model, in that basis.
+    """
+
+    whole: Model
+    root: FloatArray
+    basis: FloatArray
+    operators: list[FloatArray]
+    singles: FloatArray
+
+    @cached_property
+    def model(self) -> Model:
+        """The model with nothing but that."""
+        return self.whole.on_basis(self.root @ self.basis, drop=True)
+
+
+_KEPT = 16
+_reached_last: dict[tuple[int, bool, bytes], _Reached] = {}
+"""Of the last models: the loads of many limits are the same."""
+
+
+def _reached(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> _Reached:
     static = isinstance(form, StaticRow | StaticForce)
-    root, operators, singles = _operators(model, static=static)
-    reach = closure(root.T @ _table(model, _loads(model, form)), operators, singles)
-    seen = reach.T @ (root.T @ _table(model, _read(model, form)))
-    kept = reach @ closure(seen, [reach.T @ one @ reach for one in operators], reach.T @ singles)
-    return model if kept.shape[1] in (0, n) else model.on_basis(root @ kept, drop=True)
+    loads = _table(model, _loads(model, form))
+    key = id(model), static, loads.tobytes()
+    if key not in _reached_last:
+        while len(_reached_last) >= _KEPT:
+            _reached_last.pop(next(iter(_reached_last)), None)
+        root, operators, singles = _operators(model, static=static)
+        reach = closure(root.T @ loads, operators, singles)
+        within = [reach.T @ one @ reach for one in operators]
+        _reached_last[key] = _Reached(model, root, reach, within, reach.T @ singles)  # keeps the model, and so its id
+    return _reached_last[key]
 
 
 def reason(declared: int, used: int) -> str:

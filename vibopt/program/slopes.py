@@ -25,6 +25,7 @@ from vibopt.forms import (
     Monomials,
     Output,
     RootMeanSquare,
+    StaticLoad,
     StaticRow,
 )
 from vibopt.mechanics.constants import GRAVITY
@@ -114,7 +115,9 @@ def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
         of_mode: FloatArray = frequency_slopes(model, x)[1][max(form.mode - 1, 0)]
         return of_mode
     if isinstance(form, StaticRow):
-        return _static_slope(model, form, x)
+        return _static_slope(model, form.row, x)
+    if isinstance(form, StaticLoad):
+        return _static_slope(model, form.row, x) + plain_slope(model, form.factor, x)
     if isinstance(form, RootMeanSquare):
         return root_mean_square_slope(model, form, x)
     pieces = pole_pieces(model, form, x) if isinstance(form, DecayRate | ModeDamping) else []
@@ -163,20 +166,20 @@ def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArra
     return omega, np.nan_to_num(slope)
 
 
-def _static_slope(model: Model, form: StaticRow, x: FloatArray) -> FloatArray:
+def _static_slope(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray:
     """The sag u solves K u = m g; its slope is r . K^-1 (dm g - dK u)."""
     n = model.n_free
     down = sag(model, x)
-    if down is None or not form.row @ down:
+    if down is None or not asked @ down:
         return np.zeros(model.n_vars)
     p = model.values(x, static=True)
     stiff = model.matrix(STIFFNESS, p)[:n, :n]
     size = np.sqrt(np.diag(stiff))
-    row = np.linalg.solve(stiff / np.outer(size, size), form.row[:n] / size) / size
+    row = np.linalg.solve(stiff / np.outer(size, size), asked[:n] / size) / size
     vectors = model.vectors[:, :n]
     change = np.where(model.kinds == INERTIA, GRAVITY * p * (vectors @ row), 0.0)
     change -= np.where(model.kinds == STIFFNESS, p * (vectors @ row) * (vectors @ down[:n]), 0.0)
-    value = float(form.row @ down)
+    value = float(asked @ down)
     slope: FloatArray = change @ model.exponents / value if value else np.zeros(model.n_vars)
     return slope
 

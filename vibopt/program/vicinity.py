@@ -147,9 +147,10 @@ class Vicinity:
             value, weights = linear.on(boxes)
             whole = Scalar(value.at.real, value.slope.real, value.rest)
             if isinstance(form, StaticLoad):
-                size = powers_on(boxes, form.factor.exponents[0], 0)
+                size = powers_on(boxes, form.factor.exponents, np.zeros(1, dtype=int))
                 scale = form.factor.scale[0]
-                whole = whole.times(Scalar(scale * size.at, scale * size.slope, scale * size.rest), half)
+                factor = Scalar(scale * size.at[:, 0], scale * size.slope[:, 0], scale * size.rest[:, 0])
+                whole = whole.times(factor, half)
             far = whole.spread(half) + _ROUNDING * np.abs(whole.at)
             middle = whole.at if signed else np.abs(whole.at)
             good: BoolArray = middle - far >= self.level if self.least else middle + far <= self.level
