@@ -1,4 +1,4 @@
-"""Time per point of a sweep of 10 000 points against one SLSQP run written by hand, in one run.
+"""Time per point of a sweep of 10 000 and of 1 000 points against one SLSQP run written by hand, in one run.
 
     python tests/bench/sweep.py
 
@@ -22,23 +22,23 @@ sys.path.insert(0, str(ROOT))
 from vibopt.scene.read import read  # noqa: E402
 from vibopt.study.sweep import sweep  # noqa: E402
 
-POINTS = 10_000
+POINTS = (10_000, 1_000)
 REPEATS = 5
 
 
-def ours() -> float:
+def ours(points: int) -> float:
     """Seconds per point, all statuses and numbers at hand."""
     scene = read(ROOT / "problems" / "isolation" / "rao_9_34.toml")
     begin = time.process_time()
-    found = sweep(scene, "limits.start_up.at_most", "5 mm..30 mm", POINTS)
-    seconds = (time.process_time() - begin) / POINTS
+    found = sweep(scene, "limits.start_up.at_most", "5 mm..30 mm", points)
+    seconds = (time.process_time() - begin) / points
     assert found.complete
     return seconds
 
 
 def theirs() -> float:
     """Seconds per point."""
-    bounds = np.linspace(0.005, 0.03, POINTS)[::50][::-1]
+    bounds = np.linspace(0.005, 0.03, POINTS[0])[::50][::-1]
     start = press().start
     begin = time.process_time()
     for bound in bounds:
@@ -48,10 +48,11 @@ def theirs() -> float:
 
 
 def main() -> None:
-    pairs = [(ours(), theirs()) for _ in range(REPEATS)]
-    mine, hand = (min(one[i] for one in pairs) for i in (0, 1))
-    print(f"sweep of {POINTS} points: {1e6 * mine:.1f} us a point; SLSQP with 200 speeds: {1e3 * hand:.2f} ms a point")
-    print(f"ratio {hand / mine:.0f}")
+    runs = [(theirs(), *(ours(points) for points in POINTS)) for _ in range(REPEATS)]
+    hand, *mine = (min(one[i] for one in runs) for i in range(1 + len(POINTS)))
+    print(f"SLSQP with 200 speeds: {1e3 * hand:.2f} ms a point")
+    for points, seconds in zip(POINTS, mine, strict=True):
+        print(f"sweep of {points} points: {1e6 * seconds:.1f} us a point, ratio {hand / seconds:.0f}")
 
 
 if __name__ == "__main__":

@@ -322,7 +322,7 @@ class BodyTable(Device):
         if self.inertia is not None:
             assert isinstance(self.inertia, (Fact, Choice))
             return numbers(f"bodies.{name}.inertia", self.inertia), 0.0
-        mass = numbers(f"bodies.{name}.mass", self.mass) or numbers(f"bodies.{name}.weight", self.weight) / GRAVITY
+        mass = numbers(f"bodies.{name}.mass", self.mass) + numbers(f"bodies.{name}.weight", self.weight) / GRAVITY
         rolls = self.rolling.inertia.value / self.rolling.radius.value**2 if self.rolling is not None else 0.0
         return mass + rolls, mass
 
@@ -335,6 +335,6 @@ class BodyTable(Device):
         if self.made_of is not None:
             own, factor = self.solid(1.0), numbers.factor(f"bodies.{name}.made_of")
             return Rigid(own.mass * factor, centre, own.tensor * factor, self.freedoms, own.centre)
-        mass = numbers(f"bodies.{name}.mass", self.mass) or numbers(f"bodies.{name}.weight", self.weight) / GRAVITY
+        mass = numbers(f"bodies.{name}.mass", self.mass) + numbers(f"bodies.{name}.weight", self.weight) / GRAVITY
         tensor = self.solid(mass).tensor * numbers.factor(f"bodies.{name}.inertia")
         return Rigid(mass, centre, tensor, self.freedoms, np.array(self.place))

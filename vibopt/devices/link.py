@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -265,10 +264,10 @@ class LinkTable(Device):
 
         relative, count = self.relative_to or assembly.only, given("count", default=1.0)
         stiffness, said = (given("count", of, 1.0) * self._single(name, of) for of in (numbers, numbers.said))
-        damping, ratio = count * (given("damping") or given("torsional_damping")), 0.0
-        if relative in assembly.masses and stiffness > 0.0:
-            damping = damping or given("damping_ratio") * 2.0 * math.sqrt(said * assembly.said[relative])
-            ratio = damping / (2.0 * math.sqrt(stiffness * assembly.masses[relative]))
+        damping, ratio = count * (given("damping") + given("torsional_damping")), 0.0  # one of them at most
+        if relative in assembly.masses and self.has_spring:
+            damping = damping + given("damping_ratio") * 2.0 * (said * assembly.said[relative]) ** 0.5
+            ratio = damping / (2.0 * (stiffness * assembly.masses[relative]) ** 0.5)
         static = given("dynamic_to_static", default=1.0) if self.part is None else of_part("dynamic_to_static", 1.0)
         joint = Joint(
             name=name,
@@ -289,5 +288,5 @@ class LinkTable(Device):
             return self.shaft.built(f"links.{name}.shaft", numbers) * numbers.factor(f"links.{name}.shaft")
         if self.beam is not None:
             return self.beam.built * numbers.factor(f"links.{name}.beam")
-        along = numbers(f"links.{name}.stiffness", self.stiffness)
-        return along or numbers(f"links.{name}.torsional_stiffness", self.torsional_stiffness)
+        around = numbers(f"links.{name}.torsional_stiffness", self.torsional_stiffness)
+        return numbers(f"links.{name}.stiffness", self.stiffness) + around  # one of them at most

@@ -37,7 +37,7 @@ class Symbols:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Values as built: facts as they are, choices as `chosen` by path [SI], both times the factors `off` by path."""
+    """Values as built: facts as they are unless `chosen` by path [SI], choices as chosen, times the factors `off`."""
 
     chosen: Mapping[str, float]
     off: Mapping[str, float] = field(default_factory=dict)
@@ -46,7 +46,8 @@ class Numbers:
         """The number at a path, the default where the file says none."""
         if value is None:
             return default
-        return (value.value if isinstance(value, Fact) else self.chosen[path]) * self.factor(path)
+        said = self.chosen[path] if path in self.chosen or isinstance(value, Choice) else value.value
+        return said * self.factor(path)
 
     def factor(self, path: str) -> float:
         """By which the number or part at a path is off."""

@@ -254,11 +254,11 @@ def _key_of(line: str) -> str:
 
 
 def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A copy of the document with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}.
+    """The document with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}; the given one stays.
 
     In a list the step is the number of the entry, from 1: "runs.2.speed".
     """
-    new = copy.deepcopy(dict(document))
+    new = dict(document)
     for path, value in changes.items():
         _replace(new, path, value)
     return new
@@ -282,7 +282,9 @@ def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     steps = path.split(".")
     here: Any = document
     for step in steps[:-1]:
-        here = here[_key(here, step, path)]
+        key = _key(here, step, path)
+        here[key] = copy.copy(here[key])
+        here = here[key]
     if isinstance(here, list) and steps[-1] in _LETTERS and len(here) == 3:
         here[_LETTERS.index(steps[-1])] = value
     elif isinstance(here, list):

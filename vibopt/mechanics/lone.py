@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Joint, Machine, Motion
 
 _NODES = 1.0 + np.cos(np.pi * (np.arange(8) + 0.5) / 8)
@@ -71,7 +72,7 @@ class LoneMachine(Machine):
         mass, damping, stiffness, hysteretic = self._sums
         if not np.all(stiffness > 0.0) or np.any((damping > 0.0) & (hysteretic > 0.0)):
             return None
-        natural = stiffness / mass
+        natural = stiffness / mass + 0.0 * (damping + hysteretic)  # of the shape of all
         bottom = (1.0 + (hysteretic / stiffness) ** 2, damping**2 / (mass * stiffness) - 2.0, 1.0)
         u = _NODES.reshape(-1, *[1] * np.ndim(natural))
         top = read(np.sqrt(u * natural)) ** 2 * ((u + bottom[1]) * u + bottom[0])
@@ -98,6 +99,23 @@ class LoneMachine(Machine):
         inertance, damping, stiffness, hysteretic = map(sum, zip(*fours, strict=True)) if fours else (0.0,) * 4
         return mass + inertance, damping, stiffness, hysteretic
 
+    def natural_frequencies(self) -> FloatArray:
+        """The one natural frequency [rad/s], shape (1, ...)."""
+        mass, _, stiffness, _ = self._sums
+        return np.asarray(np.sqrt(np.asarray(stiffness / mass)))[None]
+
+    @property
+    def damping_ratio(self) -> FloatArray:
+        """Of critical, viscous, of a machine that springs hold."""
+        mass, damping, stiffness, _ = self._sums
+        return np.asarray(damping / (2.0 * np.sqrt(stiffness * mass)))
+
+    def sag(self) -> dict[str, Any] | None:
+        """As of any machine."""
+        (body, weight), *_ = self.weights.items()
+        held = sum(one.static_stiffness for one in self.joints if body in one.ends)
+        return {body: weight * GRAVITY / held} if np.all(held > 0.0) else None
+
     def poles(self) -> ComplexArray:
         """Complex frequencies of free motion [rad/s], shape (2,): roots of m w^2 - i w c - k (1 + i eta)."""
         mass, damping, stiffness, hysteretic = self._sums
@@ -110,7 +128,8 @@ class LoneMachine(Machine):
     def loose(self) -> int:
         """Number of poles at zero."""
         _, damping, stiffness, _ = self._sums
-        return int(stiffness == 0.0) + int(stiffness == 0.0 and damping == 0.0)
+        loose = np.asarray(stiffness == 0.0)
+        return int(loose.any()) + int((loose & (damping == 0.0)).any())
 
 
 def _real_roots(level: FloatArray) -> FloatArray:

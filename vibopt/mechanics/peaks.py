@@ -105,6 +105,8 @@ def peaks(
 
 def _best(found: list[Extreme], *, least: bool) -> Extreme:
     """The extreme; of speeds at which it is the same the lowest."""
+    if len(found) == 1:
+        return found[0]
     ordered = sorted(found, key=lambda one: one.speed)
     return ordered[foremost([one.value for one in ordered], least=least)]
 

@@ -114,4 +114,5 @@ class NaturalFrequency(Response):
         return ModeFrequency(0 if self.outside is not None else self.mode)
 
     def measure_static(self, machine: Machine) -> float:
-        return float(machine.natural_frequencies()[self.mode - 1])
+        found: float = machine.natural_frequencies()[self.mode - 1]
+        return found

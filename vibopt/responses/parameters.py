@@ -34,7 +34,7 @@ class TotalMass(Response):
         return sum_of(model, [term for term in model.terms if term.kind == INERTIA and term.static_scale])
 
     def measure_static(self, machine: Machine) -> float:
-        return float(sum(machine.weights.values()))
+        return sum(machine.weights.values())
 
 
 class Mass(Response):

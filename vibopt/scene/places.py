@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -38,11 +38,10 @@ def raw(scene: Scene, family: str) -> dict[str, Mapping[str, Any]]:
     return {name: table if isinstance(table, Mapping) else {} for name, table in tables.items()}
 
 
-def devices(scene: Scene) -> Iterator[tuple[str, str, Device]]:
+@once
+def devices(scene: Scene) -> list[tuple[str, str, Device]]:
     """Family, name and table of every device that could be read."""
-    for family in FAMILIES:
-        for name, table in getattr(scene, family).items():
-            yield family, name, table
+    return [(family, name, table) for family in FAMILIES for name, table in getattr(scene, family).items()]
 
 
 def bound_parts(scene: Scene) -> list[Bound]:

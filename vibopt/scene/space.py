@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from vibopt.responses import Response
-from vibopt.scene.places import devices
+from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
 from vibopt.values.vectors import AXES, Vector
 
 
+@once
 def bodies_in_space(scene: Scene) -> tuple[str, ...]:
     """Bodies that move in space or in a plane."""
     return tuple(name for name, body in scene.bodies.items() if body.freedoms)
 
 
+@once
 def is_spatial(scene: Scene) -> bool:
     """Whether anything in the scene has a place in space."""
     placed = any(table.placed for _, _, table in devices(scene))
     return bool(placed or scene.points or bodies_in_space(scene) or spatial_bases(scene))
 
 
+@once
 def spatial_bases(scene: Scene) -> tuple[str, ...]:
     """Bases that carry mounts, or move in a direction."""
     placed = [two for _, name, table in devices(scene) if table.placed for two in table.joins(name).values()]
@@ -44,7 +47,7 @@ def place_in_space(scene: Scene, name: str) -> bool:
 
 def members(scene: Scene, response: Response) -> tuple[Response, ...]:
     """The questions that a question about mounts stands for: one a mount, or one an axis; else itself."""
-    for key in ("of", "through", "across"):
+    for key in ("of", "through", "across") if scene.mounts else ():
         name = getattr(response, key, None)
         singles = _singles(scene, name)
         if not singles or response.of_mount == "group":

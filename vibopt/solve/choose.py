@@ -9,8 +9,9 @@ import numpy as np
 
 from vibopt.errors import InputError, way_out
 from vibopt.program.program import Program
+from vibopt.solve.closed_form import StiffnessAndDamping
 from vibopt.solve.method import Method
-from vibopt.solve.outer import OneVariable, StiffnessAndDamping
+from vibopt.solve.outer import OneVariable
 
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""

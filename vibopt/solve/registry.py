@@ -19,7 +19,7 @@ def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
 
 METHODS: dict[str, Callable[[], Method]] = {
     "closed_form": _late("outer", "OneVariable"),
-    "closed_form_kc": _late("outer", "StiffnessAndDamping"),
+    "closed_form_kc": _late("closed_form", "StiffnessAndDamping"),
     "each_listed": _late("each_listed", "EachListed"),
     "one_range": _late("one_range", "OneRange"),
     "discs": _late("plane.method", "DiscsOfOneLink"),

@@ -16,9 +16,9 @@ from vibopt.scene.open_places import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
-from vibopt.study.many.answers import columns
 from vibopt.study.points import DECIBEL, Columns, Point, Points, point_of
 from vibopt.study.seen import goal_word, kept
+from vibopt.study.together import columns
 from vibopt.units import Quantity, is_range, to_unit
 from vibopt.values.fact_at import FactAt
 
@@ -137,8 +137,7 @@ def _answered(
             answered(fact, single[index])
 
     if together is not None:
-        for index in (len(values) // 2, len(values) - 1):
-            alone(index)
+        alone(len(values) // 2)
         if not all(is_scene(job) and _agree(job, together, index, point) for index, point in single.items()):
             together = None
     if together is None:

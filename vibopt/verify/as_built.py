@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -33,12 +34,17 @@ def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     """
     known, key = vars(scene), tuple(chosen.items())
     if known.get("built", (None,))[0] != key:  # every row of an answer asks for the same one
-        known["built"] = key, _machine(scene, chosen)
+        known["built"] = key, built(scene, chosen)
     found: Machine = known["built"][1]
     return found
 
 
-def _machine(scene: Scene, chosen: Mapping[str, float]) -> Machine:
+def built(scene: Scene, chosen: Mapping[str, Any]) -> Machine:
+    """The machine of `chosen` values, which may be arrays [SI]: then one body on links alone is many at once.
+
+    A fact whose path is among them has that value instead of its own.
+    """
+
     def alone() -> FloatArray:
         return machine_of(bare(replace(scene, off={})), chosen).natural_frequencies()
 
@@ -76,4 +82,4 @@ def differing(scene: Scene, off: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-__all__ = ["differing", "machine_of"]
+__all__ = ["built", "differing", "machine_of"]

@@ -98,13 +98,8 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
 def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:
     shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     bands = bands_for(scene, response, name)
-    lines = shaken.lines
     between = any(not band.is_point for band in bands)
-    poles = machine.poles() if between else np.zeros(0, dtype=complex)
-    if response.rigid_link and between:
-        poles = np.concatenate([poles, shaken.bolted.poles()])
-    singular = np.concatenate([poles / line.order for line in lines])
-    breaks = np.array(sorted({speed for line in lines for speed in line.amplitude.breaks()}))
+    singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
     turning = shaken.turning if between else None
     found = (least if want_least else greatest)(shaken, bands, singular, breaks, turning)
     whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
@@ -179,6 +174,18 @@ class Shaken:
             self._known[key] = orders_of(steady, machine)
         return self._known[key]
 
+    def under_unit(self, omega: FloatArray) -> FloatArray:
+        """Modulus of the first harmonic under a unit amplitude at frequencies [rad/s] of any shape."""
+        return np.abs(self._steady(self.machine, self.lines[0], omega, np.ones(omega.shape)))
+
+    def singularities(self) -> tuple[ComplexArray, FloatArray]:
+        """Complex speeds at which it is singular, and speeds at which it is not smooth [rad/s]."""
+        poles = self.machine.poles()
+        if self.response.rigid_link:
+            poles = np.concatenate([poles, self.bolted.poles()])
+        breaks = sorted({speed for line in self.lines for speed in line.amplitude.breaks()})
+        return np.concatenate([poles / line.order for line in self.lines]), np.array(breaks)
+
     @property
     def turning(self) -> FloatArray | None:
         """Speeds of all extremes [rad/s], where one harmonic of one power of the speed tells them from the machine."""
@@ -188,11 +195,7 @@ class Shaken:
         plain = not others and len(amplitude.pieces) == 1 and not piece.slope and not amplitude.grows_to_rest
         if not plain or self.machine.loose or self.response.rigid_link:
             return None
-
-        def read(omega: FloatArray) -> FloatArray:
-            return np.abs(self._steady(self.machine, line, omega, np.ones(omega.shape)))
-
-        found = self.machine.turning(read, piece.power)
+        found = self.machine.turning(self.under_unit, piece.power)
         return None if found is None else found / line.order
 
     @cached_property

@@ -1,0 +1,196 @@
+"""One mass, in closed form: the best design at a few speeds, its worst speeds, more rows, until nothing is missed.
+
+Fewer speeds are fewer limits, so each answer is a proven bound; where the worst speeds break nothing any more, bound
+and design are the same.  All questions that differ in numbers alone are answered together: a solve asks one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibopt.forms import FloatArray, IntArray
+from vibopt.program.program import Program
+from vibopt.records import dataclass
+from vibopt.solve.branch import Judge
+from vibopt.solve.closed_peaks import worst
+from vibopt.solve.closed_program import NotClosedError, Numbers, Question, RowKind, question
+from vibopt.solve.closed_rows import Rows, extreme, harmonic_row, plain_row, take
+from vibopt.solve.method import Found, Progress
+
+OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
+_DONE = 1e-11
+_ROUNDS = 40
+_COARSE = (33, 513)
+_FEWER = 4
+"""Times as many questions as a coarse round has, for it to be worth its time."""
+_CHUNK = 1024
+_BEGIN = np.linspace(0.0, 1.0, 17)[:, None]
+"""Parts of each range of speeds at which a limit is looked at first, where nothing better is known."""
+
+Speeds = list[tuple[int, FloatArray]]
+"""Squared frequencies at which limits are looked at first: (index of the limit, one per question)."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Per question: OPEN (nothing proven), OPTIMAL or INFEASIBLE; x (n_vars, count) in the order (k, c).
+
+    reach
+        The far end of an open range where x lies on it, else infinity; shape of x.
+    rounds
+        Greatest number of rounds.
+    """
+
+    status: IntArray
+    x: FloatArray
+    reach: FloatArray
+    rounds: int
+
+
+def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[float], None] | None = None) -> Answers:
+    """Answer all questions; first a few, whose worst speeds tell where the others begin to look."""
+    first: Speeds = []
+    for size in (n for n in _COARSE if _FEWER * n <= count):
+        few = np.unique(np.round(np.linspace(0, count - 1, size)).astype(int))
+        found = _answer(asked, take(numbers, few), _at(first, few), len(few))
+        first = _speeds(asked, numbers, few, found, count)
+    parts = []
+    for begin in range(0, count, _CHUNK):
+        chunk = slice(begin, min(begin + _CHUNK, count))
+        parts.append(_answer(asked, take(numbers, chunk), _at(first, chunk), chunk.stop - begin))
+        if progress is not None:
+            progress(chunk.stop / count)
+    if len(parts) == 1:
+        return parts[0]
+    whole = [np.concatenate([getattr(one, key) for one in parts], axis=-1) for key in ("status", "x", "reach")]
+    return Answers(whole[0], whole[1], whole[2], max(one.rounds for one in parts))
+
+
+def _at(speeds: Speeds, chosen: IntArray | slice) -> Speeds:
+    return [(index, w[chosen]) for index, w in speeds]
+
+
+def _speeds(asked: Question, numbers: Numbers, few: IntArray, found: Answers, count: int) -> Speeds:
+    """Worst speeds at a few answers, drawn as straight lines between them."""
+    good = found.status == OPTIMAL
+    speeds = []
+    for index, kind in enumerate(asked.rows):
+        if not kind.over_speeds or not good.any():
+            continue
+        with np.errstate(all="ignore"):
+            _, w = worst(asked, take(numbers, few[good]), index, found.x[:, good])
+        between = np.interp(np.arange(count), few[good], np.sqrt(w))
+        speeds.append((index, _within(kind, numbers, index, between) ** 2))
+    return speeds
+
+
+def _within(kind: RowKind, numbers: Numbers, index: int, omega: FloatArray) -> FloatArray:
+    """Frequencies moved into the nearest band of a limit, (count,): elsewhere the limit asks for nothing."""
+    found = np.full(omega.shape, np.inf)
+    for b, point in enumerate(kind.points):
+        if not point:
+            here = np.clip(omega, numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"])
+            found = np.where(np.abs(here - omega) < np.abs(found - omega), here, found)
+    return found
+
+
+def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Answers:
+    """Answer some questions, beginning at the speeds `first`."""
+    status, left, rounds = np.zeros(count, dtype=int), np.arange(count), 0
+    x, reach = np.full((2, len(asked.low), count), np.nan)
+    with np.errstate(all="ignore"):
+        rows = Rows.of(asked, _first_rows(asked, numbers, count, first))
+        while len(left) and rounds < _ROUNDS:
+            rounds += 1
+            best, ends = extreme(asked, rows)
+            none = np.isnan(best[0])
+            missed, fresh = _learn(asked, numbers, best)
+            done = ~none & (missed <= _DONE)
+            status[left[none]], status[left[done]] = INFEASIBLE, OPTIMAL
+            x[:, left[done]], reach[:, left[done]] = best[:, done], ends[:, done]
+            rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
+            rest = ~(none | done)
+            if not rest.all():
+                left, numbers, rows = left[rest], take(numbers, rest), rows.some(rest)
+    return Answers(status, x, reach, rounds)
+
+
+def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) -> FloatArray:
+    rows = [np.zeros((4, 0, count))]
+    for index, kind in enumerate(asked.rows):
+        if kind.kind != "harmonic":
+            rows.append(plain_row(asked, numbers, index, count))
+        for b, point in enumerate(kind.points):
+            low, high = numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"]
+            parts = _BEGIN[:1] if point else _BEGIN[:: len(_BEGIN) - 1] if first else _BEGIN
+            rows.append(harmonic_row(asked, numbers, index, (low + parts * (high - low) + np.zeros(count)) ** 2))
+    rows += [harmonic_row(asked, numbers, index, w[None]) for index, w in first]
+    return np.concatenate(rows, axis=1)
+
+
+def _learn(asked: Question, numbers: Numbers, x: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+    """Greatest miss of each question, and a row per limit that some question misses, (4, 1, count).
+
+    A limit without a range of speeds is a row of its own, which x meets already.
+    """
+    greatest, rows = np.full(x.shape[1], -np.inf), []
+    for index, kind in enumerate(asked.rows):
+        if kind.over_speeds:
+            missed, w = worst(asked, numbers, index, x)
+            greatest = np.maximum(greatest, missed)
+            if (missed > _DONE).any():
+                rows.append(harmonic_row(asked, numbers, index, w[None]))
+    return greatest, rows
+
+
+class StiffnessAndDamping:
+    """One mass on (k, c): for each k the limits leave an interval of c^2."""
+
+    name = "closed_form_kc"
+    summary = "exact in damping and stiffness, over the worst speeds"
+
+    def __init__(self) -> None:
+        self._last: tuple[Program, Question] | None = None
+
+    def refuses(self, program: Program) -> str | None:
+        if len(program.axes) != 2:
+            return "the variables are not the stiffness and the damping of one mass."
+        try:
+            self._last = program, question(program)
+        except NotClosedError as error:
+            return str(error)
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal" or "infeasible", both proven."""
+        known = self._last is not None and self._last[0] is program
+        return closed_found(program, self._last[1] if known and self._last else question(program), self.name)
+
+
+def closed_found(program: Program, asked: Question, name: str) -> Found:
+    """The answer to one question."""
+    found = answer(asked, asked.numbers, 1)
+    if found.status[0] == OPEN:
+        return Found("unproven", None, "the worst speeds did not settle", name)
+    if found.status[0] == INFEASIBLE:
+        return none_found(name, found.rounds)
+    x, reach = np.zeros(len(asked.order)), np.zeros(len(asked.order))
+    x[list(asked.order)], reach[list(asked.order)] = found.x[:, 0], found.reach[:, 0]
+    return best_found(program, name, x, found.rounds, tuple(reach.tolist()))
+
+
+def none_found(name: str, rounds: int) -> Found:
+    """No design, proven."""
+    claim = "proven in closed form: at a few speeds alone the limits leave no design"
+    return Found("infeasible", None, claim, name, details={"rounds": rounds})
+
+
+def best_found(program: Program, name: str, x: FloatArray, rounds: int, reach: tuple[float, ...]) -> Found:
+    """The best design x (n_vars,), proven; `reach` is how far each open range was looked through."""
+    aim = program.aim
+    value = Judge(program).goal(x).value
+    goal = value * (aim.sense if aim is not None else 1.0)
+    claim = "proven in closed form: the best design at its worst speeds meets every limit at all speeds"
+    return Found("optimal", x, claim, name, value, {"rounds": rounds, "goal": goal, "reach": reach})

@@ -1,0 +1,245 @@
+"""Limits of one-mass questions as rows a k^2 + b k + g + d q <= 0, q = c^2, and the extreme point of many such sets.
+
+With one variable k is that variable, and d = 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.forms import BoolArray, FloatArray, IntArray
+from vibopt.records import dataclass
+from vibopt.solve.closed_program import Number, Numbers, Question, some
+
+_ROOM = 4e-15
+_FLAT = 1e-14
+"""Part of its terms below which what stands before q is rounding."""
+_TOUCH = 1e-14
+_NO_ROW = np.array([0.0, 0.0, -1e250])[:, None, None]
+
+
+def take(numbers: Numbers, chosen: IntArray | BoolArray | slice) -> dict[str, Number]:
+    """The numbers of some of the questions."""
+    return {name: one[chosen] if isinstance(one, np.ndarray) else one for name, one in numbers.items()}
+
+
+def plain_row(asked: Question, numbers: Numbers, index: int, count: int) -> FloatArray:
+    """Row of a limit without speeds, shape (4, 1, count)."""
+    kind = asked.rows[index]
+    bound = numbers[f"{index}.bound"]
+    k0, k1, m0, m1 = (numbers[name] for name in ("K0", "K1", "M0", "M1"))
+    a = b = g = d = 0.0
+    if kind.kind == "frequency":
+        b, g = k1 - bound**2 * m1, k0 - bound**2 * m0
+    elif kind.kind == "static":
+        s0, s1, gravity = (numbers[f"{index}.{name}"] for name in ("S0", "S1", "gravity"))
+        b, g = gravity * m1 - bound * s1, gravity * m0 - bound * s0
+    elif kind.kind == "damping":
+        z = 4.0 * bound**2
+        c0, c1, ch = (numbers[name] for name in ("C0", "C1", "Ch"))
+        a, b, g = -z * k1 * m1, -z * (k0 * m1 + k1 * m0), c0**2 - z * k0 * m0
+        if asked.plane:
+            d = c1**2
+        else:
+            a, b = a + c1**2, b + 2.0 * c0 * c1 + ch**2
+    else:
+        a, b, g, d = _monomial(asked, numbers, index)
+    return _stacked(kind.sign, [a, b, g, d], (1, count))
+
+
+def _monomial(asked: Question, numbers: Numbers, index: int) -> tuple[Number, Number, Number, Number]:
+    kind, bound = asked.rows[index], numbers[f"{index}.bound"]
+    if asked.plane:
+        bound = bound / numbers[f"{index}.scale0"]
+        on_k = kind.exponents[0][asked.order[0]] == 1.0
+        return (0.0, 1.0, -bound, 0.0) if on_k else (0.0, 0.0, -(bound**2), 1.0)
+    parts: list[Number] = [0.0, 0.0, 0.0]
+    for j, (power,) in enumerate(kind.exponents):
+        parts[int(power)] = parts[int(power)] + numbers[f"{index}.scale{j}"]
+    return parts[2], parts[1], parts[0] - bound, 0.0
+
+
+def harmonic_row(asked: Question, numbers: Numbers, index: int, w: FloatArray) -> FloatArray:
+    """Rows of a limit at squared frequencies of each question, w (n, count); shape (4, n, count)."""
+    kind = asked.rows[index]
+    bound = numbers[f"{index}.bound"] ** 2
+    row = [-bound * one for one in _square(numbers, "", w, inertia=True)]
+    lead = numbers[f"{index}.size"] ** 2
+    if kind.power:
+        lead = lead * w ** float(kind.power)
+    if kind.inertia:
+        lead = lead * numbers["M0"] ** 2
+    if kind.through:
+        top = _square(numbers, f"{index}.", w, inertia=False)
+        bare = row[3]
+        row = [lead * t + one for t, one in zip(top, row, strict=True)]
+        row[3] = np.where(np.abs(row[3]) <= _FLAT * np.abs(bare), 0.0, row[3])
+    else:
+        row[2] = row[2] + lead
+    if not asked.plane:
+        row[0], row[3] = row[0] + row[3], 0.0
+    return _stacked(kind.sign, row, w.shape)
+
+
+def _square(numbers: Numbers, prefix: str, w: FloatArray, *, inertia: bool) -> list[Number]:
+    """|z|^2 of an impedance: coefficients of k^2, k, 1 and of the damping that is chosen, squared."""
+    k0, k1, c0, c1, ch, h0, h1 = (numbers[prefix + name] for name in ("K0", "K1", "C0", "C1", "Ch", "H0", "H1"))
+    if inertia:
+        k0 = k0 - numbers["M0"] * w
+        if some(numbers["M1"]):
+            k1 = k1 - numbers["M1"] * w
+    a, b, g = k1**2, 2.0 * k0 * k1, k0**2
+    d = c1**2 * w
+    if some(ch):
+        b = b + ch**2 * w
+    if some(h0) or some(h1) or some(c0):
+        omega = np.sqrt(w)
+        real, steep = omega * c0 + h0, h1
+        a = a + steep**2 + 2.0 * omega * c1 * steep
+        b = b + 2.0 * real * (omega * c1 + steep)
+        g = g + real**2
+    return [a, b, g, d]
+
+
+def _stacked(sign: float, parts: list[Number], shape: tuple[int, ...]) -> FloatArray:
+    table = np.empty((4, *shape))
+    for place, part in enumerate(parts):
+        table[place] = part if sign > 0.0 else -part
+    return table
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Rows of many questions as q + S(k) <= 0, S(k) - q <= 0 and S(k) <= 0: a, b, g of S, each (3, n, count)."""
+
+    upper: FloatArray
+    lower: FloatArray
+    walls: FloatArray
+
+    @classmethod
+    def of(cls, asked: Question, table: FloatArray) -> Rows:
+        """Of rows a k^2 + b k + g + d q <= 0, shape (4, n, count)."""
+        if not asked.plane:
+            return cls(table[:3, :0], table[:3, :0], table[:3])
+        d = table[3]
+        up, down = d > 0.0, d < 0.0
+        return cls(_chosen(table, up, d), _chosen(table, down, -d), _chosen(table, ~(up | down)))
+
+    def plus(self, other: Rows) -> Rows:
+        """These rows and others."""
+        parts = (self.upper, other.upper), (self.lower, other.lower), (self.walls, other.walls)
+        return Rows(*(np.concatenate(two, axis=1) if two[1].shape[1] else two[0] for two in parts))
+
+    def some(self, chosen: BoolArray) -> Rows:
+        """Those of some of the questions."""
+        return Rows(self.upper[..., chosen], self.lower[..., chosen], self.walls[..., chosen])
+
+
+def _chosen(table: FloatArray, here: BoolArray, size: FloatArray | None = None) -> FloatArray:
+    """The rows of a side, over `size` where it is given; what is of another side asks for nothing."""
+    every = bool(here.all())
+    which = slice(None) if every else np.flatnonzero(here.any(axis=1))
+    rows, here = table[:3, which], here[which]
+    if size is not None and rows.shape[1]:
+        rows = rows / (size if every else np.where(here, size[which], 1.0))
+    return rows if every or here.all() else np.where(here, rows, _NO_ROW)
+
+
+def extreme(asked: Question, rows: Rows) -> tuple[FloatArray, FloatArray]:
+    """The best point of each question, and how far its ranges were looked through, both (n_vars, count).
+
+    Returns
+    -------
+    tuple
+        k, and c where there is one, nan where no point meets all rows; the far end of an open range where the best
+        point lies on it, else infinity.
+    """
+    place, sense = asked.goal
+    k_open, c_open = (one and place == 0 for one in (*asked.opened, False)[:2])
+    span, count = (asked.low[0], np.inf if k_open else asked.high[0], asked.high[0]), rows.walls.shape[2]
+    if not asked.plane:
+        k, reach = _outermost(rows.walls, span, sense)
+        return k[None], reach[None]
+    upper, lower = rows.upper, rows.lower
+    if not c_open:
+        upper = np.concatenate([upper, _level(-(asked.high[1] ** 2), count)], axis=1)
+    lower = np.concatenate([lower, _level(asked.low[1] ** 2, count)], axis=1)
+    pairs = (upper[:, :, None] + lower[:, None]).reshape(3, -1, count)
+    must = np.concatenate([pairs, rows.walls], axis=1)
+    if place == 0:
+        k, reach = _outermost(must, span, sense)
+        a, b, g = lower
+        q = ((a * k + b) * k + g).max(axis=0)
+    else:
+        reach = np.full(count, asked.high[0])
+        k, q = _outermost_damping(upper if sense > 0.0 else lower, must, span, sense)
+    c = np.sqrt(np.maximum(q, asked.low[1] ** 2)) + 0.0 * k  # nan where k is
+    most = np.inf if c_open else asked.high[1]
+    return np.stack([k, np.minimum(c, most)]), np.stack([reach, np.full(count, most)])
+
+
+def _level(value: float, count: int) -> FloatArray:
+    row = np.zeros((3, 1, count))
+    row[2] = value
+    return row
+
+
+def _roots(a: FloatArray, b: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Both roots of quadratics, the lesser first, inf and nan where there are none.
+
+    What touches zero up to rounding touches it: the values count as a little less than they are.
+    """
+    four, squared = 4.0 * a * g, b * b
+    square = squared - four + np.copysign(_TOUCH * (squared + np.abs(four)), a)
+    large = -0.5 * (b + np.copysign(np.sqrt(square), b))
+    one, two = large / a, g / large
+    return np.fmin(one, two), np.fmax(one, two)
+
+
+def _outermost(rows: FloatArray, span: tuple[float, float, float], sense: float) -> tuple[FloatArray, FloatArray]:
+    """The greatest (least) k in [low, high] at which no row (3, n, count) is positive, nan where there is none.
+
+    A row alone says how far k must go down at least; where no row moves it any more, all rows hold.  An infinite `high`
+    becomes a far one, which is told beside k.
+    """
+    low, high, far = span
+    start, stop = (high, low) if sense > 0.0 else (-low, -high)
+    a, b, g = rows[0] + 0.0, sense * rows[1], rows[2]
+    left, right = _roots(a, b, g)
+    up, flat = a >= 0.0, a == 0.0
+    same = np.isnan(left) | (flat & (b == 0.0))  # of one sign everywhere
+    left = np.where(same, np.where(np.where(flat, g <= 0.0, ~up), -np.inf, np.inf), left)
+    right = np.where(same, -left, right)
+    up |= same
+    first, cap, rest = np.where(up, left, right), np.where(up, right, np.inf), np.where(up, -np.inf, left)
+    first = first - _ROOM * np.abs(first)
+    k = np.full(rows.shape[2], start)
+    for _ in range(2 * rows.shape[1] + 2):
+        new = np.where(k >= first, np.minimum(k, cap), np.minimum(k, rest)).min(axis=0, initial=start)
+        if (new == k).all():
+            break
+        k = new
+    reach = np.full(rows.shape[2], np.inf)
+    if start == np.inf and np.isposinf(k).any():
+        ends = 4.0 * np.where(np.isfinite(right), np.abs(right), 0.0).max(axis=0, initial=0.0)
+        reach = np.where(np.isposinf(k), np.maximum(ends, far), np.inf)
+        k = np.minimum(k, reach)
+    return np.where(k >= stop, sense * k, np.nan), reach
+
+
+def _outermost_damping(
+    side: FloatArray, must: FloatArray, span: tuple[float, float, float], sense: float
+) -> tuple[FloatArray, FloatArray]:
+    """k and the greatest (least) q = c^2, by enumeration of every k at which it can be; nan where no point is good."""
+    low, high, _ = span
+    i, j = np.triu_indices(side.shape[1], 1)
+    cuts = [*_roots(*must), *_roots(*(side[:, i] - side[:, j])), -side[1] / (2.0 * side[0])]
+    ends = np.broadcast_to(np.array([[low], [high]]), (2, side.shape[2]))
+    k = np.concatenate([*cuts, ends])
+    k = np.where((k >= low) & (k <= high), k, low)
+    room = 4.0 * _TOUCH * ((np.abs(must[0])[:, None] * k + np.abs(must[1])[:, None]) * k + np.abs(must[2])[:, None])
+    good = ((must[0][:, None] * k + must[1][:, None]) * k + must[2][:, None] <= room).all(axis=0)
+    value = ((side[0][:, None] * k + side[1][:, None]) * k + side[2][:, None]).max(axis=0)
+    at, columns = np.where(good, value, np.inf).argmin(axis=0), np.arange(side.shape[2])
+    best = np.where(good[at, columns], k[at, columns], np.nan)
+    return best, -sense * value[at, columns]

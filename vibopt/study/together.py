@@ -1,0 +1,214 @@
+"""One mass at many values of one fact: all answers at once, each measured again on machines whose numbers are arrays.
+
+The question is read at a few values; where every number in it follows the fact by a law, it is answered at all.  What
+the rows of the optimiser say of each limit is compared with what is measured on the machine as built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from vibopt.errors import InputError
+from vibopt.forms import BoolArray, FloatArray
+from vibopt.mechanics.lone import LoneMachine
+from vibopt.mechanics.peaks import BETWEEN
+from vibopt.program.pose import pose
+from vibopt.records import dataclass
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.scene.drives import bands_for, combine_for, names_for
+from vibopt.scene.facts import FactAt
+from vibopt.scene.read import with_changes
+from vibopt.scene.scene import Scene
+from vibopt.solve.box import closed
+from vibopt.solve.closed_form import INFEASIBLE, OPTIMAL, Answers, answer
+from vibopt.solve.closed_program import NotClosedError, Number, Numbers, Question, question, value_at
+from vibopt.study.points import Columns
+from vibopt.verify.as_built import built
+from vibopt.verify.certify import TOLERANCE, Shaken
+
+_EXACT = 1e-12
+_PLACES = (0.0, 1.0, 0.41, 0.77)
+"""Where the question is read, as parts of the sweep: the ends fix the laws, the others verify them."""
+_SAME = 1e-9
+"""Part of a value by which the two routes to it may differ; of its terms where these cancel, `_ROUNDING`."""
+_ROUNDING = 2e-12
+
+
+def columns(
+    scene: Scene, fact: FactAt, values: FloatArray, progress: Callable[[float], None] | None = None
+) -> Columns | None:
+    """Answers at all values of a fact [SI]; None where the scene is not one that is answered together.
+
+    A point has the status "" where nothing was proven, or where it did not stand the check on the built machine.
+    """
+    if scene.find_all is not None or not _is_plain(scene) or not values[0] < values[-1]:
+        return None
+
+    @cache
+    def at(value: float) -> tuple[Question, dict[str, float]]:
+        here = with_changes(scene, {fact.path: fact.text(value)})
+        asked = question(closed(pose(here)))
+        return asked, {**asked.numbers, **_shaking(here)}
+
+    try:
+        first = at(float(values[0]))[0]
+        numbers = _follow(values, lambda value: _like(first, *at(value)))
+        if scene.is_analysis:
+            found = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
+        else:
+            found = answer(first, numbers, len(values), progress)
+        return _Checked(scene, first, numbers, {fact.path: values}).columns(found)
+    except (NotClosedError, InputError):
+        return None
+
+
+def _is_plain(scene: Scene) -> bool:
+    """Whether the scene is one body that moves along a line, on links that give stiffness and damping outright."""
+    bodies, links = scene.bodies.values(), scene.links.values()
+    return (
+        len(bodies) == 1
+        and not (scene.absorbers or scene.structures or scene.mounts or scene.others)
+        and all(not one.freedoms and one.rolling is None for one in bodies)
+        and all(one.mass is not None or one.weight is not None for one in bodies)
+        and all(one.part is None and not one.says_axis and one.beam is None for one in links)
+    )
+
+
+def _like(first: Question, asked: Question, numbers: dict[str, float]) -> dict[str, float]:
+    if asked.structure != first.structure:
+        raise NotClosedError("the question is another one.")
+    return numbers
+
+
+def _shaking(scene: Scene) -> dict[str, float]:
+    """Bounds, amplitudes and speeds of all limits as numbers, straight from the scene, and their structure in names."""
+    found: dict[str, float] = {}
+    for name, response in scene.limits.items():
+        for side in ("at_most", "at_least"):
+            if getattr(response, side) is not None:
+                found[f"{name}.{side}"] = float(getattr(response, side).value)
+        if not isinstance(response, HarmonicResponse):
+            continue
+        drive = names_for(scene, response)[0]
+        (line,) = scene.excitations[drive].lines(np.ones(1))
+        piece = line.amplitude.pieces[0]
+        power = 0 if response.normalised else piece.power
+        found[f"{name}.amplitude.{power}"] = 1.0 if response.normalised else abs(piece.constant) / line.order**power
+        for b, band in enumerate(bands_for(scene, response, drive)):
+            found[f"{name}.low{b}"], found[f"{name}.high{b}"] = line.order * band.low, line.order * band.high
+    return found
+
+
+def _follow(values: FloatArray, read: Callable[[float], Mapping[str, float]]) -> dict[str, Number]:
+    """Every number at all rising values of a fact: a float where it is the same, else (n_values,)."""
+    places = np.unique(np.round(np.array(_PLACES) * (len(values) - 1)).astype(int))
+    at = values[places]
+    tables = [read(float(one)) for one in at]
+    if any(one.keys() != tables[0].keys() for one in tables):
+        raise NotClosedError("the question is another one.")
+    return {name: _law(at, [one[name] for one in tables], values) for name in tables[0]}
+
+
+def _law(at: FloatArray, numbers: list[float], values: FloatArray) -> Number:
+    """A number that is constant, a power of the fact, or a straight line in it, to 12 digits."""
+    if min(numbers) == max(numbers):
+        return numbers[0]
+    known = np.array(numbers)
+    first, last = known[0], known[-1]
+    if at[0] > 0.0 and np.all(known > 0.0):
+        exponent = round(2.0 * np.log(last / first) / np.log(at[-1] / at[0])) / 2.0
+        if np.all(np.abs(first * (at / at[0]) ** exponent - known) <= _EXACT * known):
+            middle = len(at) // 2
+            return known[middle] / at[middle] ** exponent * values**exponent
+    slope = (last - first) / (at[-1] - at[0])
+    if np.all(np.abs(first + slope * (at - at[0]) - known) <= _EXACT * np.abs(known).max()):
+        return first + slope * (values - at[0])
+    raise NotClosedError("a number does not follow the fact by a simple law.")
+
+
+@dataclass(frozen=True)
+class _Checked:
+    """Answers measured on the machines as built, with what the rows of the optimiser say beside it."""
+
+    scene: Scene
+    asked: Question
+    numbers: Numbers
+    known: Mapping[str, FloatArray]
+
+    def columns(self, found: Answers) -> Columns:
+        """Check every answer; what is not optimal or infeasible beyond doubt has no status."""
+        scene, count = self.scene, len(found.status)
+        x = np.full((len(scene.variables), count), np.nan)
+        x[list(self.asked.order)] = found.x[: len(self.asked.order)]
+        shown = np.where(np.isnan(x), np.array([one.high for one in scene.variables]).reshape(-1, 1), x)
+        chosen = {one.path: row for one, row in zip(scene.variables, shown, strict=True)}
+        machine = built(scene, {**self.known, **chosen})
+        if not isinstance(machine, LoneMachine) or machine.loose:
+            raise NotClosedError("nothing holds the machine.")
+        same, good = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
+        design, margins, index = shown[list(self.asked.order)] if len(x) else found.x, {}, 0
+        for name, response in scene.limits.items():
+            sides = [side for side in ("at_most", "at_least") if getattr(response, side) is not None]
+            for side in sides:
+                value, omega = self._measured(machine, name, response, side, count)
+                same &= self._agrees(index, design, value, omega)
+                value = 1.0 - value if response.complement else value
+                given = self.numbers[f"{name}.{side}"]
+                size = np.abs(1.0 - given if response.complement else given)
+                left = (given - value if side == "at_most" else value - given) / np.where(size == 0.0, 1.0, size)
+                margins[name if side == sides[0] else f"{name} ({side})"] = left
+                good &= left >= -TOLERANCE
+                index += 1
+        if scene.is_analysis:
+            judged = np.where(good, "met", "violated")
+            return Columns(np.where(same, judged, "").tolist(), x, None, margins)
+        goal = None
+        if scene.goal is not None:
+            goal = np.broadcast_to(self._plain(machine, scene.goal.response), (count,))
+        proven = (found.status == OPTIMAL) & good & same
+        status = np.where(proven, "optimal", np.where(found.status == INFEASIBLE, "infeasible", ""))
+        return Columns(status.tolist(), x, goal, margins)
+
+    def _agrees(self, index: int, design: FloatArray, value: FloatArray, omega: FloatArray) -> BoolArray:
+        """Whether both routes give one value of a limit at the speed at which it is worst."""
+        other, terms = value_at(self.asked, self.numbers, index, design, omega)
+        room = np.maximum(_SAME, _ROUNDING * terms) * np.maximum(np.abs(value), np.abs(other))
+        return np.asarray((np.abs(value - other) <= room) | (value == other))
+
+    @staticmethod
+    def _plain(machine: LoneMachine, response: Response) -> Any:
+        if response.response == "damping_ratio" and getattr(response, "of", None) is None:
+            return machine.damping_ratio
+        return response.measure_static(machine)
+
+    def _measured(
+        self, machine: LoneMachine, name: str, response: Response, side: str, count: int
+    ) -> tuple[FloatArray, FloatArray]:
+        """Worst value of a response on each machine [SI], before its complement is taken, and where [rad/s]."""
+        if not isinstance(response, HarmonicResponse):
+            return np.broadcast_to(self._plain(machine, response), (count,)), np.zeros(count)
+        key = next(one for one in self.numbers if one.startswith(f"{name}.amplitude."))
+        power, excitation = int(key.rpartition(".")[2]), self.scene.excitations[names_for(self.scene, response)[0]]
+        unit = Shaken(machine, response, excitation, combine_for(self.scene, response))
+        inner: FloatArray | None = None
+        speeds, b = [], 0
+        while f"{name}.low{b}" in self.numbers:
+            low, high = (np.full((1, count), self.numbers[f"{name}.{end}{b}"]) for end in ("low", "high"))
+            speeds += [low, high]
+            if np.any(low < high):
+                inner = machine.turning(unit.under_unit, power) if inner is None else inner
+                if inner is None:
+                    raise NotClosedError("its damping is of several kinds.")
+                inside = np.clip(inner.reshape(len(inner), -1), low, high)
+                speeds += [inside, low + (high - low) * np.array(BETWEEN)[:, None]]
+            b += 1
+        omega = np.concatenate(speeds)
+        with np.errstate(all="ignore"):
+            value = unit.under_unit(omega) * self.numbers[key] * omega**power
+        value[np.isnan(value)] = np.inf
+        at = value.argmin(axis=0) if (side == "at_least") != response.complement else value.argmax(axis=0)
+        return value[at, np.arange(count)], omega[at, np.arange(count)]
