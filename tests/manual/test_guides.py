@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,13 @@ def test_the_commands_of_a_guide_print_what_it_shows(
     monkeypatch.chdir(tmp_path)
     for command, expected, said in run(GUIDES[name], tmp_path):
         assert agrees(expected, said), f"vibopt {command}\n{said}"
+    for picture in re.findall(r"^!\[.+\]\((.+\.svg)\)$", GUIDES[name], re.M):
+        assert words_in(tmp_path / picture) == words_in(FOLDER / picture)
+
+
+def words_in(picture: Path) -> list[str]:
+    """All that a figure says: titles, axes, ticks, labels and legends."""
+    return re.findall(r"<!-- (.*?) -->", picture.read_text(encoding="utf-8"), re.S)
 
 
 @pytest.mark.parametrize("name", GUIDES)

@@ -89,7 +89,8 @@ class Links(HTMLParser):
             self.names.append(given.get("id") or "")
         if tag == "a":
             self.targets.add(given["href"] or "")
-        self.outside += [f"{tag} {key}" for key in ("src", "srcset", "data") if key in given]
+        fetched = [given.get(key) or "" for key in ("src", "srcset", "data")]
+        self.outside += [one for one in fetched if one and not one.startswith("data:image/svg+xml;base64,")]
         if tag == "link":
             self.outside.append("link")
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import html
 import re
+from base64 import b64encode
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -23,9 +23,7 @@ def page_of(book: Book) -> str:
 
     template = Environment(loader=FileSystemLoader(_HERE), autoescape=True).get_template("page.html.j2")
     groups = {
-        group: [
-            {"name": one.name, "title": one.title, "words": _hints(one), "body": Markup(body_of(one))} for one in topics
-        ]
+        group: [{"name": one.name, "title": one.title, "body": Markup(body_of(one))} for one in topics]
         for group, topics in book.groups.items()
     }
     return template.render(groups=groups, generator=Markup(marks.GENERATOR))
@@ -38,11 +36,14 @@ def body_of(topic: Topic) -> str:
     parser = MarkdownIt("commonmark", {"html": False}).enable("table")
     tokens = parser.parse(topic.shown)
     names: Counter[str] = Counter()
+    sections = list(topic.sections)
     for k, token in enumerate(tokens):
         if token.type == "heading_open":
             name = topic.name if token.tag == "h1" else f"{topic.name}--{slug(tokens[k + 1].content)}"
             names[name] += 1
             token.attrSet("id", name if names[name] == 1 else f"{name}-{names[name]}")
+            if words := sections.pop(0).words:
+                token.attrSet("data-words", words)
         for inner in token.children or ():
             _mend(inner, topic)
     made: str = parser.renderer.render(tokens, parser.options, {})
@@ -63,20 +64,8 @@ def _mend(token: Any, topic: Topic) -> None:
     if token.type == "link_open":
         token.attrSet("href", address(str(token.attrGet("href")), topic.name))
     elif token.type == "image":
-        drawn = (_HERE / "guides" / str(token.attrGet("src"))).read_text(encoding="utf-8")
-        token.type, token.tag = "html_inline", ""
-        token.content = (
-            f'<span class="picture" role="img" aria-label="{html.escape(token.content)}">{_svg(drawn)}</span>'
-        )
-
-
-def _svg(text: str) -> str:
-    """The drawing alone, without what stands in front of it in a file of its own."""
-    return text[text.index("<svg") :]
-
-
-def _hints(topic: Topic) -> str:
-    return " ".join(section.words for section in topic.sections if section.words)
+        drawn = (_HERE / "guides" / str(token.attrGet("src"))).read_bytes()
+        token.attrSet("src", f"data:image/svg+xml;base64,{b64encode(drawn).decode()}")
 
 
 __all__ = ["address", "body_of", "page_of"]

@@ -14,12 +14,14 @@ _IDLE = frozenset(
         r"\w+",
         """a an and are as at be been by can could do does for from get give given has have how i if in is it its let
         make my me of on one or say should so some tell that the their them then there this to use want was we what
-        when where which who why will with would you your""",
+        used using when where which who why will with would write written you your""",
     )
 )
 """Words that say nothing of what is meant."""
 _HEADING, _HINT = 6, 4
 """What a word counts in a heading or among the words that serve the search, against once in the text."""
+_REFUSED = 0.4
+"""What a word counts in a list of refusals, against anywhere else."""
 _FLAT, _LONG = 1.5, 0.6
 """Constants of Okapi's weighting (BM25): how soon more of a word counts no more, and how much length counts."""
 
@@ -47,6 +49,7 @@ class Index:
             return 0.0
         rare = math.log(1.0 + (len(self.sections) - self.spread[word] + 0.5) / (self.spread[word] + 0.5))
         longer = 1.0 - _LONG + _LONG * self.lengths[k] / self.mean
+        rare *= _REFUSED if self.sections[k].heading.startswith("Refused") else 1.0
         return rare * count * (_FLAT + 1.0) / (count + _FLAT * longer)
 
 
