@@ -252,7 +252,8 @@ def test_what_an_inerter_does_not_have_is_not_asked_of_it() -> None:
     with pytest.raises(InputError) as caught:
         from_dict(document)
     assert list(caught.value.messages) == [
-        "scene: measures.k asks for the stiffness of flywheel, but that has no stiffness. Ask for something else."
+        "scene: measures.k asks for the stiffness of flywheel, but inerters.flywheel has no stiffness. "
+        "Ask for something else."
     ]
 
 

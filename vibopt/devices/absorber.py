@@ -187,6 +187,18 @@ class AbsorberTable(Device):
     def has_spring(self) -> bool:
         return bool(self._given(_SPRINGS))
 
+    def lacks(self, word: str, alone: bool) -> str:
+        viscous = bool(self._given(("damping", "torsional_damping")))
+        if word in ("stiffness", "torsional_stiffness", "own_frequency", "tuning"):
+            return "" if self.has_spring else "spring"
+        if word in ("damping", "torsional_damping"):
+            return "" if viscous or self.damping_ratio is not None else "damping"
+        there = {
+            "damping_ratio": self.damping_ratio is not None or (viscous and self.has_spring),
+            "loss_factor": self.loss_factor is not None,
+        }
+        return "" if there.get(word, True) else word
+
     @property
     def damper(self) -> str:
         """The key that says the viscous damping."""

@@ -101,9 +101,12 @@ class Device(Table):
         """Tolerance of its stiffness from a catalogue; of different parts it differs."""
         return None
 
-    def has(self, word: str) -> bool:
-        """Whether it has a property of that name."""
-        return getattr(self, word, None) is not None
+    def lacks(self, word: str, alone: bool) -> str:
+        """What it lacks to be asked for a property, `word` or what that needs; "" where it has it.
+
+        `alone`: no other body than its own moves, so that a ratio refers to that one.
+        """
+        return "" if getattr(self, word, None) is not None else word
 
     def parts(self) -> dict[str, str]:
         """What a tolerance of the whole table makes uncertain: names of parts, each with the key that says it."""

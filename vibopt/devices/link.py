@@ -180,6 +180,18 @@ class LinkTable(Device):
         found = self.part.bound(f"links.{name}.part", paths)
         return () if found is None else (found,)
 
+    def lacks(self, word: str, alone: bool) -> str:
+        viscous = self._given(("damping", "torsional_damping"))
+        there = {
+            "stiffness": self.has_spring,
+            "torsional_stiffness": self.has_spring,
+            "damping": self.damping is not None,
+            "torsional_damping": self.torsional_damping is not None,
+            "damping_ratio": self.damping_ratio is not None or (bool(viscous) and self.has_spring and alone),
+            "loss_factor": self.loss_factor is not None,
+        }
+        return "" if there.get(word, True) else word
+
     def parts(self) -> dict[str, str]:
         return {key: key for key in (*self._given(_SPRINGS), *self._given(_DAMPERS))}
 

@@ -70,12 +70,16 @@ class OwnFrequency(OfAbsorber):
 class MassRatio(OfAbsorber):
     """`response = "mass_ratio"`: mass of an absorber over that of what it refers to."""
 
+    refers_to: ClassVar[str] = "mass"
+
     def measure_static(self, machine: Machine) -> float:
         return machine.masses[self.of] / machine.tuned[self.of].mass
 
 
 class Tuning(OfAbsorber):
     """`response = "tuning"`: own frequency of an absorber over the frequency that it refers to."""
+
+    refers_to: ClassVar[str] = "frequency"
 
     def measure_static(self, machine: Machine) -> float:
         own = float(np.sqrt(machine.joint(self.of).stiffness / machine.masses[self.of]))
@@ -86,6 +90,7 @@ class AbsorberMass(Response):
     """`response = "absorber_mass"`: of all absorbers together [kg]."""
 
     dimension: ClassVar[str] = "mass"
+    sums: ClassVar[tuple[str, ...]] = ("absorbers",)
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         own = model.families.get("absorbers", ())

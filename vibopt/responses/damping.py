@@ -41,6 +41,10 @@ class DampingOfModes(Response):
     def modes(self) -> int:
         return max(self.mode, FEW_MODES)
 
+    @property
+    def free_vibration(self) -> str:
+        return "damping ratio of free vibration" if self.of is None else ""
+
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "link")} if self.of is not None else {}
 

@@ -21,6 +21,10 @@ class DecayRateOfModes(Response):
     def modes(self) -> int:
         return FEW_MODES
 
+    @property
+    def free_vibration(self) -> str:
+        return "decay rate of free vibration"
+
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return DecayRate()
 

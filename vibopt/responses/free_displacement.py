@@ -86,6 +86,10 @@ class FreeDisplacement(Response):
     signed: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
 
+    @property
+    def free_vibration(self) -> str:
+        return "free vibration"
+
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body"), **{f"released.{one.body}": (one.body, "body") for one in self.released}}
 

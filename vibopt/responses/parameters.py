@@ -29,6 +29,7 @@ class TotalMass(Response):
     """`response = "total_mass"`: of all bodies and absorbers [kg]; what turns has an inertia instead."""
 
     dimension: ClassVar[str] = "mass"
+    sums: ClassVar[tuple[str, ...]] = ("bodies", "absorbers")
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return sum_of(model, [term for term in model.terms if term.kind == INERTIA and term.static_scale])

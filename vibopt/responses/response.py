@@ -82,6 +82,8 @@ class Response(Table):
         Whether it asks what is bought costs.
     sums
         Families whose members that move along a line it adds up; the first is what messages call them.
+    refers_to
+        Of an absorber: what of the machine it is a ratio to, "mass" or "frequency"; "" of all else.
 
     Keys
     ----
@@ -115,6 +117,7 @@ class Response(Table):
     sags: ClassVar[bool] = False
     priced: ClassVar[bool] = False
     sums: ClassVar[tuple[str, ...]] = ()
+    refers_to: ClassVar[str] = ""
 
     @model_validator(mode="before")
     @classmethod
@@ -178,6 +181,11 @@ class Response(Table):
     def modes(self) -> int:
         """How many of the lowest modes of a structure it needs, where nothing says how high to look."""
         return 0
+
+    @property
+    def free_vibration(self) -> str:
+        """What it asks of free vibration, of which a loss factor says nothing; "" of all else."""
+        return ""
 
     @property
     def outside_bands(self) -> tuple[Band, ...]:

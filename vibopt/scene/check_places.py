@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from vibopt.devices import Device
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
 from vibopt.scene.check_space import check_in_space
 from vibopt.scene.scene import Scene
-
-_DAMPERS = ("damping", "torsional_damping")
 
 
 def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
@@ -79,71 +74,40 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
 def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """A property of a link or of an absorber that it does not have."""
     key, name = response.response, getattr(response, "of", None)
-    where = dotted(path)
-    missing = ""
-    if name in scene.links:
-        missing = _missing_of_link(scene, key, name)
-    elif name in scene.absorbers:
-        missing = _missing_of_absorber(scene, key, name)
-    elif response.of_link and any(name in table.joins(one) and not table.has(key) for _, one, table in _others(scene)):
-        missing = f"that has no {key}. Ask for something else."
+    missing, where = _missing(scene, response, name), dotted(path)
     if missing:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but {missing}")
-    lossy = [
-        f"{family}.{one}"
-        for family in ("links", "absorbers", "structures", "mounts")
-        for one, table in getattr(scene, family).items()
-        if table.loss_factor is not None
-    ]
-    if key == "damping_ratio" and name is None and lossy:
-        mistakes.add(
-            path,
-            f"{where} asks for the damping ratio of free vibration, but {lossy[0]} has a loss_factor, which speaks of "
-            f"steady harmonic motion only. Give that {lossy[0].split('s.')[0]} damping or damping_ratio instead.",
-        )
-    if key == "absorber_mass" and not set(scene.absorbers) - places.turning(scene) and not broken:
-        mistakes.add(path, f"{where} asks for the mass of all absorbers, but there is none that moves along a line.")
-    if key == "total_mass" and not {*scene.bodies, *scene.absorbers} - places.turning(scene) and not broken:
-        mistakes.add(path, f"{where} asks for the mass of all bodies, but there is none that moves along a line.")
+    if response.sums and not broken:
+        every = {one for family in response.sums for one in getattr(scene, family)}
+        if not every - places.turning(scene):
+            what = f"the mass of all {response.sums[0]}"
+            mistakes.add(path, f"{where} asks for {what}, but there is none that moves along a line.")
     mode, many = getattr(response, "mode", 1), max(places.freedoms(scene), 1)
     if mode > many:
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {many}.")
 
 
-def _others(scene: Scene) -> Iterator[tuple[str, str, Device]]:
-    """What acts between two points beside links."""
-    return (one for one in places.devices(scene) if one[2].between_points)
-
-
-def _missing_of_link(scene: Scene, key: str, name: str) -> str:
-    link = scene.links[name]
-    if key in ("stiffness", "torsional_stiffness"):
-        there = link.has_spring
-    elif key == "damping_ratio":
-        viscous = any(getattr(link, one) is not None for one in _DAMPERS)
-        there = link.damping_ratio is not None or (viscous and link.has_spring and len(scene.bodies) == 1)
-    elif key in (*_DAMPERS, "loss_factor"):
-        there = getattr(link, key) is not None
-    else:
+def _missing(scene: Scene, response: Response, name: str | None) -> str:
+    """Why a device has no such property; "" where it has, or where none is asked for."""
+    families = [family for _, family in response.places().values()]
+    if name is None or not (response.of_link or "absorber" in families):
         return ""
-    return "" if there else f"links.{name} has no {key}. Add it, or ask for something else."
+    key, alone = response.response, len(scene.bodies) == 1
+    for family, one, table in places.devices(scene):
+        lacking = table.lacks(key, alone) if name in table.joins(one) and not table.placed else ""
+        if lacking:
+            may = lacking in type(table).model_fields or lacking != key
+            way = f"Add {'it' if lacking in type(table).model_fields else 'one'}, or ask" if may else "Ask"
+            return f"{family}.{one} has no {lacking}. {way} for something else."
+    return _refers(scene, response.refers_to, name) if name in scene.absorbers else ""
 
 
-def _missing_of_absorber(scene: Scene, key: str, name: str) -> str:
+def _refers(scene: Scene, what: str, name: str) -> str:
+    """Why an absorber has nothing to which its ratio could refer."""
     one = scene.absorbers[name]
-    viscous = any(getattr(one, word) is not None for word in _DAMPERS)
-    no_spring = f"absorbers.{name} has no spring. Add one, or ask for something else."
-    if key in ("stiffness", "torsional_stiffness", "own_frequency", "tuning") and not one.has_spring:
-        return no_spring
-    if key in _DAMPERS and not (viscous or one.damping_ratio is not None):
-        return f"absorbers.{name} has no damping. Add it, or ask for something else."
-    if key == "damping_ratio" and not (one.damping_ratio is not None or (viscous and one.has_spring)):
-        return f"absorbers.{name} has no damping_ratio. Add it, or ask for something else."
-    if key == "loss_factor" and one.loss_factor is None:
-        return f"absorbers.{name} has no loss_factor. Add it, or ask for something else."
-    if key == "mass_ratio" and (one.relative_to or one.host) not in {**scene.bodies, **scene.absorbers}:
+    if what == "mass" and (one.relative_to or one.host) not in {**scene.bodies, **scene.absorbers}:
         return f"{one.host} is a point without a mass of its own. Ask for the mass of the absorber."
-    if key == "tuning" and one.tuning is None and places.is_whole(scene):
+    if what == "frequency" and one.tuning is None and places.is_whole(scene):
         try:
             reference(scene, name)
         except NoReferenceError as error:

@@ -14,8 +14,6 @@ from vibopt.scene.scene import Scene
 
 def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
     """Add what is wrong between a response and the noises of the scene; whether the rest is worth checking."""
-    if response.response == "decay_rate":
-        check_lossy(scene, path, "decay rate of free vibration", mistakes)
     if not isinstance(response, HarmonicResponse | RandomResponse):
         return True
     if not _known(scene, path, response, mistakes, broken):

@@ -11,7 +11,7 @@ from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
 from vibopt.scene.check_places import check_places
-from vibopt.scene.check_random import check_random
+from vibopt.scene.check_random import check_lossy, check_random
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_whole import check_price, check_tolerances
@@ -31,6 +31,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     for path, response in _responses(scene):
         if response.signed and not _free(scene, path, response, mistakes):
             continue
+        if response.free_vibration:
+            check_lossy(scene, path, response.free_vibration, mistakes)
         check_places(scene, path, response, mistakes, broken)
         check_price(scene, path, response, mistakes)
         _bounds(scene, path, response, mistakes)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
-from vibopt.responses.free_displacement import FreeDisplacement
 from vibopt.scene import places
-from vibopt.scene.check_random import check_lossy
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
@@ -104,8 +102,6 @@ def check_free(scene: Scene, path: Path, response: Response, mistakes: Mistakes)
             "the other.",
         )
         return False
-    if isinstance(response, FreeDisplacement):
-        check_lossy(scene, path, "free vibration", mistakes)
     named = [name for name, _ in response.places().values() if name in places.moving(scene)]
     turns = [name for name in named if name in places.turning(scene)]
     slides = [name for name in named if name not in turns]
