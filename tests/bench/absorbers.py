@@ -26,8 +26,8 @@ from absorber_routes import System, h_infinity, nishihara_asami  # noqa: E402
 from vibopt.program.pose import pose  # noqa: E402
 from vibopt.program.program import Program  # noqa: E402
 from vibopt.scene.read import from_dict  # noqa: E402
-from vibopt.solve.box import closed  # noqa: E402
-from vibopt.solve.plane.method import DiscsOfOneLink  # noqa: E402
+from vibopt.solve.plane.discs import DiscsOfOneLink  # noqa: E402
+from vibopt.solve.ranges import closed  # noqa: E402
 from vibopt.solve.solve import solve  # noqa: E402
 
 FloatArray = NDArray[np.float64]

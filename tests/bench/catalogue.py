@@ -27,8 +27,8 @@ from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.solve.branch import Judge
-from vibopt.solve.shelf.method import Catalogue
-from vibopt.solve.shelf.tree import Shelf, factors_of
+from vibopt.solve.catalogue.choices import Choices, factors_of
+from vibopt.solve.catalogue.parts import Catalogue
 
 MOST_ENUMERATED = 100_000
 HEADS = "part;rated load min [N];rated load max [N];stiffness [N/mm];loss factor;price [EUR]"
@@ -106,10 +106,10 @@ def space(folder: Path, goal: dict[str, str]) -> Scene:
 def enumerated(program: Program) -> tuple[float, float]:
     """Least goal over all combinations, and seconds."""
     began = time.perf_counter()
-    judge, shelf = Judge(program), Shelf(factors_of(program), len(program.axes))
+    judge, choices = Judge(program), Choices(factors_of(program), len(program.axes))
     best = np.inf
-    for entries in product(*(range(len(one.table)) for one in shelf.factors)):
-        x = shelf.designs(np.array([entries]))[0]
+    for entries in product(*(range(len(one.table)) for one in choices.factors)):
+        x = choices.designs(np.array([entries]))[0]
         if judge.feasible(x):
             best = min(best, judge.goal(x).value)
     return best, time.perf_counter() - began

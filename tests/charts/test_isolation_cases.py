@@ -32,7 +32,7 @@ from vibopt.charts.trial import (
 )  # fmt: skip
 from vibopt.program.pose import pose
 from vibopt.report.figures import saved
-from vibopt.solve.registry import METHODS, OWN
+from vibopt.solve.method import METHODS, OWN
 
 DIGITS = 40
 

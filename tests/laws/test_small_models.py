@@ -22,8 +22,8 @@ from vibopt.program.pose import pose
 from vibopt.program.slopes import local_extremes
 from vibopt.program.worst import DriveResponse, singularities
 from vibopt.scene.read import from_dict
-from vibopt.solve.box import closed
-from vibopt.solve.plane.method import DiscsOfOneLink
+from vibopt.solve.plane.discs import DiscsOfOneLink
+from vibopt.solve.ranges import closed
 
 many = settings(
     derandomize=True, database=None, deadline=None, max_examples=150, suppress_health_check=list(HealthCheck)

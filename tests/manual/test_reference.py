@@ -21,7 +21,7 @@ from vibopt.manual.reference import COMMON, balancing_tables, example_of, python
 from vibopt.manual.schema import schema_of
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse
-from vibopt.solve.registry import METHODS
+from vibopt.solve.method import METHODS
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
 

@@ -13,8 +13,8 @@ from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
 from vibopt.solve.blocks import improved_by_links, links_of
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
+from vibopt.solve.ranges import closed
 from vibopt.work import Budget
 
 

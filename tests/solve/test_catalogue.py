@@ -22,8 +22,8 @@ from vibopt.scene.read import from_dict, read, with_changes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.solve.branch import Judge
-from vibopt.solve.shelf.method import Catalogue
-from vibopt.solve.shelf.tree import Shelf, factors_of
+from vibopt.solve.catalogue.choices import Choices, factors_of
+from vibopt.solve.catalogue.parts import Catalogue
 from vibopt.study.freeze import frozen
 from vibopt.study.whatif import whatif
 
@@ -104,10 +104,10 @@ def scene_of(folder: Path, seed: int, *, two: bool, goal: str, parts: int) -> Sc
 
 def enumerated(program: Program) -> list[float]:
     """Goals of all choices that meet every limit, in the sense to be minimised, best first."""
-    judge, shelf = Judge(program), Shelf(factors_of(program), len(program.axes))
+    judge, choices = Judge(program), Choices(factors_of(program), len(program.axes))
     found = []
-    for entries in product(*(range(len(one.table)) for one in shelf.factors)):
-        x = shelf.designs(np.array([entries]))[0]
+    for entries in product(*(range(len(one.table)) for one in choices.factors)):
+        x = choices.designs(np.array([entries]))[0]
         if judge.feasible(x):
             found.append(judge.goal(x).value)
     return sorted(found)
@@ -157,9 +157,9 @@ def test_over_tolerances_the_best_is_the_best_of_all_that_hold_one_by_one(
     scene = from_dict(document, name="random.toml")
     design = solve(scene, explain=False)
     goals = []
-    shelf = Shelf(factors_of(pose(scene)), len(scene.variables))
-    for entries in product(*(range(len(one.table)) for one in shelf.factors)):
-        one = frozen(scene, shelf.designs(np.array([entries]))[0])
+    choices = Choices(factors_of(pose(scene)), len(scene.variables))
+    for entries in product(*(range(len(one.table)) for one in choices.factors)):
+        one = frozen(scene, choices.designs(np.array([entries]))[0])
         asked = copy.deepcopy(dict(one.document)) | {"measures": {"goal": {"response": "price"}}}
         if goal == "force":
             asked["measures"] = {"goal": {"response": "transmitted_force", "into": "ground"}}

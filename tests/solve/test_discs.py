@@ -13,14 +13,14 @@ import vibopt as vo
 from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.local import improved
+from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
-from vibopt.solve.plane.equal_peaks import equal_peaks
-from vibopt.solve.plane.method import DiscsOfOneLink
-from vibopt.solve.plane.rows import LinkPlane
+from vibopt.solve.plane.discs import DiscsOfOneLink
+from vibopt.solve.plane.link_plane import LinkPlane
+from vibopt.solve.ranges import closed
 
 
 def scene(**changes: Any) -> dict[str, Any]:

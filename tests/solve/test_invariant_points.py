@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 import vibopt as vo
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
-from vibopt.solve.box import closed
 from vibopt.solve.plane.invariant_points import hopeless
+from vibopt.solve.ranges import closed
 
 
 def absorber(mu: float, stroke: float, *, low: float = 1.0, damping: float = 0.0) -> dict[str, Any]:

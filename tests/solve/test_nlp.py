@@ -15,12 +15,11 @@ from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.slopes import local_extremes
 from vibopt.scene.read import from_dict, from_text
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.local import improved
 from vibopt.solve.nlp import Nlp
+from vibopt.solve.ranges import closed, halton, log_box, starts
 from vibopt.solve.rivals.sampled import SampledRows
-from vibopt.solve.starts import halton, log_box, starts
 
 FREE = 'stiffness = { from = "10 kN/m", to = "100 MN/m" }\ndamping = { from = "10 N s/m", to = "100 kN s/m" }'
 STIFFNESS = 'stiffness = { from = "10 kN/m", to = "100 MN/m" }\ndamping = "300 N s/m"'

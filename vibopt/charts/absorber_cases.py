@@ -33,9 +33,9 @@ from vibopt.forms import ComplexArray, FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.read import read
 from vibopt.scene.scene import Scene
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
+from vibopt.solve.ranges import closed
 
 _CLOSED = "closed form (Nishihara and Asami)"
 _DIGITS = "equal peaks of the optimum in 40 digits"

@@ -18,9 +18,9 @@ from vibopt.program.program import Program
 from vibopt.program.reduce import reason
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
+from vibopt.solve.ranges import closed
 from vibopt.work import answering
 
 RUNS, QUICK_RUNS = 3, 1
@@ -125,7 +125,7 @@ def _solved(program: Program, runs: int) -> _Solved:
 
 def _designs(program: Program, best: FloatArray | None) -> list[FloatArray]:
     """The best design and a few others, at which the two models are compared."""
-    from vibopt.solve.starts import starts
+    from vibopt.solve.ranges import starts
 
     spread = [np.clip(np.exp(y), program.low, program.high) for y in starts(program, 8)]
     return spread if best is None else [best, *spread]

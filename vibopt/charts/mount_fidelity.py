@@ -21,9 +21,9 @@ from vibopt.forms import FloatArray, IntArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
-from vibopt.solve.shelf.method import Catalogue
+from vibopt.solve.catalogue.parts import Catalogue
+from vibopt.solve.ranges import closed
 
 AUTOMATIC = "as vibopt chooses"
 _WORDS = {LINE: "one coordinate", PLANE: "three coordinates"}

@@ -33,11 +33,11 @@ from vibopt.program.program import Program
 from vibopt.scene.open_places import open_places
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
+from vibopt.solve.catalogue.choices import Choices, factors_of
+from vibopt.solve.catalogue.parts import Catalogue
 from vibopt.solve.global_search import BranchAndBound
-from vibopt.solve.shelf.method import Catalogue
-from vibopt.solve.shelf.tree import Shelf, factors_of
+from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
 from vibopt.work import late
 
@@ -155,13 +155,13 @@ def _by_vibopt(scene: Scene, program: Program) -> Said:
 
 def _every(program: Program, most: int) -> Said:
     """Every choice measured with exact peaks, one by one; not asked where there are more than `most`."""
-    shelf = Shelf(factors_of(program), len(program.axes))
-    size = shelf.root.size
+    choices = Choices(factors_of(program), len(program.axes))
+    size = choices.root.size
     if size > most:
         why = f"{size} choices are more than the {most} that are measured one by one"
         return Said("unproven", why, cut=why)
-    entries = product(*(range(len(one.table)) for one in shelf.factors))
-    x, count = _best(program, (shelf.designs(np.array([one]))[0] for one in entries))
+    entries = product(*(range(len(one.table)) for one in choices.factors))
+    x, count = _best(program, (choices.designs(np.array([one]))[0] for one in entries))
     if count < size:
         return Said("unproven", f"ended after {count} of {size} choices")
     if x is None:
@@ -171,9 +171,9 @@ def _every(program: Program, most: int) -> Said:
 
 def _random(program: Program) -> Said:
     """The best of 300 choices at random."""
-    shelf, rng = Shelf(factors_of(program), len(program.axes)), np.random.default_rng(0)
-    drawn = np.stack([rng.integers(0, len(one.table), DRAWS) for one in shelf.factors], axis=1)
-    x, _ = _best(program, iter(shelf.designs(drawn)))
+    choices, rng = Choices(factors_of(program), len(program.axes)), np.random.default_rng(0)
+    drawn = np.stack([rng.integers(0, len(one.table), DRAWS) for one in choices.factors], axis=1)
+    x, _ = _best(program, iter(choices.designs(drawn)))
     return Said("unproven", "no draw keeps the limits") if x is None else Said("feasible", "best of the draws", x)
 
 

@@ -16,9 +16,9 @@ from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
-from vibopt.solve.box import closed
 from vibopt.solve.branch import Judge
-from vibopt.solve.registry import METHODS
+from vibopt.solve.method import METHODS
+from vibopt.solve.ranges import closed
 from vibopt.work import answering
 
 FEASIBLE, INFEASIBLE = "feasible", "infeasible"

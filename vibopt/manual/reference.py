@@ -13,7 +13,7 @@ from vibopt.manual.keys import Key, keys_of, refusals_of, tables_in, told
 from vibopt.manual.topic import Topic
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
-from vibopt.solve.registry import METHODS, OWN
+from vibopt.solve.method import METHODS, OWN
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
 

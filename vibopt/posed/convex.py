@@ -27,7 +27,7 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import extremes_of
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
-from vibopt.solve.starts import natural_size
+from vibopt.solve.ranges import natural_size
 from vibopt.work import late
 
 EXACT = 1e-9

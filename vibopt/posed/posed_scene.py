@@ -18,10 +18,10 @@ from vibopt.scene.places import bound_parts
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.solve.box import closed
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
-from vibopt.solve.standstill import endless_limit, without_goal
+from vibopt.solve.without_search import endless_limit, without_goal
 from vibopt.units import si_unit
 
 

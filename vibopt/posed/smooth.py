@@ -31,7 +31,7 @@ from vibopt.program.slopes import extremes_of
 from vibopt.program.worst import worst
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
-from vibopt.solve.starts import log_box, starts
+from vibopt.solve.ranges import log_box, starts
 from vibopt.work import late, worked
 
 EXACT = 1e-9

@@ -9,8 +9,8 @@ from vibopt.program.held import held
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.local import improved
-from vibopt.solve.plane.method import DiscsOfOneLink
-from vibopt.solve.plane.rows import LinkPlane
+from vibopt.solve.plane.discs import DiscsOfOneLink
+from vibopt.solve.plane.link_plane import LinkPlane
 from vibopt.work import Budget
 
 _GAIN = 1e-6

@@ -46,7 +46,7 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     if blind(program):
         line = OneRange()
         return line if line.refuses(program) is None else _begun(Nlp(), near)
-    from vibopt.solve.plane.method import DiscsOfOneLink
+    from vibopt.solve.plane.discs import DiscsOfOneLink
 
     discs = DiscsOfOneLink()
     if discs.refuses(program) is None:
@@ -61,7 +61,7 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     refusal = search.refuses(program)
     if refusal is None:
         return search
-    from vibopt.solve.registry import METHODS
+    from vibopt.solve.method import METHODS
 
     general: Method = METHODS["nlp"]()
     refusal = general.refuses(program)
@@ -71,7 +71,7 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
 
 
 def _called(name: str) -> Method:
-    from vibopt.solve.registry import METHODS
+    from vibopt.solve.method import METHODS
 
     if name not in METHODS:
         raise InputError(f"--method {name}: there is no such method.{way_out(name, [*METHODS, 'cvxpy', 'ipopt'])}")
@@ -100,7 +100,7 @@ def _begun(method: Method, near: Sequence[float] | None) -> Method:
 
 def _of_parts(program: Program, name: str | Method | None) -> Method:
     """Parts of a catalogue are chosen by one method alone."""
-    from vibopt.solve.shelf import Catalogue
+    from vibopt.solve.catalogue import Catalogue
 
     method = Catalogue()
     if name not in (None, method.name):

@@ -11,11 +11,11 @@ from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.solve.advice import Answer, confirmed_bound
-from vibopt.solve.box import closed
 from vibopt.solve.choose import modest
 from vibopt.solve.conflict import loosenings, smallest_conflict
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
+from vibopt.solve.ranges import closed
 from vibopt.units import show
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered

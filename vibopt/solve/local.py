@@ -8,8 +8,8 @@ from vibopt.forms import FloatArray, Modulus
 from vibopt.program.few import few_sampled
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
-from vibopt.solve.sharpen import SLOPES, Exact, Sharpener
-from vibopt.solve.starts import log_box, starts
+from vibopt.solve.ranges import log_box, starts
+from vibopt.solve.sqp import SLOPES, Exact, Sqp
 from vibopt.work import Budget, late
 
 _CLEAR = 1e-6
@@ -21,7 +21,7 @@ def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
     x, value = _to_ends(program, judge, np.array(x, dtype=float))
     if program.aim is None:
         return x
-    there = sharpened(program, x)
+    there = refined(program, x)
     if there is not None and judge.feasible(there):
         other = judge.goal(there).value
         if other <= value + 1e-15 * abs(value):
@@ -36,7 +36,7 @@ def rescued(program: Program, middles: FloatArray, judge: Judge) -> FloatArray |
         x = _on_values(program, x)
         if judge.feasible(x):
             return x
-        there = sharpened(program, x, only_feasible=True)
+        there = refined(program, x, only_feasible=True)
         if there is not None and judge.feasible(there):
             return there
     return None
@@ -48,7 +48,7 @@ def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
     for start in np.exp(starts(program, 8)):
         if late("the search from other starts"):
             break
-        there = sharpened(program, _on_values(program, start))
+        there = refined(program, _on_values(program, start))
         if there is not None and judge.feasible(there) and judge.goal(there).value < value:
             best, value = there, judge.goal(there).value
     return best
@@ -63,7 +63,7 @@ def _on_values(program: Program, x: FloatArray) -> FloatArray:
     return moved
 
 
-def sharpened(program: Program, x: FloatArray, *, only_feasible: bool = False) -> FloatArray | None:
+def refined(program: Program, x: FloatArray, *, only_feasible: bool = False) -> FloatArray | None:
     """Where sequential programming on the exact peaks leads from x (n_vars,); None where nothing is continuous."""
     low, high = log_box(program)
     for i, axis in enumerate(program.axes):
@@ -73,7 +73,7 @@ def sharpened(program: Program, x: FloatArray, *, only_feasible: bool = False) -
         return None
     exact = Exact(program, low, high, Budget(_MEASUREMENTS, "exact measurements", SLOPES * program.cost))
     start = np.log(np.maximum(x, np.exp(low)))
-    point = Sharpener(exact).run(start, only_feasible=only_feasible)
+    point = Sqp(exact).run(start, only_feasible=only_feasible)
     there = np.exp(point.y)
     for i, axis in enumerate(program.axes):
         if axis.values is not None:

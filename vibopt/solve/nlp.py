@@ -30,9 +30,9 @@ from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.ranges import corners, log_box, starts
 from vibopt.solve.screen import promising, screenable
-from vibopt.solve.sharpen import SLOPES, Exact, Point, Sharpener
-from vibopt.solve.starts import corners, log_box, starts
+from vibopt.solve.sqp import SLOPES, Exact, Point, Sqp
 from vibopt.work import Budget, late, worked
 
 TOLERANCE = 1e-9
@@ -186,7 +186,7 @@ class _Run:
         return found
 
     def _searched(self, begun: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
-        """What all starts lead to that meets every limit: by sampled speeds first, then sharpened."""
+        """What all starts lead to that meets every limit: by sampled speeds first, then refined."""
         reached = self._sampled(begun) if sampleable(self.program) else list(begun)
         if sampleable(self.program) and not any(self._promising(y) for y in reached):
             reached = self._sampled(begun, elastic=True)
@@ -309,7 +309,7 @@ class _Run:
         return max(self.exact.at(y).missed, 0.0) if not self.budget.over else 0.0
 
     def _sharp(self, y: FloatArray, rescue: bool) -> FloatArray:
-        sharpener = Sharpener(self.exact)
+        sharpener = Sqp(self.exact)
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)

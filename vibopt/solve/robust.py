@@ -20,12 +20,12 @@ from vibopt.program.worst_case import Hit, around, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
+from vibopt.solve.catalogue.explained import reason_of
 from vibopt.solve.choose import choose
-from vibopt.solve.local import sharpened
+from vibopt.solve.local import refined
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.proof import breaks, parts_of, settled, tight, worst_machines
 from vibopt.solve.several import GOAL, Several, keys_of
-from vibopt.solve.shelf.words import reason_of
 from vibopt.work import Budget
 
 _BROKEN = 9e-10
@@ -185,7 +185,7 @@ class _Run:
         """A design near x that holds on all machines that are worst for it; whether there is one."""
         for _ in range(_ROUNDS):
             program = self.machines.program()
-            there = sharpened(program, x)
+            there = refined(program, x)
             if there is None or not Judge(program).feasible(there):
                 return x, False
             x = there

@@ -8,7 +8,7 @@ from vibopt.forms import FloatArray, Form, Modulus, Monomials
 from vibopt.program.few import applies, few_sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import monomials, worst
-from vibopt.solve.starts import log_box, starts
+from vibopt.solve.ranges import log_box, starts
 
 _TRIED, _ASKED = 512, 64
 """Designs looked at, and those of them at which forms that take longer are asked."""

@@ -15,7 +15,7 @@ from vibopt.records import dataclass
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.solve.box import closed
+from vibopt.solve.ranges import closed
 
 _SAME = 1e-12
 

@@ -25,15 +25,14 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
-from vibopt.solve.box import closed
 from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Method, Progress
-from vibopt.solve.own_bound import at_own_bound
 from vibopt.solve.physical import impossible
+from vibopt.solve.ranges import closed
 from vibopt.solve.rows import direction
-from vibopt.solve.standstill import NAME as STANDSTILL
-from vibopt.solve.standstill import as_goal, endless_limit, no_design, without_goal
-from vibopt.solve.standstill import words as endless_words
+from vibopt.solve.without_search import NAME as STANDSTILL
+from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
+from vibopt.solve.without_search import words as endless_words
 from vibopt.verify.checked import checked_limits, checked_measures, chosen_of, goal_row
 from vibopt.verify.rated import parts_of
 from vibopt.work import answering, metered, worked
@@ -119,7 +118,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     found = at_own_bound(scene, program, in_order(scene, program, found))
     clock.stage("solve")
     if program.ties and wish.explain and found.x is not None:
-        from vibopt.solve.shelf.free import free_optimum
+        from vibopt.solve.catalogue.explained import free_optimum
 
         found = replace(
             found, details={**found.details, "free": free_optimum(program, found, thorough=wish.patience == np.inf)}
@@ -176,7 +175,7 @@ def answer(
         claim = "proven by the balance of forces on the machine, for any isolator"
         return Found("infeasible", None, claim, "physical bound"), partial(physical_words, scene, clash)
     if program.ties:
-        from vibopt.solve.shelf.words import reason_of
+        from vibopt.solve.catalogue.explained import reason_of
 
         found = choose(finite, method).solve(finite, progress)
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
@@ -236,7 +235,7 @@ def _over_tolerances(
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
     from vibopt.program.worst_case import around
-    from vibopt.solve.off import goal_machine, rows_over, side_by_side
+    from vibopt.solve.deviations import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
     from vibopt.verify.as_built import differing
 
@@ -316,7 +315,7 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     """Everything measured; a goal, where only places were open, on the machine that is worst for it."""
     robust, worst_of_goal = None, scene
     if uncertain(scene):
-        from vibopt.solve.off import analysed, goal_machine, rows_over
+        from vibopt.solve.deviations import analysed, goal_machine, rows_over
         from vibopt.solve.robust import judged
 
         robust = judged(scene, np.zeros(0))

@@ -14,9 +14,9 @@ from vibopt.records import dataclass
 from vibopt.report.machine_words import model_words
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
-from vibopt.solve.box import closed
 from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
+from vibopt.solve.ranges import closed
 from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.prices import priced
 
@@ -151,7 +151,7 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
 
 def _in_order() -> list[Method]:
     """Methods as vibopt asks them, the one that proves most first."""
-    from vibopt.solve.registry import METHODS, OWN
+    from vibopt.solve.method import METHODS, OWN
 
     return [METHODS[name]() for name in OWN]
 

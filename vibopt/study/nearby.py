@@ -113,7 +113,7 @@ def goal_on(scene: Scene, goal: Goal) -> Entry | None:
     """A goal on a machine without choices; the worst over its tolerances."""
     asked = replace(scene, goal=goal)
     if uncertain(scene):
-        from vibopt.solve.off import goal_machine
+        from vibopt.solve.deviations import goal_machine
         from vibopt.solve.robust import judged
 
         asked = replace(asked, off=goal_machine(asked, judged(asked, np.zeros(0)).hits))

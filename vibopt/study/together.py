@@ -23,9 +23,9 @@ from vibopt.scene.drives import bands_for, combine_for, names_for
 from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
-from vibopt.solve.box import closed
 from vibopt.solve.closed_form import INFEASIBLE, OPTIMAL, Answers, answer
 from vibopt.solve.closed_program import NotClosedError, Number, Numbers, Question, question, value_at
+from vibopt.solve.ranges import closed
 from vibopt.study.points import Columns
 from vibopt.verify.as_built import built
 from vibopt.verify.certify import TOLERANCE, Shaken

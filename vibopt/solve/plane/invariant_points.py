@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.forms import Band, ComplexArray, FloatArray, Modulus
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
-from vibopt.solve.plane.rows import LinkPlane
+from vibopt.solve.plane.link_plane import LinkPlane
 
 _POINTS = 400
 _REAL = 1e-9

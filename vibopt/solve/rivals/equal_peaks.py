@@ -14,9 +14,9 @@ from vibopt.program.program import Program
 from vibopt.program.slopes import sampled_slopes
 from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.ranges import log_box
 from vibopt.solve.rivals.general import discrete
 from vibopt.solve.rivals.sampled import sampled_speeds
-from vibopt.solve.starts import log_box
 
 _SPEEDS, _STEPS, _LONGEST = 400, 60, 0.2
 _BESIDE = 3e-5

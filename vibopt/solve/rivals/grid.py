@@ -10,8 +10,8 @@ from vibopt.program.program import Axis, Limit, Program
 from vibopt.program.worst import monomials
 from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.ranges import log_box
 from vibopt.solve.rivals.sampled import outside_rows, values_on
-from vibopt.solve.starts import log_box
 from vibopt.work import late
 
 _PER_AXIS = {1: 2000, 2: 121, 3: 25, 4: 11, 5: 7, 6: 5}

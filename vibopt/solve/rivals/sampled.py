@@ -9,7 +9,7 @@ from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import frequency_slopes, plain_slope, sampled_slopes
 from vibopt.program.worst import DriveResponse, plain_value
-from vibopt.solve.starts import log_box, starts
+from vibopt.solve.ranges import log_box, starts
 
 _HUGE = 1e12
 START_POINTS = 32

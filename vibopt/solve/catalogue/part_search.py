@@ -13,9 +13,8 @@ from vibopt.program.program import Program
 from vibopt.program.rational import Groups
 from vibopt.records import dataclass
 from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
-from vibopt.solve.shelf.mirror import Mirror, mirrors
-from vibopt.solve.shelf.pointwise import Direct, Pointwise, bounds_of, fails
-from vibopt.solve.shelf.tree import Node, Shelf, factors_of
+from vibopt.solve.catalogue.choices import Choices, Mirror, Node, factors_of, mirrors
+from vibopt.solve.catalogue.pointwise import Direct, Pointwise, bounds_of, fails
 from vibopt.work import Budget
 
 LEAF = 1 << 16
@@ -118,8 +117,8 @@ class Search:
     def __post_init__(self) -> None:
         program = self.program
         self.judge = Judge(program)
-        self.shelf = Shelf(factors_of(program), len(program.axes))
-        self.total = self.shelf.root.size
+        self.choices = Choices(factors_of(program), len(program.axes))
+        self.total = self.choices.root.size
         middle = np.where(program.low > 0.0, np.sqrt(np.maximum(program.low, 1e-300) * program.high), program.high)
         middle = np.where(middle > 0.0, middle, 1.0)
         self.limits = [Pointwise(bounds_of(one.model, one.form, middle)) for one in program.limits]
@@ -131,17 +130,17 @@ class Search:
         self.order = sorted(range(len(self.limits)), key=lambda i: _cost(self.limits[i]))
         self.boxed = [_boxed(one) for one in self.limits]
         self.aim_boxed = [_boxed(one) for one in self.aims]
-        self.mirrors = [] if program.several else mirrors(program, self.shelf)
-        rows = [np.zeros((len(one.table), len(self.limits))) for one in self.shelf.factors]
+        self.mirrors = [] if program.several else mirrors(program, self.choices)
+        rows = [np.zeros((len(one.table), len(self.limits))) for one in self.choices.factors]
         self.tally = Tally(np.zeros(len(self.limits)), rows, self.mirrors)
         self._weight = np.ones(len(program.axes))
 
     def run(self) -> None:
         """Search until the best are proven, or the budget is spent."""
         sets = Frontier(self.budget, self.progress, "catalogue")
-        for node in self._presolved(self.shelf.root):
+        for node in self._presolved(self.choices.root):
             sets.push(-np.inf, node)
-        goals, waiting = np.zeros(0), np.zeros((0, len(self.shelf.factors)), dtype=int)
+        goals, waiting = np.zeros(0), np.zeros((0, len(self.choices.factors)), dtype=int)
         while sets or len(waiting):
             if sets.over:
                 self.stopped = True
@@ -158,7 +157,7 @@ class Search:
             if node.size <= LEAF:
                 goals, waiting = _merged((goals, waiting), self._leaf(node))
                 continue
-            for part in self.shelf.halves(node, self._weight):
+            for part in self.choices.halves(node, self._weight):
                 bound = self._bound(part)
                 if bound <= self._bar:
                     sets.push(bound, part)
@@ -176,15 +175,15 @@ class Search:
     def _presolved(self, root: Node) -> list[Node]:
         """Rows that break a limit whatever goes with them are taken out first."""
         node = root
-        for index in range(len(self.shelf.factors)):
+        for index in range(len(self.choices.factors)):
             for i in self.order:
                 if not self.boxed[i] or not node.size or not self._worth(i):
                     continue
-                low, high = self.shelf.singles(node, index)
+                low, high = self.choices.singles(node, index)
                 good = self._may_hold(i, low, high)
                 if not good.all():
-                    self.tally.node(self.shelf.kept(node, index, ~good), i, alike=True)
-                    node = self.shelf.kept(node, index, good)
+                    self.tally.node(self.choices.kept(node, index, ~good), i, alike=True)
+                    node = self.choices.kept(node, index, good)
         return [node] if node.size else []
 
     def _worth(self, i: int) -> bool:
@@ -201,7 +200,7 @@ class Search:
 
     def _bound(self, node: Node) -> float:
         """Bound of the goal on a set; infinite where a limit is broken on all of it."""
-        low, high = (one[None, :] for one in self.shelf.hull(node))
+        low, high = (one[None, :] for one in self.choices.hull(node))
         for i in self.order:
             if self.boxed[i] and not self._may_hold(i, low, high)[0]:
                 self.tally.node(node, i)
@@ -231,7 +230,7 @@ class Search:
 
     def _leaf(self, node: Node) -> tuple[FloatArray, IntArray]:
         """Choices of a small set that may be among the best, with the bound of their goal, best first."""
-        chosen = self.shelf.all_in(node)
+        chosen = self.choices.all_in(node)
         self.looked += len(chosen)
         self.budget.spend(len(chosen))
         for mirror in self.mirrors:
@@ -239,13 +238,13 @@ class Search:
             self.tally.mirrored += int((~kept).sum())
             chosen = chosen[kept]
         chosen = self._filtered(chosen)
-        goals = self._goals(self.shelf.designs(chosen))
+        goals = self._goals(self.choices.designs(chosen))
         kept = goals <= self._bar
         return _sorted(goals[kept], chosen[kept])
 
     def _filtered(self, chosen: IntArray, *, moving: bool = False) -> IntArray:
         """Choices that no limit is known to forbid; with `moving` only limits with speeds are asked again."""
-        x = self.shelf.designs(chosen)
+        x = self.choices.designs(chosen)
         for i in self.order:
             if not len(chosen):
                 break
@@ -266,14 +265,14 @@ class Search:
         goals, waiting = goals[taken:], waiting[taken:]
         if learnt and len(waiting) <= _REFRESH:
             waiting = self._filtered(waiting, moving=True)
-            goals = self._goals(self.shelf.designs(waiting))
+            goals = self._goals(self.choices.designs(waiting))
             kept = goals <= self._bar
             return _sorted(goals[kept], waiting[kept])
         return goals, waiting
 
     def _offer(self, entries: IntArray) -> bool:
         """Measure one choice; whether a speed was learnt from it."""
-        x = self.shelf.designs(entries[None, :])[0]
+        x = self.choices.designs(entries[None, :])[0]
         self.tally.measured += 1
         self.budget.spend(_OF_MEASURING)
         learnt, margin, tightest = False, np.inf, ""

@@ -1,13 +1,65 @@
-"""Why no choice of parts will do, in words."""
+"""Beside an answer of parts: why none will do, and what stiffness and damping could do if they were had at will."""
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
-from vibopt.forms import ModeFrequency, StaticLoad
-from vibopt.program.program import Limit, Program
+import numpy as np
+
+from vibopt.errors import InputError
+from vibopt.forms import FloatArray, ModeFrequency, Monomials, StaticLoad
+from vibopt.program.bounds import FormBounds
+from vibopt.program.held import held
+from vibopt.program.program import Aim, Axis, Limit, Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.catalogue.pointwise import Direct, bounds_of
+from vibopt.solve.choose import choose, modest
 from vibopt.solve.method import Found
+
+_NEAR_ZERO = 1e-9
+
+
+def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> dict[str, Any] | None:
+    """Stiffness and damping free within the ends of the catalogue, all else as chosen and made to carry its load.
+
+    None where the goal does not depend on them (a price); status "unproven" where the search, a modest one unless
+    `thorough`, came to no end.
+    """
+    x = np.asarray(found.x)
+    free = [axis for tie in program.ties for axis in tie.axes if ".part." not in program.axes[axis].path]
+    asked = replace(
+        program, limits=tuple(one for one in program.limits if not isinstance(one.form, StaticLoad)), ties=()
+    )
+    if not free or program.aim is None or any(isinstance(_bounds(one, x), Direct) for one in program.parts):
+        return None
+    part = held(asked, x, free)
+    assert part.aim is not None
+    if isinstance(part.aim.form, Monomials) and not part.aim.form.exponents.any():
+        return None
+    part = replace(part, axes=tuple(_opened(one) for one in part.axes))
+    best = None
+    with contextlib.suppress(InputError):
+        best = (choose(part, None) if thorough else modest(part)).solve(part)
+    if best is None:
+        return None
+    if best.x is None or best.status not in ("optimal", "feasible"):
+        return {"status": "unproven", "claim": best.claim}
+    values = {axis.path: float(value) for axis, value in zip(part.axes, best.x, strict=True)}
+    bought, ideal = Judge(program).goal(x).value, Judge(part).goal(best.x).value
+    if ideal > bought + 1e-9 * abs(bought):  # a search that was cut short
+        return {"status": "unproven", "claim": best.claim}
+    return {"status": best.status, "claim": best.claim, "goal": ideal, "values": values}
+
+
+def _bounds(part: Limit | Aim, x: FloatArray) -> FormBounds:
+    return bounds_of(part.model, part.form, np.where(x > 0.0, x, 1.0))
+
+
+def _opened(axis: Axis) -> Axis:
+    return replace(axis, values=None, low=max(axis.low, _NEAR_ZERO * axis.high))
 
 
 def why_dropped(limit: Limit) -> str:
@@ -61,6 +113,3 @@ def _near(program: Program, near: dict[str, Any] | None) -> str:
         over = "above" if limit.side == "at_most" else "below"
         return f"The nearest is {chosen}: its load is {percent} {over} its rating."
     return f"The nearest is {chosen}: it misses {limit.name} by {percent}."
-
-
-__all__ = ["reason_of", "why_dropped"]

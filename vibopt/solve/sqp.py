@@ -149,7 +149,7 @@ def _outside(index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
 
 
 @dataclass
-class Sharpener:
+class Sqp:
     """Trust-region SQP from a start, then Newton on what holds.
 
     hopeless
@@ -167,7 +167,7 @@ class Sharpener:
         """The best design reached from `start` (y); with `only_feasible` the first within the limits."""
         if only_feasible and self.exact.program.aim is not None:
             exact = replace(self.exact, program=self.exact.program.aiming(None), known={})
-            return Sharpener(exact, self.rounds, self.hopeless).run(start, only_feasible=True)
+            return Sqp(exact, self.rounds, self.hopeless).run(start, only_feasible=True)
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
         for weight in (1e2, 1e5) if not only_feasible else (1e2,):
             here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)

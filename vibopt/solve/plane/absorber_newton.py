@@ -12,7 +12,7 @@ from vibopt.forms import FloatArray, Modulus
 from vibopt.mechanics.modes import free_matrices
 from vibopt.program.few import followed, heights_of
 from vibopt.program.program import Aim
-from vibopt.solve.plane.rows import LinkPlane
+from vibopt.solve.plane.link_plane import LinkPlane
 
 _STEPS = 20
 _LONGEST = 0.3

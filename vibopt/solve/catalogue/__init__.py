@@ -1,5 +1,5 @@
 """Parts from catalogues: the best choice among all of them, proven."""
 
-from vibopt.solve.shelf.method import Catalogue
+from vibopt.solve.catalogue.parts import Catalogue
 
 __all__ = ["Catalogue"]

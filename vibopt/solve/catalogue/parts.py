@@ -1,14 +1,20 @@
-"""The method for parts of catalogues: nothing is better than its answer, and nine next best stand beside it."""
+"""The method for parts of catalogues: nothing is better than its answer, and nine next best stand beside it.
+
+Where no choice meets every limit, the one that comes nearest is told.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from vibopt.forms import FloatArray, IntArray
 from vibopt.program.program import Program
+from vibopt.solve.catalogue.choices import Node, factors_of
+from vibopt.solve.catalogue.part_search import COST, LEAF, MOST_STEPS, Pick, Search
+from vibopt.solve.catalogue.pointwise import fails
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.shelf.near import nearest
-from vibopt.solve.shelf.search import COST, MOST_STEPS, Pick, Search
-from vibopt.solve.shelf.tree import factors_of
 from vibopt.work import Budget
 
 KEEP = 10
@@ -88,7 +94,7 @@ def _kinds(program: Program) -> dict[tuple[str, str], list[int]]:
 
 
 def _pick(search: Search, pick: Pick) -> dict[str, Any]:
-    chosen = zip(search.shelf.factors, pick.entries, strict=True)
+    chosen = zip(search.choices.factors, pick.entries, strict=True)
     return {
         "parts": {factor.path: factor.names[entry] for factor, entry in chosen if factor.names},
         "x": [float(one) for one in pick.x],
@@ -101,7 +107,7 @@ def _pick(search: Search, pick: Pick) -> dict[str, Any]:
 def _rows(program: Program, search: Search) -> list[dict[str, Any]]:
     """Parts that no combination can use, each with the limit that stands against it most often."""
     found = []
-    for index, factor in enumerate(search.shelf.factors):
+    for index, factor in enumerate(search.choices.factors):
         whole = search.total / len(factor.table)
         table = search.tally.rows[index]
         for entry, name in enumerate(factor.names):
@@ -114,4 +120,60 @@ def _rows(program: Program, search: Search) -> list[dict[str, Any]]:
     return found
 
 
-__all__ = ["Catalogue"]
+_LOOKED = 40
+_MOST, _MOST_SEVERAL = 2_000_000, 20_000
+
+
+def nearest(search: Search) -> dict[str, Any] | None:
+    """The choice whose worst miss is least; exact where they are no more than two million, else among a part.
+
+    Of limits on several machines there are too many to ask all of them of that many choices.
+    """
+    node, exact = _thinned(search)
+    chosen = search.choices.all_in(node)
+    misses = np.concatenate([_misses(search, search.choices.designs(part)) for part in _parts(chosen)])
+    order = np.argsort(misses, kind="stable")
+    best: tuple[float, int, int] | None = None
+    for count, index in enumerate(order):
+        if best is not None and (misses[index] >= best[0] or count >= _LOOKED):
+            exact = exact and misses[index] >= best[0]
+            break
+        x = search.choices.designs(chosen[index][None, :])[0]
+        found = [search.judge.limit(limit, x)[0] for limit in search.program.limits]
+        worst = int(np.argmax(found))
+        if best is None or found[worst] < best[0]:
+            best = (float(found[worst]), int(index), worst)
+    if best is None or not np.isfinite(best[0]):
+        return None
+    missed, index, worst = best
+    limit = search.program.limits[worst]
+    pairs = zip(search.choices.factors, chosen[index], strict=True)
+    return {
+        "parts": {factor.path: factor.names[entry] for factor, entry in pairs if factor.names},
+        "x": search.choices.designs(chosen[index][None, :])[0].tolist(),
+        "limit": limit.name,
+        "side": limit.side,
+        "missed": missed,
+        "proven": exact,
+    }
+
+
+def _misses(search: Search, x: FloatArray) -> FloatArray:
+    """Lower bound of the worst miss of each design as a part of its bound."""
+    table = [fails(limit, values, x, 0.0) for limit, values in zip(search.program.limits, search.limits, strict=True)]
+    most: FloatArray = np.max(table, axis=0)
+    return most
+
+
+def _parts(chosen: IntArray) -> list[IntArray]:
+    return [chosen[at : at + LEAF] for at in range(0, len(chosen), LEAF)]
+
+
+def _thinned(search: Search) -> tuple[Node, bool]:
+    """All choices, or where they are too many every second, third, ... row."""
+    node, step = search.choices.root, 1
+    most = _MOST_SEVERAL if search.program.several else _MOST
+    while node.size > most:
+        step += 1
+        node = Node(tuple(one[::step] for one in search.choices.root.entries))
+    return node, step == 1

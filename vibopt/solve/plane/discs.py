@@ -18,11 +18,11 @@ from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.local import improved, rescued
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
-from vibopt.solve.plane.equal_peaks import equal_peaks
-from vibopt.solve.plane.rows import Interval, LinkPlane
+from vibopt.solve.plane.link_plane import Interval, LinkPlane
+from vibopt.solve.ranges import halton, log_box, starts
 from vibopt.solve.screen import is_cheap
-from vibopt.solve.starts import halton, log_box, starts
 from vibopt.solve.worst_speeds import local_extremes
 from vibopt.work import Budget, worked
 
