@@ -134,6 +134,11 @@ def answering() -> Iterator[TimeLimit | None]:
         _LIMIT.reset(token)
 
 
+def is_limited() -> bool:
+    """Whether the user has set a time limit: what could wait until it is looked at is then worked out within it."""
+    return _LIMIT.get() is not None
+
+
 def late(what: str = "") -> bool:
     """Whether the user's time limit is reached; the first to ask then is what it ended, in words."""
     limit = _LIMIT.get()
@@ -149,6 +154,7 @@ __all__ = [
     "TimeLimit",
     "answering",
     "each_answer_within",
+    "is_limited",
     "late",
     "metered",
     "seconds_of_each_answer",

@@ -211,6 +211,8 @@ def test_limits_of_a_rotor_that_cannot_hold_together_are_named(shelf: str) -> No
     plan = solve_text(fan(shelf, shelf, limits))
     assert plan.status == "infeasible"
     assert plan.reason.startswith("These cannot hold together: r, t.")
+    assert plan.conflict is not None
+    assert (plan.conflict.limits, plan.conflict.proof) == (("r", "t"), plan.claim)
     assert solve_text(fan(shelf, shelf, limits.replace('"4 g"', '"90 g"'))).status == "optimal"
     assert solve_text(fan(shelf, shelf, limits.replace('"3 mil"', '"30 mil"'))).status == "optimal"
 

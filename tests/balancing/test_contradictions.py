@@ -327,6 +327,7 @@ def test_a_speed_without_a_spare_run_has_no_band_where_the_scatter_is_learnt() -
     again = FAN[FAN.index("[[runs]]") :]
     second = again.replace("1200 rpm", "1500 rpm")
     repeated = again.replace("8.6 mil @ 63", "8.8 mil @ 64").replace("6.2 mil @ 36", "6.1 mil @ 35")
+    repeated = repeated.replace('name = "', 'name = "again ')
     plan = solve_text(FAN + repeated + second)
     assert [one.band is None for one in plan.plan.rows] == [False, False, True, True]
     assert "At 1500 rpm there is none: no run is spare there." in plan.notes

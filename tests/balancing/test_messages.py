@@ -35,6 +35,18 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         [('zero = "reflective tape"\n', "")],
         ['fan.toml line 2: conventions has no zero: where angle zero is, in words. Write zero = "reflective tape".'],
     ),
+    "zero number": (
+        [('zero = "reflective tape"\n', "zero = 3\n")],
+        [
+            'fan.toml line 7: conventions.zero = 3 is no text: where angle zero is, in words. Write zero = "reflective tape".'
+        ],
+    ),
+    "two runs of one name": (
+        [('name = "trial right"\n', 'name = "trial left"\n')],
+        [
+            'fan.toml line 22: runs[3].name = "trial left" is the name of run 2 at the same speed already: messages and reports could not tell the two apart. Write another name, or remove one of the runs if it is a copy.'
+        ],
+    ),
     "conv unknown": (
         [('detector = "pp"\n', 'detector = "pp"\nsens="cw"\n')],
         ['fan.toml line 7: unknown key "sens" in conventions. Known: phase, readings, angles, detector, zero.'],

@@ -12,10 +12,12 @@ from rotor_jobs import FAN, read_text, solve_text
 from test_engine import engine, job_of, number_at, solved
 from test_rotor_plan import fan
 from vibopt.answer.answer import Answer
+from vibopt.balancing import limit_prices
 from vibopt.balancing.engine.shaking import arms
 from vibopt.balancing.known import read_known, solve_known
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.document.mistakes import Mistakes
+from vibopt.work import answering, each_answer_within
 
 MIL = 2.54e-5 / 2.0
 
@@ -41,6 +43,24 @@ def test_a_cap_of_a_measured_rotor_has_the_price_of_the_file_with_the_wider_cap(
     assert numbers(words, "mil pp") == pytest.approx(expected, rel=2e-3)
     assert plan.to_json()["prices"]["planes.left.weight"]["words"] == words
     assert solve_text(text(600.0)).prices == {}
+
+
+CAPPED = fan('weight = { from = "0 g", to = "6 g" }\n') + '[goal]\nminimise = "residual"\n'
+
+
+def test_under_a_time_limit_prices_are_worked_out_within_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    price = solve_text(CAPPED).prices["planes.left.weight"].words
+    with each_answer_within(1e9), answering():
+        plan = solve_text(CAPPED)
+    monkeypatch.setattr(limit_prices, "solve_question", None)  # looked at later, nothing is solved any more
+    assert plan.prices["planes.left.weight"].words == price
+
+
+def test_what_a_time_limit_leaves_no_room_for_has_no_price_and_says_so() -> None:
+    with each_answer_within(1e-9), answering():
+        plan = solve_text(CAPPED)
+    assert (plan.status, dict(plan.prices)) == ("optimal", {})
+    assert any(note.startswith("No price was computed for planes.left.weight") for note in plan.notes)
 
 
 def test_a_deepest_hole_has_a_price_as_well() -> None:

@@ -248,6 +248,8 @@ def test_limits_that_cannot_hold_are_refused_with_the_smallest_loosening() -> No
     plan = solve_text(FAN + SECOND + '[limits.all]\nresponse = "residual"\nat_most = "0.2 mil"\n')
     assert (plan.status, plan.exit_code) == ("infeasible", 3)
     assert plan.reason.startswith("This cannot hold: all. Smallest loosening of one: all 0.2 mil pp -> ")
+    conflict = plan.to_json()["conflict"]
+    assert (conflict["limits"], conflict["loosenings"][0]["limit"]) == (["all"], "all")
     bound = plan.reason.split(" -> ")[1].rstrip(".")
     assert solve_text(FAN + SECOND + f'[limits.all]\nresponse = "residual"\nat_most = "{bound}"\n').status == "optimal"
 
@@ -310,7 +312,7 @@ def test_a_dead_sensor_does_not_stop_the_plan() -> None:
 
 def test_repeated_runs_give_the_scatter() -> None:
     again = FAN[FAN.index("[[runs]]") :].replace("8.6 mil @ 63", "8.8 mil @ 64").replace("6.2 mil @ 36", "6.1 mil @ 35")
-    plan = solve_text(FAN + again)
+    plan = solve_text(FAN + again.replace('name = "', 'name = "again '))
     assert plan.plan.rows[0].band is not None
     assert (
         plan.notes[-1]

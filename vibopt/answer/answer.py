@@ -129,7 +129,7 @@ class Answer(Generic[J_co]):
     found
         `find_all`: intervals (low, high) in the user's unit, else None.
     conflict
-        Limits that cannot hold together; None where none are, or where `reason` says which.
+        Limits that cannot hold together; None where none are. Of a balancing job `reason` says it in words.
     model
         What was needed of a machine; None for other kinds.
     tolerances

@@ -124,9 +124,10 @@ def nothing(
     job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False
 ) -> Answer[RotorJob]:
     """No correction: which limits stand in the way."""
-    reason = impasse(job, posed, solved.work, thorough=thorough) if solved.status == "infeasible" else ""
+    infeasible = solved.status == "infeasible"
+    conflict, reason = impasse(job, posed, solved, thorough=thorough) if infeasible else (None, "")
     return begun(
-        job, status=solved.status, claim=solved.claim, reason=reason,
+        job, status=solved.status, claim=solved.claim, reason=reason, conflict=conflict,
         details=dict(solved.details),
         method=method_of(job, posed.question, identified),
         later=(lambda: coefficients(job, identified)) if job.has_phase else None,

@@ -128,7 +128,8 @@ def judged(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     odd = "; ".join(_either(of.whole, one.possible) for one in doubtful)
     claim = f"the runs at {where} contradict each other, and it cannot be told which is wrong ({odd})"
     if not plan.plan.fittings:
-        return replace(plan, status="unproven", claim=f"{claim}; as they stand, {plan.claim}", reason="")
+        said = f"{claim}; as they stand, {plan.claim}"
+        return replace(plan, status="unproven", claim=said, reason="", conflict=None)
     todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
     bands = "; the bands hold what is left whichever it is" if plan.plan.rows and plan.plan.rows[0].band else ""
     return replace(plan, status="unproven", claim=f"{claim}{bands}").with_plan(words=(todo, *plan.plan.words))

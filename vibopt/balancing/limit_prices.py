@@ -9,17 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Checked, Entry, Price, at_most
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import greatest_readings
 from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.pose import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
-from vibopt.balancing.prices import THOROUGH, Step, allowance, conflict_words, left_out, smallest_set, solve_question
+from vibopt.balancing.prices import THOROUGH, Step, allowance, clash, left_out, solve_question
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.forms import ComplexArray
 from vibopt.records import dataclass
 from vibopt.units import show
-from vibopt.work import Budget
+from vibopt.work import Budget, is_limited, late
 
 Known = ResidualLimit | CorrectionLimit | OwnCap
 STEP = 1.1
@@ -81,10 +82,10 @@ def limit_answers(
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
     priced = [one for one in limits if job.choices and (steps or answers[one.name].margin < _ACTIVE)]
     words: Mapping[str, str] = DeferredMapping(lambda: {one.name: asking.price(one) for one in priced})
-    if asked.question.is_search:
-        words = dict(words)
-    else:
+    if not asked.question.is_search:
         asking.plan(priced)
+    if asked.question.is_search or is_limited():
+        words = dict(words)
     own = {one.name for one in of_planes}
     return Priced({name: one for name, one in answers.items() if name not in own}, words, asking.notes())
 
@@ -136,8 +137,8 @@ class _Asking:
         return solved
 
     def _may(self, solves: int) -> bool:
-        """Whether there is room; of what was planned before there is."""
-        return not self.asked.question.is_search or self.room(solves)
+        """Whether there is room and time; of what was planned before there is room."""
+        return self.room(solves) if self.asked.question.is_search else not late("prices")
 
     def price(self, limit: Known) -> str:
         """What a wider limit buys, in words; "" where it buys nothing or was left out."""
@@ -182,10 +183,13 @@ class _Asking:
 
         def height(factor: float) -> float:
             wider = loosened(job, asked, limit, factor)
-            solved = None if wider is None else self.solve(wider)
+            solved = None if wider is None or not self._may(1) else self.solve(wider)
             return np.inf if solved is None or solved.u is None else root(solved.value)
 
         good = _first_below(height, (1.0, root(self.value)), (most, root(free.value)))
+        if not self._may(1):
+            self.endless.append(limit.name)
+            return ""
         return show(limit.at_most * good, limit.unit, _dimension(job, limit))
 
 
@@ -283,16 +287,13 @@ def _exchanged(limits: tuple[Any, ...], old: Known, new: Known) -> tuple[Any, ..
     return tuple(new if one is old else one for one in limits)
 
 
-def impasse(job: RotorJob, posed: Posed, work: float = 0.0, *, thorough: bool = False) -> str:
+def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = False) -> tuple[Conflict | None, str]:
     """Why there is no correction: the limits that cannot hold together, and the smallest loosening of one of them.
 
-    `work` is what the proof took that there is none [nominal ms]; as much is expected of each further solution.
+    What the proof took that there is none is expected of each further solution.
     """
     limits: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
-    solves = 1 + len(limits) + (0 if posed.question.is_discrete else len(job.residual_limits))
-    if solves * work > allowance(thorough).most:
-        many = f"{solves} more solutions would exceed the budget"
-        return f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
+    free = not posed.question.is_discrete
 
     def possible(kept: tuple[str, ...]) -> bool:
         residual = tuple(one for one in job.residual_limits if one.name in kept)
@@ -300,15 +301,16 @@ def impasse(job: RotorJob, posed: Posed, work: float = 0.0, *, thorough: bool = 
         question = with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
         return solve_question(question).status != "infeasible"
 
-    names = smallest_set([one.name for one in limits], possible)
-    steps = [] if posed.question.is_discrete else loosenings(job, posed)
-    return conflict_words(names, [step for step in steps if step[0] in names])
+    return clash(
+        [one.name for one in limits], possible, lambda names: loosenings(job, posed, names) if free else [],
+        solved.claim, 1 + len(limits) + (len(job.residual_limits) if free else 0), solved.work, allowance(thorough),
+    )  # fmt: skip
 
 
-def loosenings(job: RotorJob, posed: Posed) -> list[Step]:
-    """(limit, bound now, bound that makes the job possible) for limits on the residual that help alone."""
+def loosenings(job: RotorJob, posed: Posed, names: Sequence[str]) -> list[Step]:
+    """(limit, bound now, bound that makes the job possible) for limits on the residual, by name, that help alone."""
     found = []
-    for limit in job.residual_limits:
+    for limit in [one for one in job.residual_limits if one.name in names]:
         rows = rows_of(job, limit.sensor, limit.speed)
         free = loosened(job, posed, limit, np.inf)
         assert free is not None
@@ -317,7 +319,6 @@ def loosenings(job: RotorJob, posed: Posed) -> list[Step]:
         solved = solve_question(replace(free, importance=importance, goal="worst"))
         if solved.u is None or not solved.value > limit.at_most:
             continue
-        dimension = job.sensors[job.readings[rows[0]][1]].dimension
-        now, then = (show(one, limit.unit, dimension) for one in (limit.at_most, solved.value * 1.0005))
+        now, then = (Entry(one, _dimension(job, limit), limit.unit) for one in (limit.at_most, solved.value * 1.0005))
         found.append((limit.name, now, then))
     return found

@@ -49,8 +49,12 @@ def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mi
             'is for phase angles, but readings = "mark" says that the readings are positions of the mark. Leave phase '
             'out, or write readings = "phase".',
         )
-    zero = given.get("zero")
-    if not isinstance(zero, str) or not zero.strip():
+    zero = given.get("zero", "")
+    if not isinstance(zero, str):
+        mistakes.value(
+            ("conventions", "zero"), zero, 'is no text: where angle zero is, in words. Write zero = "reflective tape".'
+        )
+    elif not zero.strip():
         mistakes.add(
             ("conventions",), 'conventions has no zero: where angle zero is, in words. Write zero = "reflective tape".'
         )

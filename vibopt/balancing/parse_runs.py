@@ -104,6 +104,7 @@ def read_runs(
     sensors, readings, notes, written = in_arrays or _all_readings(raws, conventions, declared, mistakes)
     weights = _all_weights(raws, conventions, planes)
     speeds = [_speed(raw, document, mistakes) for raw in raws]
+    _check_names(raws, [speed for speed, _ in speeds])
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
     groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], [not one.any() for one in weights])
@@ -172,6 +173,23 @@ def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
         return raws
     found = phasors(names, [[raw.readings[name] for name in names] for raw in raws])
     return raws if found is None else [replace(raw, readings=own) for raw, own in zip(raws, found, strict=True)]
+
+
+def _check_names(raws: Sequence[Raw], speeds: Sequence[float]) -> None:
+    """Messages and reports name runs: at one speed each needs a name of its own."""
+    first: dict[str, list[tuple[int, float]]] = {}
+    for index, (raw, speed) in enumerate(zip(raws, speeds, strict=True)):
+        if raw.name is None:
+            continue
+        same = first.setdefault(raw.name, [])
+        other = next((one for one, its in same if same_speed(speed, its)), None)
+        if other is not None:
+            raw.mistakes.value(
+                (*raw.path, "name"), raw.name,
+                f"is the name of run {other + 1} at the same speed already: messages and reports could not tell the "
+                "two apart. Write another name, or remove one of the runs if it is a copy.",
+            )  # fmt: skip
+        same.append((index, speed))
 
 
 def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Mapping[str, Any]:

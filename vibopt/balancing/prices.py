@@ -10,6 +10,8 @@ from typing import Literal
 
 import numpy as np
 
+from vibopt.answer.answer import Conflict
+from vibopt.answer.entry import Entry
 from vibopt.balancing.question import Question, Solved
 from vibopt.records import dataclass
 from vibopt.work import Budget, metered
@@ -175,8 +177,8 @@ def _moved(question: Question, which: Which, place: int, by: float) -> Question:
     return replace(question, caps=caps)
 
 
-Step = tuple[str, str, str]
-"""A limit, its bound now, and the bound that alone makes the job possible, as text."""
+Step = tuple[str, Entry, Entry]
+"""A limit, its bound now, and the bound that alone makes the job possible."""
 
 
 def smallest_set(names: Sequence[str], possible: Callable[[tuple[str, ...]], bool]) -> tuple[str, ...]:
@@ -199,13 +201,30 @@ def smallest_set(names: Sequence[str], possible: Callable[[tuple[str, ...]], boo
     return kept
 
 
-def conflict_words(names: Sequence[str], steps: Sequence[Step]) -> str:
-    """ "These cannot hold together: a, b. Smallest loosening of one: a 1 mil pp -> 2 mil pp." """
-    if not names:
-        return ""
-    together = "These cannot hold together" if len(names) > 1 else "This cannot hold"
-    said = f"{together}: {', '.join(names)}."
-    if steps:
-        told = ", or ".join(f"{name} {now} -> {then}" for name, now, then in steps)
-        said += f" Smallest loosening of one: {told}."
-    return said
+def clash(
+    names: Sequence[str], possible: Callable[[tuple[str, ...]], bool],
+    loosened: Callable[[tuple[str, ...]], list[Step]], proof: str, solves: int, work: float, budget: Budget,
+) -> tuple[Conflict | None, str]:  # fmt: skip
+    """The limits that cannot hold together with the smallest loosening of one, and all this in words.
+
+    Parameters
+    ----------
+    names, possible
+        As for `smallest_set`.
+    loosened
+        What helps alone, of some limits.
+    proof
+        How it is known that there is no answer.
+    solves, work, budget
+        How many solutions that takes at most, what each takes, and what all may take [nominal ms].
+    """
+    if solves * work > budget.most:
+        many = f"{solves} more solutions would exceed the budget"
+        return None, f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
+    kept = smallest_set(names, possible)
+    if not kept:
+        return None, ""
+    conflict = Conflict(kept, tuple(loosened(kept)), proof)
+    together = "These cannot hold together" if len(kept) > 1 else "This cannot hold"
+    told = ", or ".join(f"{name} {now.shown} -> {then.shown}" for name, now, then in conflict.loosenings)
+    return conflict, f"{together}: {', '.join(kept)}." + (f" Smallest loosening of one: {told}." if told else "")

@@ -79,7 +79,7 @@ def _unless_felt(of: Heard, idle: tuple[int, ...], none: Answer[RotorJob], solve
         return replace(none, notes=notes)
     names = " and ".join(of.job.planes[one].name for one in idle if one not in still)
     claim = f"without weights in {names}, which act within the scatter of the readings, the limits cannot be kept"
-    return replace(none, status="unproven", claim=claim, reason="", notes=notes)
+    return replace(none, status="unproven", claim=claim, reason="", conflict=None, notes=notes)
 
 
 def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) -> Fitting:

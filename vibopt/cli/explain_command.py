@@ -62,7 +62,7 @@ def _tell(job: Job, result: Explanation, console: Console) -> None:
     if result.absorbers is not None:
         for title, rows in result.absorbers.blocks:
             section(console, title, grid(rows, whole=(0,)))
-    if found.conflict is not None:
+    if found.conflict is not None and not found.reason:
         section(console, "Cannot hold together", ", ".join(found.conflict.limits))
     if found.notes:
         section(console, "Notes", grid([(one,) for one in found.notes]))

@@ -61,6 +61,7 @@ def _tell(result: WhatIf, console: Console) -> None:
     from vibopt.answer.text import grid, section
     from vibopt.report.machine_words import listed
     from vibopt.study.seen import reason
+    from vibopt.study.whatif import unfollowed
 
     console.print(result.job.title, style="bold")
     rows = [(path, f"{_old(result.job, path)} -> {new}") for path, new in result.changes.items()]
@@ -74,6 +75,8 @@ def _tell(result: WhatIf, console: Console) -> None:
         console.print(f"\nThe design kept breaks {names}." if names else "\nThe design kept breaks no limit that held.")
         if result.thresholds:
             _say_thresholds(result, console)
+        elif words := unfollowed(result.job):
+            console.print(words)
 
 
 def _old(job: Job, path: str) -> str:

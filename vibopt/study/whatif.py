@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibopt.errors import InputError
-from vibopt.jobs import answer, is_scene, with_changes
+from vibopt.jobs import answer, is_scene, noun_of, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.rounded_plan import drawn
@@ -91,6 +91,16 @@ def whatif(
     sound = is_scene(base) and (after.status == "met" or len(held) == len(before.limits))
     found = thresholds(base, progress) if sound and is_scene(base) else ()
     return WhatIf(job, changes, before, after, keep_design, breaks, tuple(found))
+
+
+def unfollowed(job: Job) -> str:
+    """Why it is not said of a kind of job how far each fact may go; "" where it is."""
+    if is_scene(job):
+        return ""
+    return (
+        f"How far each fact may go is told for machines alone: {noun_of(job)} feels a weight by its size and its angle "
+        "together, and neither alone has an end. Vary what is in doubt: vibopt sweep --keep-design."
+    )
 
 
 def _check(job: Job, changed: Job, changes: Mapping[str, Any]) -> None:

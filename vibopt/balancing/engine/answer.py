@@ -48,7 +48,8 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
     goal = goal_table(job)
     value = _measured(job, found, goal)
     budget = allowance(thorough)
-    reason = impasse(job, meter.done, budget) if status == "infeasible" and job.limits else ""
+    impossible = status == "infeasible" and job.limits
+    conflict, reason = impasse(job, claim, meter.done, budget) if impossible else (None, "")
     words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
     limits = {
         name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
@@ -66,6 +67,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         prices={path: Price(one) for path, one in words.items()},
         details={"classes": found.tried, "as_good": found.alike},
         reason=reason,
+        conflict=conflict,
     )
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil
 
-from vibopt.answer.entry import Checked
+from vibopt.answer.answer import Conflict
+from vibopt.answer.entry import Checked, Entry
 from vibopt.balancing.engine.caps import Cap, caps_of, wider
 from vibopt.balancing.engine.job import EngineJob
 from vibopt.balancing.engine.shaking import arms
@@ -21,7 +22,7 @@ from vibopt.balancing.engine.solve import (
     size_of,
 )  # fmt: skip
 from vibopt.balancing.engine.tables import EngineLimitTable
-from vibopt.balancing.prices import THOROUGH, Step, conflict_words, left_out, smallest_set
+from vibopt.balancing.prices import Step, clash, left_out
 from vibopt.units import show, si_unit
 from vibopt.work import Budget
 
@@ -126,18 +127,16 @@ def moved(job: EngineJob, name: str, limit: Known, bound: float) -> EngineJob:
     return replace(job, limits={**job.limits, name: limit.model_copy(update={"at_most": text})})
 
 
-def impasse(job: EngineJob, work: float, budget: Budget) -> str:
+def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
     """Why no weights and no cranks are possible: the limits that cannot hold together and the smallest loosening."""
-    solves = 3 * len(job.limits) + 1
-    if solves * work > budget.most:
-        many = f"{solves} more solutions would exceed the budget"
-        return f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
 
     def possible(kept: tuple[str, ...]) -> bool:
         return balance(replace(job, limits={name: job.limits[name] for name in kept})).status != "infeasible"
 
-    names = smallest_set(tuple(job.limits), possible)
-    return conflict_words(names, [step for name in names for step in _loosening(job, name)])
+    def loosened(names: tuple[str, ...]) -> list[Step]:
+        return [step for name in names for step in _loosening(job, name)]
+
+    return clash(tuple(job.limits), possible, loosened, claim, 3 * len(job.limits) + 1, work, budget)
 
 
 def _loosening(job: EngineJob, name: str) -> list[Step]:
@@ -151,7 +150,7 @@ def _loosening(job: EngineJob, name: str) -> list[Step]:
     bound = min(reached) * _LOOSER
     if balance(moved(job, name, table, bound)).status == "infeasible":
         return []
-    return [(name, _shown(table, table.bound), _shown(table, bound))]
+    return [(name, *(Entry(one, table.dimension, table.unit) for one in (table.bound, bound)))]
 
 
 def _shown(limit: Known, bound: float) -> str:

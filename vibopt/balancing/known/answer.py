@@ -8,7 +8,7 @@ from math import tau
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.balancing.known.job import KnownJob, Spot
-from vibopt.balancing.known.prices import prices
+from vibopt.balancing.known.prices import impasse, prices
 from vibopt.balancing.known.solve import Correction, correct
 from vibopt.balancing.known.statics import (
     aim_of,
@@ -40,10 +40,14 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         name: replace(one, price=Price(words.pop(name, ""), rate=found.prices.get(name)))
         for name, one in limits.items()
     }
+    impossible = status == "infeasible" and job.limits
+    conflict, reason = impasse(job, claim, meter.done, allowance(thorough)) if impossible else (None, "")
     return Answer(
         job=job,
         status=status,
         claim=claim,
+        reason=reason,
+        conflict=conflict,
         values=_values(job, found),
         limits=limits,
         measures={name: _held(job, found, name, table) for name, table in job.measures.items()},

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, inf, isfinite
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Checked
 from vibopt.balancing.known.job import KnownJob
 from vibopt.balancing.known.solve import Correction, correct
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.prices import left_out
+from vibopt.balancing.prices import clash, left_out
 from vibopt.records import dataclass
 from vibopt.units import show, si_unit
 from vibopt.work import Budget, metered
@@ -147,3 +148,12 @@ def _cap(job: KnownJob, k: int) -> Bound:
 
 def _key(plane: Plane) -> str:
     return "weight" if plane.unit and plane.dimension == "mass" else "unbalance"
+
+
+def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
+    """Why there is no correction: the limits that cannot hold together."""
+
+    def possible(kept: tuple[str, ...]) -> bool:
+        return correct(replace(job, limits={name: job.limits[name] for name in kept})).status != "infeasible"
+
+    return clash(tuple(job.limits), possible, lambda names: [], claim, len(job.limits) + 1, work, budget)
