@@ -18,7 +18,7 @@ from vibopt.manual.schema import schema_of_answers
 from vibopt.study.recorded import KEYS, REL_TOL, compare
 
 if TYPE_CHECKING:
-    from vibopt.balancing.kinds import BalancingJob
+    from vibopt.balancing.job_kinds import BalancingJob
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 FILES = sorted(PROBLEMS.rglob("*.toml"))

@@ -13,7 +13,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 from vibopt.answer.answer import EMPTY, Answer
-from vibopt.balancing.kinds import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
+from vibopt.balancing.job_kinds import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
 from vibopt.document.locate import located
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import FileText, changed, inside, parsed, placed, text_of
@@ -24,8 +24,8 @@ from vibopt.work import answering, each_answer_within
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
-    from vibopt.balancing.engine.job import EngineJob
-    from vibopt.balancing.kinds import BalancingJob
+    from vibopt.balancing.engine.engine_job import EngineJob
+    from vibopt.balancing.job_kinds import BalancingJob
     from vibopt.balancing.parse_influence import Saved
     from vibopt.scene.scene import Scene
     from vibopt.values.fact_at import FactAt
@@ -181,7 +181,7 @@ def _read(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
         from vibopt.balancing.engine import read_engine
 
         return read_engine(document, mistakes)
-    from vibopt.balancing.rotor import read_rotor
+    from vibopt.balancing.read_rotor import read_rotor
 
     file = document.get("readings")
     folder = file.folder if isinstance(file, FileText) else None
@@ -275,7 +275,7 @@ def balanced(
     job: BalancingJob, *, thorough: bool = False, explain: bool = True, method: str | None = None
 ) -> Answer[Any]:
     """The answer to a balancing job; `thorough` computes every price, whatever the work, without `explain` none."""
-    from vibopt.balancing.prices import without_prices
+    from vibopt.balancing.question_prices import without_prices
 
     with answering() as limit, nullcontext() if explain else without_prices():
         found = _balanced(job, thorough, method)
@@ -285,7 +285,7 @@ def balanced(
 
 def reasons(job: BalancingJob, found: Answer[Any]) -> tuple[Any, Any]:
     """Why a balancing job has its model (name, words) and its method (name, whether it answered, why)."""
-    from vibopt.balancing import reasons as why
+    from vibopt.balancing import explained as why
 
     if is_rotor(job):
         return why.of_rotor(job, found)

@@ -56,7 +56,7 @@ def test_a_measure_is_neither_active_nor_broken() -> None:
 
 
 class Job:
-    name, title, kind, views = "fan", "a fan", "rotor", "vibopt.balancing.views"
+    name, title, kind, views = "fan", "a fan", "rotor", "vibopt.balancing.plan_views"
 
 
 @pytest.mark.parametrize("status", EXIT_CODES)

@@ -8,8 +8,8 @@ from math import degrees
 from pathlib import Path
 
 from vibopt.answer.answer import Answer
-from vibopt.balancing.job import RotorJob
-from vibopt.balancing.rotor import read_rotor
+from vibopt.balancing.read_rotor import read_rotor
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.document.locate import Locator
 from vibopt.document.mistakes import Mistakes

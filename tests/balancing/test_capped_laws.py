@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rotor_jobs import correction, solve_text
 from test_rotor_laws import PLANES, SENSORS, Truth, best, job, truths
 from vibopt.answer.answer import Answer
-from vibopt.balancing.job import RotorJob
+from vibopt.balancing.rotor_job import RotorJob
 
 RADIUS = 'radius = "100 mm"'
 GOALS = st.sampled_from(["rms", "worst"])

@@ -14,11 +14,12 @@ from rotor_jobs import FAN, correction, messages, read_text, solve_text
 from test_rotor_plan import ALIKE, SECOND, fan, put_back_of
 from vibopt.answer.blocks import WARNING
 from vibopt.answer.text import blocks_of, text_of
-from vibopt.balancing import prices, solve_rotor
+from vibopt.balancing import question_prices as prices
+from vibopt.balancing import solve_rotor
 from vibopt.balancing.influence import identify
-from vibopt.balancing.pose import pose
+from vibopt.balancing.plan_views import goal_words
+from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import noise_of, scenario_rows
-from vibopt.balancing.views import goal_words
 from vibopt.units import read_quantity
 
 SCATTER = '[scatter]\namplitude = "2 %"\nangle = "1 deg"\n'

@@ -12,9 +12,9 @@ import pytest
 from rotor_jobs import FAN, polar, read_text, solve_text
 from vibopt.balancing.contradictions import Heard, heard, held_bands
 from vibopt.balancing.influence import identify, leverage
-from vibopt.balancing.job import RotorJob
-from vibopt.balancing.pose import pose
-from vibopt.balancing.prices import solve_question
+from vibopt.balancing.question_prices import solve_question
+from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.balancing.trust import _band
 from vibopt.forms import ComplexArray, FloatArray

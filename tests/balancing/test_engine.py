@@ -17,12 +17,10 @@ from hypothesis import strategies as st
 from vibopt.answer.answer import Answer
 from vibopt.answer.text import blocks_of
 from vibopt.balancing.engine import EngineJob, read_engine, solve_engine
-from vibopt.balancing.engine.firing import best_firing, is_even
-from vibopt.balancing.engine.kinematics import exact_orders, truncated_orders
-from vibopt.balancing.engine.phasing import classes
-from vibopt.balancing.engine.shaking import arms, of_order, peak
-from vibopt.balancing.engine.simulate import simulated
-from vibopt.balancing.engine.solve import Balanced, balance
+from vibopt.balancing.engine.choose_weights import Balanced, balance
+from vibopt.balancing.engine.engine_answer import simulated
+from vibopt.balancing.engine.firing import best_firing, classes, is_even
+from vibopt.balancing.engine.shaking import arms, exact_orders, of_order, peak, truncated_orders
 from vibopt.document.locate import Locator
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError
@@ -199,7 +197,7 @@ def test_check_refuses_what_the_turning_engine_does_not_show(monkeypatch: pytest
     def wrong(job: EngineJob, found: Balanced, couple: bool) -> float:
         return 1e6
 
-    monkeypatch.setattr("vibopt.balancing.engine.simulate.simulated", wrong)
+    monkeypatch.setattr("vibopt.balancing.engine.engine_answer.simulated", wrong)
     assert solved(engine(["0 deg"])).status == "check_failed"
 
 

@@ -11,10 +11,10 @@ import pytest
 
 from test_engine import engine, job_of, number_at, solved
 from vibopt.answer.text import blocks_of, text_of
-from vibopt.balancing import prices
+from vibopt.balancing import question_prices as prices
 from vibopt.balancing.engine import EngineJob, solve_engine
+from vibopt.balancing.engine.choose_weights import balance, settings
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
-from vibopt.balancing.engine.solve import balance, settings
 from vibopt.units import read_quantity
 
 
@@ -163,12 +163,12 @@ def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.Mo
 
 
 def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibopt.balancing.engine.program import Least
+    from vibopt.balancing.engine.counterweights import Least
 
     def nothing(job: EngineJob, found: Arms, *more: object) -> Least:
         return Least(None, np.nan, -np.inf, "unproven", "the solver stopped")
 
-    monkeypatch.setattr("vibopt.balancing.engine.solve.weigh", nothing)
+    monkeypatch.setattr("vibopt.balancing.engine.choose_weights.weigh", nothing)
     assert balance(job_of(search("1 kN m"))).status == "unproven"
 
 

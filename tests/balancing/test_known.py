@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 
 from vibopt.answer.answer import Answer
 from vibopt.balancing.known import read_known, solve_known
-from vibopt.balancing.known.job import KnownJob
-from vibopt.balancing.known.solve import correct
-from vibopt.balancing.known.statics import equilibrium, turned_by_hand, unbalances
-from vibopt.balancing.views import goal_words
+from vibopt.balancing.known.correct import correct
+from vibopt.balancing.known.known_job import KnownJob
+from vibopt.balancing.known.shaft_statics import equilibrium, turned_by_hand, unbalances
+from vibopt.balancing.plan_views import goal_words
 from vibopt.document.locate import Locator
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, NotProven, UnknownName
@@ -126,7 +126,7 @@ def test_capped_plane_is_filled_and_nothing_else_within_the_caps_is_better() -> 
     assert answer.status == "optimal"
     assert number_at(answer, "planes.P.mass") == pytest.approx(0.02, rel=1e-6)
     assert any("out of reach" in note for note in answer.notes)
-    from vibopt.balancing.known.statics import reactions
+    from vibopt.balancing.known.shaft_statics import reactions
 
     generator = np.random.default_rng(7)
     for _ in range(2000):

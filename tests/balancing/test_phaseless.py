@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotor_jobs import correction, messages, read_text, solve_text
-from vibopt.balancing.job import RotorJob
 from vibopt.balancing.phaseless import circles, without_phase
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.verification import simulated_without_phase
 
 HEAD = """title = "without phase"
@@ -159,7 +159,7 @@ def test_a_plan_that_the_squares_do_not_show_is_refused(monkeypatch: pytest.Monk
     def wrong(job: RotorJob, row: int, u: np.ndarray) -> float:
         return 1e-3
 
-    monkeypatch.setattr("vibopt.balancing.solve_phaseless.simulated_without_phase", wrong)
+    monkeypatch.setattr("vibopt.balancing.phaseless.simulated_without_phase", wrong)
     plan = solve_text(two_planes(ALONE))
     assert (plan.status, plan.exit_code) == ("check_failed", 6)
     assert plan.claim.startswith("the squares of the amplitudes give 0.707107 mm/s rms at a at 900 rpm, the plan says ")

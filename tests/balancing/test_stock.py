@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from rotor_jobs import FAN, messages, read_text, solve_text
 from test_rotor_plan import fan, put_back_of
 from vibopt.balancing.continuous import solve_continuous
+from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.influence import identify
-from vibopt.balancing.options import Options, options_of
+from vibopt.balancing.plane_options import Options, options_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
-from vibopt.balancing.words import Conventions
 from vibopt.errors import InputError
 from vibopt.forms import ComplexArray, FloatArray
 

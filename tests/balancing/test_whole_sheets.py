@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from rotor_jobs import messages, read_text
 from vibopt.balancing import parse_runs
-from vibopt.balancing.csvrows import Cells
-from vibopt.balancing.job import RotorJob
+from vibopt.balancing.csv_runs import Cells
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.solve_rotor import solve_job
 
 HEAD = """title = "sheet"

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 import vibopt as vo
 from vibopt.answer.answer import EXIT_CODES
-from vibopt.balancing.schema import SCHEMAS
+from vibopt.balancing.table_schemas import SCHEMAS
 from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import VERBS
 from vibopt.devices import FAMILIES

@@ -15,12 +15,12 @@ from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import impasse
-from vibopt.balancing.pose import Posed
-from vibopt.balancing.prices import Solver, solve_question
+from vibopt.balancing.plan_values import coefficients, quality_values, trial_advice
 from vibopt.balancing.question import Question, Solved
-from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
+from vibopt.balancing.question_prices import Solver, solve_question
+from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.rotor_question import Posed
 from vibopt.forms import ComplexArray
 from vibopt.units import show
 

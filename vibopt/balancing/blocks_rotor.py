@@ -10,8 +10,8 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned, limits_block, prices_block, table
 from vibopt.answer.entry import Entry, Value
 from vibopt.answer.plan import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
-from vibopt.balancing.job import RotorJob
-from vibopt.balancing.trim import shows_whole
+from vibopt.balancing.plan_values import shows_whole
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 

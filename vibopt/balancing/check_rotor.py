@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vibopt.balancing.job import Run
 from vibopt.balancing.parse_runs import Measured
 from vibopt.balancing.planes import Plane
+from vibopt.balancing.rotor_job import Run
 from vibopt.document.mistakes import Mistakes
 from vibopt.forms import ComplexArray
 from vibopt.units import show

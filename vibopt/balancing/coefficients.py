@@ -6,9 +6,9 @@ from math import degrees
 from typing import Any
 
 from vibopt.balancing.contradictions import heard
-from vibopt.balancing.job import RotorJob
+from vibopt.balancing.conventions import CHOICES
 from vibopt.balancing.planes import MASS
-from vibopt.balancing.words import CHOICES
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.errors import InputError
 from vibopt.units import to_unit
 

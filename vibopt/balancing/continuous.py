@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.balancing.arcs import solve_over_arcs
-from vibopt.balancing.convex import Convex, solve_convex
-from vibopt.balancing.free_planes import Free, free_planes
+from vibopt.balancing.convex_rounds import Convex, solve_convex
+from vibopt.balancing.free_planes import Free, free_planes, solve_over_arcs
 from vibopt.balancing.question import Prices, Question, Solved, breaks, relative_gap
 from vibopt.balancing.scaled import Scaled, scaled
 from vibopt.forms import ComplexArray, FloatArray

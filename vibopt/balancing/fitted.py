@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from vibopt.balancing.planes import Fitted, Plane, read_fitted, unit_of
-from vibopt.balancing.tables import read_value
+from vibopt.balancing.rotor_tables import read_value
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.units import best_unit, to_unit
 

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.balancing.job import RotorJob, Run
+from vibopt.balancing.rotor_job import RotorJob, Run
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 

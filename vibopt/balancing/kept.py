@@ -13,9 +13,9 @@ from vibopt.units import to_unit
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.balancing.engine.job import EngineJob
-    from vibopt.balancing.job import RotorJob
-    from vibopt.balancing.known.job import KnownJob
+    from vibopt.balancing.engine.engine_job import EngineJob
+    from vibopt.balancing.known.known_job import KnownJob
+    from vibopt.balancing.rotor_job import RotorJob
 
 MINIMISED = "minimised"
 """Name of the measure that the goal of an engine becomes."""
@@ -32,7 +32,7 @@ def of_rotor(job: RotorJob, plan: Answer[RotorJob]) -> dict[str, Any]:
 
 def of_known(job: KnownJob) -> dict[str, Any]:
     """The file of a shaft with known masses with the weights that correct it."""
-    from vibopt.balancing.known.solve import AS_WRITTEN, correct
+    from vibopt.balancing.known.correct import AS_WRITTEN, correct
 
     found = correct(job)
     own = found.weights or ((),) * len(job.spots)

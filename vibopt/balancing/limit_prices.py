@@ -13,10 +13,10 @@ from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Checked, Entry, Price, at_most
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import greatest_readings
-from vibopt.balancing.job import CorrectionLimit, ResidualLimit, RotorJob
-from vibopt.balancing.pose import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
-from vibopt.balancing.prices import THOROUGH, Step, allowance, clash, left_out, solve_question
 from vibopt.balancing.question import Question, Solved, first_greatest
+from vibopt.balancing.question_prices import THOROUGH, Step, allowance, clash, left_out, solve_question
+from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
+from vibopt.balancing.rotor_question import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
 from vibopt.forms import ComplexArray
 from vibopt.records import dataclass
 from vibopt.units import show

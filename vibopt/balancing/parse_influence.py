@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vibopt.balancing.job import Sensor
+from vibopt.balancing.conventions import Conventions, read_amplitude, split_angle
 from vibopt.balancing.parse_machine import read_conventions
 from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
 from vibopt.balancing.planes import Plane, read_weight
-from vibopt.balancing.tables import InfluenceTable, listed_tables, read_table, read_value
-from vibopt.balancing.words import Conventions, read_amplitude, split_angle
+from vibopt.balancing.rotor_job import Sensor
+from vibopt.balancing.rotor_tables import InfluenceTable, listed_tables, read_table, read_value
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
 from vibopt.records import dataclass

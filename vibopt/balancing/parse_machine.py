@@ -6,9 +6,17 @@ from collections.abc import Mapping, Sequence
 from math import inf, isclose, radians
 from typing import Any, cast
 
+from vibopt.balancing.conventions import (
+    CHOICES,
+    MARK,
+    Conventions,
+    read_amplitude,
+    read_angle,
+    read_reading,
+    show_angle,
+)
 from vibopt.balancing.fitted import is_fitted, with_fitted
-from vibopt.balancing.job import Sensor
-from vibopt.balancing.options import (
+from vibopt.balancing.plane_options import (
     ALL_FORBIDDEN,
     KEPT_AND_REMOVED,
     MOST_OPTIONS,
@@ -17,8 +25,8 @@ from vibopt.balancing.options import (
     listed_twice,
 )
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
-from vibopt.balancing.tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
-from vibopt.balancing.words import CHOICES, MARK, Conventions, read_amplitude, read_angle, read_reading, show_angle
+from vibopt.balancing.rotor_job import Sensor
+from vibopt.balancing.rotor_tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError
 from vibopt.units import Detector, read_quantity

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.csvfile import read_csv
-from vibopt.balancing.job import Run, Sensor
+from vibopt.balancing.conventions import Amplitude, Conventions, read_angle, read_reading
+from vibopt.balancing.csv_runs import read_csv
 from vibopt.balancing.planes import Plane, read_weight, unit_of
-from vibopt.balancing.tables import RunTable, listed_tables, read_table, read_value
-from vibopt.balancing.words import Amplitude, Conventions, read_angle, read_reading
+from vibopt.balancing.rotor_job import Run, Sensor
+from vibopt.balancing.rotor_tables import RunTable, listed_tables, read_table, read_value
 from vibopt.balancing.written import Written, WrittenByName, numbers, phasors
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out

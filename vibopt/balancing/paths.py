@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from vibopt.balancing.words import AMPLITUDES
+from vibopt.balancing.conventions import AMPLITUDES
 from vibopt.errors import QuantityError
 from vibopt.units import Detector, is_range, read_quantity, read_range
 from vibopt.units.complaints import NUMBER

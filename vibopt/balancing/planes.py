@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from math import inf, isclose, pi, tau
 
-from vibopt.balancing.words import Conventions, read_angle, show_angle
+from vibopt.balancing.conventions import Conventions, read_angle, show_angle
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import read_quantity, show

@@ -1,7 +1,7 @@
 """The question an optimiser is asked, and its answer: arrays in SI, and no words of the file.
 
 A correction u is what is added to the rotor; what is left at the readings is y0 + H u.  Phasors are
-peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.words`.
+peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.conventions`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Good discrete corrections quickly: the nearest options of a continuous answer, bettered by exchange."""
+"""Good discrete corrections quickly, by exchange, and bounds on what boxes of options can reach."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibopt.balancing.convex import KEPT
+from vibopt.balancing.convex_rounds import KEPT
 from vibopt.balancing.scaled import Scaled
 from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
 
 NO_STOCK: FloatArray = np.empty(0)
 CHUNK = 2_000_000  # complex numbers held at once
@@ -113,3 +114,131 @@ def _exchange(
     for p, places in zip(planes, grid, strict=True):
         new[p] = int(places[winner])
     return new, float(values[winner])
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Middles and half sides (complex: along Re and along Im) per box and plane, least mass of each plane's cell.
+
+    centre, half
+        Shape (n_boxes, n_planes), complex, scaled.
+    lightest
+        Shape (n_boxes, n_planes), scaled mass.
+    """
+
+    centre: ComplexArray
+    half: ComplexArray
+    lightest: FloatArray
+
+    def clip(self, x: ComplexArray, plane: int) -> ComplexArray:
+        """x (n_boxes,) of one plane brought into its boxes."""
+        off, half = x - self.centre[:, plane], self.half[:, plane]
+        inside: ComplexArray = np.clip(off.real, -half.real, half.real) + 1j * np.clip(off.imag, -half.imag, half.imag)
+        return self.centre[:, plane] + inside
+
+    def fall(self, slope: ComplexArray, x: ComplexArray) -> FloatArray:
+        """Least value of Re slope*(x' - x) over x' in the box, shape (n_boxes, n_planes)."""
+        middle = (slope.conj() * (self.centre - x)).real
+        least: FloatArray = middle - np.abs(slope.real) * self.half.real - np.abs(slope.imag) * self.half.imag
+        return least
+
+
+def sweep(rows: ComplexArray, t: ComplexArray, weights: FloatArray, boxes: Boxes, x: ComplexArray) -> ComplexArray:
+    """One pass over the planes: each plane's best place in its box with the others fixed; x changes, t is returned."""
+    for plane in range(rows.shape[1]):
+        column = rows[:, plane]
+        curvature = weights @ (column.real**2 + column.imag**2)
+        step = -((weights * t) @ column.conj()) / np.maximum(curvature, 1e-300)
+        new = boxes.clip(x[:, plane] + step, plane)
+        t = t + (new - x[:, plane])[:, None] * column
+        x[:, plane] = new
+    return t
+
+
+def goal_bounds(
+    scene: Scaled, boxes: Boxes, x: ComplexArray, weights: FloatArray, rounds: int, slope: ComplexArray, constant: float
+) -> FloatArray:
+    """Bounds of the goal, shape (n_boxes,); x and weights are improved in place.
+
+    `slope` (n_planes,) and `constant` are Re v*(F x + f) - sum |v| of fixed multipliers of the limits.
+    """
+    best = np.full(len(x), -np.inf)
+    t = x @ scene.G.T + scene.g
+    for _ in range(rounds):
+        v = _sweep_weights(scene, t, weights)
+        t = sweep(scene.G, t, v, boxes, x)
+        z, conjugate = _multipliers(scene, t, weights)
+        here = (z.conj() * t).real.sum(axis=1) - conjugate
+        own = z @ scene.G.conj()
+        plain = here + boxes.fall(own, x).sum(axis=1)
+        best = np.maximum(best, plain)
+        if constant:
+            limits = (x @ slope.conj()).real + constant
+            best = np.maximum(best, here + limits + boxes.fall(own + slope, x).sum(axis=1))
+        if scene.goal == "worst":
+            weights *= np.abs(t)
+            weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
+    return best
+
+
+def ratio_bounds(scene: Scaled, boxes: Boxes, x: ComplexArray, weights: FloatArray, rounds: int) -> FloatArray:
+    """Bounds of the greatest |F x + f|, shape (n_boxes,): above one no correction in the box keeps the limits."""
+    best = np.zeros(len(x))
+    t = x @ scene.F.T + scene.f
+    for _ in range(rounds):
+        t = sweep(scene.F, t, weights, boxes, x)
+        z = _unit(weights * t)
+        best = np.maximum(best, (z.conj() * t).real.sum(axis=1) + boxes.fall(z @ scene.F.conj(), x).sum(axis=1))
+        weights *= np.abs(t)
+        weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
+    return best
+
+
+def mass_bounds(scene: Scaled, boxes: Boxes, v: ComplexArray) -> FloatArray:
+    """Bounds of the sum of masses when the limits have multipliers v (n_boxes or 1, n_limits), shape (n_boxes,).
+
+    Each plane's mass is at least the lightest of its cell and at least `scene.mass` * |x|, which no tangent exceeds.
+    """
+    slope = v @ scene.F.conj()
+    limits = (v.conj() @ scene.f).real - np.abs(v).sum(axis=1)
+    zero = np.zeros_like(boxes.centre)
+    size = np.abs(boxes.centre)
+    tangent = scene.mass * np.divide(boxes.centre, size, out=zero.copy(), where=size > 0)
+    off = np.abs(boxes.centre.real), np.abs(boxes.centre.imag)
+    near = np.hypot(np.maximum(off[0] - boxes.half.real, 0.0), np.maximum(off[1] - boxes.half.imag, 0.0))
+    slack = scene.mass - np.abs(slope)
+    cone = np.where(slack >= 0, slack * near, -np.inf)
+    least = np.maximum(boxes.lightest + boxes.fall(slope, zero), np.maximum(boxes.fall(slope + tangent, zero), cone))
+    bounds: FloatArray = np.maximum(limits + least.sum(axis=1), boxes.lightest.sum(axis=1))
+    return bounds
+
+
+def _sweep_weights(scene: Scaled, t: ComplexArray, weights: FloatArray) -> FloatArray:
+    """Weights of the squares whose least value is (nearly) that of the goal at t."""
+    if scene.goal == "worst":
+        return weights
+    if scene.goal == "rms":
+        return np.ones(t.shape)
+    size = np.abs(t)
+    if scene.goal == "sum":
+        return 1.0 / np.maximum(size, 1e-6)
+    return np.minimum(1.0, scene.huber / np.maximum(size, 1e-300))
+
+
+def _multipliers(scene: Scaled, t: ComplexArray, weights: FloatArray) -> tuple[ComplexArray, FloatArray | float]:
+    """Multipliers in the domain of the goal's conjugate, and the conjugate there."""
+    if scene.goal == "rms":
+        return t / np.maximum(np.linalg.norm(t, axis=1, keepdims=True) * scene.divisor, 1e-300), 0.0
+    if scene.goal == "worst":
+        return _unit(weights * t), 0.0
+    size = np.abs(t)
+    if scene.goal == "sum":
+        return t / np.maximum(size, 1e-6), 0.0
+    z = 2.0 * t * np.minimum(1.0, scene.huber / np.maximum(size, 1e-300))
+    return z, 0.25 * (np.abs(z) ** 2).sum(axis=1)
+
+
+def _unit(z: ComplexArray) -> ComplexArray:
+    """Each row divided by the sum of its moduli."""
+    shared: ComplexArray = z / np.maximum(np.abs(z).sum(axis=1, keepdims=True), 1e-300)
+    return shared

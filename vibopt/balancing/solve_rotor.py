@@ -11,25 +11,23 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked
 from vibopt.answer.plan import Fitting, RowAnswer
+from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, method_of, nothing
-from vibopt.balancing.cautions import cancelling, unsure, ways_out, with_bands
+from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
+from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.deferred import DeferredMapping, DeferredRows
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.insensitive import idle_words, without_insensitive
-from vibopt.balancing.job import RotorJob
 from vibopt.balancing.limit_prices import limit_answers
-from vibopt.balancing.pose import Posed, caps, pose
-from vibopt.balancing.prices import Solver, solve_question
+from vibopt.balancing.phaseless import solve_without_phase
+from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
 from vibopt.balancing.question import Solved
-from vibopt.balancing.remedies import last_one, remedies, warning
-from vibopt.balancing.report_rotor import coefficients, quality_values, trial_advice
-from vibopt.balancing.solve_phaseless import solve_without_phase
-from vibopt.balancing.trim import todo, trims
+from vibopt.balancing.question_prices import Solver, solve_question
+from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.rotor_question import Posed, caps, pose
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.balancing.verification import simulated
-from vibopt.balancing.words import show_angle
 
 AGREES = 1e-6
 _ROUNDING = 1e-12

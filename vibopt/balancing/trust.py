@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 
 from vibopt.balancing.influence import Identified, Learnt, with_readings
-from vibopt.balancing.job import RotorJob, Scatter
 from vibopt.balancing.question import Question
+from vibopt.balancing.rotor_job import RotorJob, Scatter
 from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.job import RotorJob, Sensor
+from vibopt.balancing.conventions import AGAINST, LAG, MARK, WITH
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.words import AGAINST, LAG, MARK, WITH
+from vibopt.balancing.rotor_job import RotorJob, Sensor
 from vibopt.balancing.written import Written
 from vibopt.errors import QuantityError
 from vibopt.forms import ComplexArray, FloatArray

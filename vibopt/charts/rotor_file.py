@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.job import RotorJob
 from vibopt.balancing.question import Question
-from vibopt.balancing.rotor import read_rotor
+from vibopt.balancing.read_rotor import read_rotor
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.document.mistakes import Mistakes
 
 _SPEED = "3000 rpm"

@@ -65,7 +65,7 @@ def _checked(file: str) -> dict[str, Any]:
         return {"file": file, "status": "input_error", "messages": list(error.messages)}
     if is_scene(job):
         return _checked_scene(file, job)
-    from vibopt.balancing.asked import said_by
+    from vibopt.balancing.explained import said_by
 
     return {"file": file, "status": "ok", "messages": [], **said_by(job)}
 

@@ -63,7 +63,7 @@ def responses() -> Iterator[Topic]:
 
 def balancing() -> Iterator[Topic]:
     """A page for each kind of balancing file."""
-    from vibopt.balancing.schema import SCHEMAS
+    from vibopt.balancing.table_schemas import SCHEMAS
 
     titles = {"rotor": "a measured rotor", "known": "known masses on a shaft", "engine": "an engine"}
     for name, made in SCHEMAS.items():

@@ -23,7 +23,7 @@ def schema_of(kind: str) -> dict[str, Any]:
     """
     if kind in ("scene", "answer"):
         return problem_schema() if kind == "scene" else schema_of_answers()
-    from vibopt.balancing.schema import SCHEMAS
+    from vibopt.balancing.table_schemas import SCHEMAS
 
     if kind not in SCHEMAS:
         raise InputError(f'there is no schema "{kind}".{way_out(kind, ["scene", *SCHEMAS, "answer"])}')
@@ -36,7 +36,7 @@ def schema_of(kind: str) -> dict[str, Any]:
 def schema_of_answers() -> dict[str, Any]:
     """JSON schema of the answers to every kind of job."""
     from vibopt.answer.answer_schema import answer_schema
-    from vibopt.balancing.views import KEYS as BALANCING
+    from vibopt.balancing.plan_views import KEYS as BALANCING
     from vibopt.report.machine_views import KEYS as MACHINES
 
     return answer_schema({**MACHINES, **BALANCING})

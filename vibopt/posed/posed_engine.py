@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.balancing.engine.job import EngineJob
-from vibopt.balancing.engine.program import Box, Least, Lengths, into_box
+from vibopt.balancing.engine.choose_weights import box_of, goal_table, lengths
+from vibopt.balancing.engine.counterweights import Box, Least, Lengths, into_box
+from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
-from vibopt.balancing.engine.solve import box_of, goal_table, lengths
 from vibopt.balancing.question import relative_gap
 from vibopt.forms import FloatArray
 from vibopt.posed import conic
@@ -76,7 +76,7 @@ def choices(problem: Any, box: Box, paths: Sequence[str]) -> FloatArray:
 
 
 def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
-    """The best choices by cvxpy, with our own bound, in the place of `vibopt.balancing.engine.program.least`."""
+    """The best choices by cvxpy, with our own bound, in the place of `vibopt.balancing.engine.counterweights.least`."""
     paths, size = plain_names(box), size_of(goal)
     named = [(f"limit {k}", one) for k, one in enumerate(limits)]
     bound = -np.inf

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 from vibopt.posed.posed import Posed, refused
 
 if TYPE_CHECKING:
-    from vibopt.balancing.engine.job import EngineJob
-    from vibopt.balancing.job import RotorJob
-    from vibopt.balancing.known.job import KnownJob
+    from vibopt.balancing.engine.engine_job import EngineJob
+    from vibopt.balancing.known.known_job import KnownJob
+    from vibopt.balancing.rotor_job import RotorJob
     from vibopt.posed.weights import Named
     from vibopt.scene.scene import Scene
 
@@ -45,7 +45,7 @@ def named_rotor(job: RotorJob) -> Named:
     """The question of a measured rotor, with scatter where the goal is robust, in the words of its file."""
     import numpy as np
 
-    from vibopt.balancing.pose import rows_of
+    from vibopt.balancing.rotor_question import rows_of
     from vibopt.balancing.solve_rotor import asked_of
     from vibopt.posed.weights import Named
 
@@ -80,7 +80,7 @@ def named_known(job: KnownJob) -> Named:
     """The question of known masses in the words of its file; complete balance where no limit says how good."""
     import numpy as np
 
-    from vibopt.balancing.known.solve import complete, pose
+    from vibopt.balancing.known.correct import complete, pose
     from vibopt.posed.weights import Named
 
     question = complete(job, pose(job)[0])

@@ -1,0 +1,374 @@
+"""One convex program solved to a checked gap: only the rows that matter are shown to the solver, as cones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.balancing.scaled import Dual, Scaled, into_wedge, weak_duality
+from vibopt.cones import CONE, LINEAR, Kind, by_columns, solve_cones
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
+from vibopt.work import worked
+
+Rows = NDArray[np.intp]
+INSIDE = 20.0  # limits are drawn in by so many tolerances (2e-9 at most), the solver's own slack stays inside them
+
+
+@dataclass(frozen=True)
+class ConeAnswer:
+    """x (n_planes,), multipliers z of the goal rows and v of the limit rows (full length, zero where not used)."""
+
+    x: ComplexArray
+    z: ComplexArray
+    v: ComplexArray
+    status: str
+
+
+class _Blocks:
+    """Cones row by row: b - A x lies in them; A = [dense part over Re x, Im x | sparse part over the rest]."""
+
+    def __init__(self, n_planes: int) -> None:
+        self.n_planes = n_planes
+        self.dense: list[FloatArray] = []
+        self.b: list[FloatArray] = []
+        self.entries: list[tuple[Any, Any, Any]] = []
+        self.cones: list[Kind] = []
+        self.n_rows = 0
+
+    def moduli(self, M: ComplexArray, c: ComplexArray, bound: FloatArray, slots: Any) -> int:
+        """|M x + c| <= bound + the extra variables of `slots`, one cone per row; the place of the first row."""
+        count, start = len(c), self.n_rows
+        dense = np.zeros((count, 3, 2 * self.n_planes))
+        dense[:, 1, : self.n_planes], dense[:, 1, self.n_planes :] = -M.real, M.imag
+        dense[:, 2, : self.n_planes], dense[:, 2, self.n_planes :] = -M.imag, -M.real
+        b = np.stack([bound, c.real, c.imag], axis=1)
+        self._put(dense.reshape(-1, 2 * self.n_planes), b.reshape(-1))
+        heads = start + 3 * np.arange(count)
+        for slot in slots:
+            self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, -1.0)))
+        self.cones += [(CONE, 3)] * count
+        return start
+
+    def norm(self, M: ComplexArray, c: ComplexArray, slot: int) -> int:
+        """Norm of the whole vector M x + c <= the extra variable `slot`, one cone; its first row's place."""
+        start, count = self.n_rows, len(c)
+        dense = np.zeros((2 * count + 1, 2 * self.n_planes))
+        dense[1 : count + 1] = np.hstack([-M.real, M.imag])
+        dense[count + 1 :] = np.hstack([-M.imag, -M.real])
+        self._put(dense, np.concatenate([[0.0], c.real, c.imag]))
+        self.entries.append((np.array([start]), np.array([slot]), np.array([-1.0])))
+        self.cones.append((CONE, 2 * count + 1))
+        return start
+
+    def linear(self, dense: FloatArray, b: FloatArray, entries: tuple[Any, Any, Any] | None = None) -> None:
+        """dense @ [Re x, Im x] + entries <= b."""
+        if entries is not None:
+            self.entries.append((self.n_rows + entries[0], entries[1], entries[2]))
+        self._put(dense, b)
+        self.cones.append((LINEAR, len(b)))
+
+    def _put(self, dense: FloatArray, b: FloatArray) -> None:
+        self.dense.append(dense)
+        self.b.append(b)
+        self.n_rows += len(b)
+
+    def matrix(self, n_extra: int) -> SimpleNamespace:
+        """A, compressed by columns."""
+        dense = np.vstack(self.dense).T
+        used = dense != 0
+        rows = np.concatenate([entry[0] for entry in self.entries]) if self.entries else np.empty(0, int)
+        slots = np.concatenate([entry[1] for entry in self.entries]) if self.entries else np.empty(0, int)
+        values = np.concatenate([entry[2] for entry in self.entries]) if self.entries else np.empty(0)
+        order = np.lexsort((rows, slots))
+        counts = np.concatenate([used.sum(axis=1), np.bincount(slots, minlength=n_extra)])
+        return by_columns(
+            np.concatenate([dense[used], values[order]]),
+            np.concatenate([np.nonzero(used)[1], rows[order]]),
+            np.concatenate([[0], np.cumsum(counts)]),
+            (self.n_rows, len(dense) + n_extra),
+        )
+
+
+def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: float = 1e-11) -> ConeAnswer:
+    """Solve with only these goal rows ("worst") and limit rows; all other goals take every goal row."""
+    blocks = _Blocks(scene.n_planes)
+    cost, square, heads = _goal(scene, blocks, goal_rows)
+    first_limit = blocks.n_rows
+    if len(limit_rows):
+        blocks.moduli(
+            scene.F[limit_rows], scene.f[limit_rows], np.full(len(limit_rows), 1.0 - min(INSIDE * tolerance, 2e-9)), ()
+        )
+    n_extra = _amounts(scene, blocks, len(cost))
+    _arcs(scene, blocks)
+    cost = np.concatenate([cost, scene.mass if scene.goal == "correction" else np.zeros(n_extra - len(cost))])
+    worked(0.5 + 0.007 * (len(goal_rows) + len(limit_rows)) * scene.n_planes)
+    x, dual, status = _solved(blocks, cost, square, tolerance)
+    n = scene.n_planes
+    z = np.zeros(len(scene.g), dtype=complex)
+    z[goal_rows] = _multipliers(dual, heads, len(goal_rows), whole=scene.goal == "rms")
+    v = np.zeros(len(scene.f), dtype=complex)
+    v[limit_rows] = _multipliers(dual, first_limit, len(limit_rows), whole=False)
+    return ConeAnswer(x[:n] + 1j * x[n : 2 * n], z, v, status)
+
+
+def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> ComplexArray:
+    """Complex multipliers (the solver's with its sign turned) of `count` rows whose cones start at row `first`."""
+    if whole:
+        block = dual[first + 1 : first + 1 + 2 * count]
+        return -(block[:count] + 1j * block[count:])
+    triples = dual[first : first + 3 * count].reshape(-1, 3)
+    return -(triples[:, 1] + 1j * triples[:, 2])
+
+
+def _goal(scene: Scaled, blocks: _Blocks, rows: Rows) -> tuple[FloatArray, FloatArray, int]:
+    """Linear and square cost of the extra variables, and the first row of the goal's cones."""
+    none = np.zeros(0)
+    G, g, zero = scene.G[rows], scene.g[rows], np.zeros(len(rows))
+    if scene.goal == "correction":
+        return none, none, 0
+    if scene.goal == "rms":
+        return np.array([1.0 / scene.divisor]), np.zeros(1), blocks.norm(G, g, 0)
+    if scene.goal == "worst":
+        return np.ones(1), np.zeros(1), blocks.moduli(G, g, zero, (0,))
+    own = np.arange(len(rows))
+    if scene.goal == "sum":
+        return np.ones(len(rows)), np.zeros(len(rows)), blocks.moduli(G, g, zero, (own,))
+    start = blocks.moduli(G, g, zero, (own, own + len(rows)))
+    count = len(rows)
+    blocks.linear(np.zeros((count, 2 * scene.n_planes)), zero, (own, own + count, -np.ones(count)))
+    return np.repeat([0.0, 2.0 * scene.huber], count), np.repeat([2.0, 0.0], count), start
+
+
+def _amounts(scene: Scaled, blocks: _Blocks, n_extra: int) -> int:
+    """Caps, total and mass; where mass is counted each plane has |x| as an extra variable.  Number of extras."""
+    planes = np.flatnonzero(np.isfinite(scene.caps))
+    unit = np.eye(scene.n_planes, dtype=complex)
+    nothing = np.zeros(scene.n_planes, dtype=complex)
+    if scene.goal != "correction" and not np.isfinite(scene.total):
+        if len(planes):
+            blocks.moduli(unit[planes], nothing[planes], scene.caps[planes], ())
+        return n_extra
+    slots = n_extra + np.arange(scene.n_planes)
+    blocks.moduli(unit, nothing, nothing.real, (slots,))
+    flat = np.zeros((len(planes), 2 * scene.n_planes))
+    if len(planes):
+        blocks.linear(flat, scene.caps[planes], (np.arange(len(planes)), slots[planes], np.ones(len(planes))))
+    if np.isfinite(scene.total):
+        place = np.zeros(scene.n_planes, dtype=int)
+        blocks.linear(np.zeros((1, 2 * scene.n_planes)), np.array([scene.total]), (place, slots, scene.mass))
+    return n_extra + scene.n_planes
+
+
+def _arcs(scene: Scaled, blocks: _Blocks) -> None:
+    """Allowed arcs of half a turn at most: two half planes each."""
+    n = scene.n_planes
+    for plane, wedge in enumerate(scene.wedges):
+        if wedge is None:
+            continue
+        middle, half = wedge
+        edges = np.array([middle - half - 0.5 * np.pi, middle + half + 0.5 * np.pi])  # outward normals
+        dense = np.zeros((2, 2 * n))
+        dense[:, plane], dense[:, n + plane] = np.cos(edges), np.sin(edges)
+        if half < 1e-12:  # a ray: forward along it as well
+            dense = np.vstack([dense, np.zeros(2 * n)])
+            dense[2, plane], dense[2, n + plane] = -np.cos(middle), -np.sin(middle)
+        blocks.linear(dense, np.zeros(len(dense)))
+
+
+def _solved(
+    blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray, str]:
+    """Primal, dual and the solver's own word for how it ended."""
+    n_extra, n = len(cost), 2 * blocks.n_planes
+    if not blocks.n_rows:
+        return np.zeros(n + n_extra), np.zeros(0), "Solved"
+    diagonal = np.concatenate([np.zeros(n), square, np.zeros(n_extra - len(square))])
+    places = np.flatnonzero(diagonal)
+    starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
+    P = by_columns(diagonal[places], places, starts, (n + n_extra, n + n_extra))
+    q, b = np.concatenate([np.zeros(n), cost]), np.concatenate(blocks.b)
+    found = solve_cones(q, blocks.matrix(n_extra), b, blocks.cones, quadratic=P, tolerance=tolerance)
+    return found.x, found.z, found.status
+
+
+Places = NDArray[np.intp]
+
+KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
+MANY_PLANES = 20
+FEW = 30  # up to so many rows all of them are shown at once
+ROUNDS = 40
+TOLERANCES = (1e-10, 1e-11, 1e-8)
+CLOSE = 1e-8
+
+
+@dataclass(frozen=True)
+class Convex:
+    """Answer of one convex program in scaled variables.
+
+    x
+        None where no correction keeps the limits (then `factor` > 1 is proven) or none was found.
+    factor
+        Every limit would have to be at least this many times as wide; 0 where not asked, nan where unknown.
+    impossible
+        The solver says that no correction keeps the limits (its word only; `factor` is the proof).
+    """
+
+    x: ComplexArray | None
+    value: float
+    bound: float
+    dual: Dual | None
+    factor: float = 0.0
+    rounds: int = 0
+    impossible: bool = False
+
+    @property
+    def gap(self) -> float:
+        """Scaled gap, relative to the value or to 1e-3 where that is about zero."""
+        return (self.value - self.bound) / max(abs(self.value), 1e-3) if self.x is not None else np.inf
+
+
+def solve_convex(scene: Scaled) -> Convex:
+    """Least goal over discs, arcs, total and limits; the bound is our own."""
+    if not scene.n_planes:
+        return _nothing_to_choose(scene)
+    found = _patient(scene)
+    if found.x is not None:
+        return found
+    ratio = _patient(least_factor(scene))
+    if ratio.bound > 1.0 + KEPT:
+        return Convex(None, np.inf, np.inf, None, ratio.bound, found.rounds)
+    if ratio.x is not None and ratio.value <= 1.0 + KEPT:
+        return Convex(ratio.x, scene.value(ratio.x), found.bound, found.dual, 1.0, found.rounds)
+    return Convex(None, np.inf, found.bound, None, float("nan"), found.rounds)
+
+
+def least_factor(scene: Scaled) -> Scaled:
+    """The program whose answer is the least common factor on all limits."""
+    none = np.empty((0, scene.n_planes), dtype=complex)
+    return replace(
+        scene,
+        G=scene.F,
+        g=scene.f,
+        F=none,
+        f=none[:, 0],
+        limited=np.empty(0, dtype=np.intp),
+        goal="worst",
+        goal_size=1.0,
+    )
+
+
+def _patient(scene: Scaled) -> Convex:
+    """The solver asked for less where it stumbles over too much; best answer and best bound of all."""
+    found = _rounds(scene, TOLERANCES[0])
+    for tolerance in TOLERANCES[1:]:
+        if found.gap <= CLOSE or found.impossible:
+            break
+        again = _rounds(scene, tolerance)
+        better = again if again.value < found.value else found
+        surer = again if again.bound > found.bound else found
+        found = replace(better, bound=surer.bound, dual=surer.dual, rounds=found.rounds + again.rounds)
+    return found
+
+
+def _rounds(scene: Scaled, tolerance: float) -> Convex:
+    """Solve, look at the rows left out, add the violated ones, until the gap is closed or nothing is left to add."""
+    goal_rows, limit_rows = _first_rows(scene)
+    best_x, best_value, best_bound, best_dual, impossible, count = None, np.inf, -np.inf, None, False, 0
+    for count in range(1, ROUNDS + 1):  # noqa: B007 - read after the loop
+        answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
+        x = pull_in(scene, answer.x) if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
+        limits_left = np.abs(scene.F @ x + scene.f)
+        value = scene.value(x) if limits_left.max(initial=0.0) <= 1.0 + KEPT else np.inf
+        dual = weak_duality(scene, answer.z, answer.v, float(np.abs(x).max()))
+        if dual.bound > best_bound:
+            best_bound, best_dual = dual.bound, dual
+        if value < best_value:
+            best_x, best_value = x, value
+        impossible = answer.status == "PrimalInfeasible"
+        if impossible or "Infeasible" in answer.status or "Numerical" in answer.status:
+            break
+        if best_x is not None and best_value - best_bound <= 1e-10 * max(abs(best_value), 1e-6):
+            break
+        more_goal, more_limits = _missing(scene, goal_rows, x), _add(limit_rows, limits_left, 1.0, scene)
+        if not len(more_goal) and not len(more_limits):
+            break
+        goal_rows, limit_rows = np.union1d(goal_rows, more_goal), np.union1d(limit_rows, more_limits)
+    return Convex(best_x, best_value, best_bound, best_dual, rounds=count, impossible=impossible)
+
+
+def _missing(scene: Scaled, rows: Places, x: ComplexArray) -> Places:
+    """Goal rows left out although they are the worst at x; only "worst" leaves rows out."""
+    if scene.goal != "worst" or len(rows) == len(scene.g):
+        return np.empty(0, dtype=np.intp)
+    left = np.abs(scene.G @ x + scene.g)
+    return _add(rows, left, float(left[rows].max(initial=0.0)) * (1.0 + 1e-11), scene)
+
+
+def _add(rows: Places, left: FloatArray, level: float, scene: Scaled) -> Places:
+    """The rows above `level` that are not shown yet, the worst few of them."""
+    above = np.setdiff1d(np.flatnonzero(left > level), rows, assume_unique=True)
+    return above[np.argsort(-left[above])[: 2 * scene.n_planes + 4]]
+
+
+def _first_rows(scene: Scaled) -> tuple[Places, Places]:
+    """Goal and limit rows shown first: all where few, else the worst after a few rounds of Lawson's weights."""
+    every = np.arange(len(scene.g))
+    goal_rows = every[:0] if scene.goal == "correction" else every
+    limit_rows = np.arange(len(scene.f))
+    if scene.goal == "worst" and len(every) > FEW:
+        goal_rows = likely_worst(scene, scene.G, scene.g)
+    if len(limit_rows) > FEW:
+        limit_rows = likely_worst(scene, scene.F, scene.f)
+    return goal_rows, limit_rows
+
+
+def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray) -> Places:
+    """Rows that are likely to be worst at the answer: weighted least squares, weights times residual, a few times.
+
+    Two rows per free plane and one per plane at its cap are what an answer rests on; a few more are shown.
+    (Lawson, 1961; Ellacott and Williams, 1976, for complex data.)
+    """
+    weights, left = np.full(len(c), 1.0 / len(c)), np.abs(c)
+    x = np.zeros(scene.n_planes, dtype=complex)
+    for _ in range(8 if scene.n_planes <= MANY_PLANES else 20):
+        heavy = M.conj().T * weights
+        square = heavy @ M
+        square.flat[:: len(square) + 1] += 1e-12 * np.trace(square).real + 1e-300
+        x = pull_in(scene, np.linalg.solve(square, -heavy @ c))
+        left = np.abs(M @ x + c)
+        weights = weights * left
+        weights /= weights.sum() or 1.0
+    at_cap = int(np.count_nonzero(np.abs(x) >= 0.999 * scene.caps))
+    count = min(int(2.2 * (scene.n_planes - at_cap)) + at_cap + 12, len(c))
+    score = left / (left.max() or 1.0) + weights / (weights.max() or 1.0)
+    return np.sort(np.argpartition(-score, count - 1)[:count])
+
+
+def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:
+    """x brought into its discs, arcs and the total mass, by as little as rounding asks for."""
+    for plane, wedge in enumerate(scene.wedges):
+        if wedge is not None:
+            x[plane] = into_wedge(x[plane], *wedge)
+    size = np.abs(x)
+    over = size > scene.caps
+    if over.any():
+        x = np.where(over, x * (scene.caps / np.where(over, size, 1.0)), x)
+    if np.isfinite(scene.total):
+        mass = float(scene.mass @ np.abs(x))
+        if mass > scene.total:
+            x = x * (scene.total / mass)
+    return x
+
+
+def _nothing_to_choose(scene: Scaled) -> Convex:
+    """No plane is free: the readings stay as they are."""
+    factor = float(np.abs(scene.f).max(initial=0.0))
+    if factor > 1.0 + KEPT:
+        return Convex(None, np.inf, np.inf, None, factor)
+    value = scene.value(np.empty(0, dtype=complex))
+    return Convex(np.empty(0, dtype=complex), value, value, None)

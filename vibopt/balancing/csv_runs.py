@@ -1,0 +1,380 @@
+"""Readings from a CSV file, as a spreadsheet exports it: semicolon or comma, decimal comma, byte-order mark.
+
+One row a run.  Columns: run, speed [rpm], stayed; per plane "left" (text such as 10 g @ 270 deg) or the two columns
+"left mass [g]" (or "left unbalance [g mm]") and "left angle [deg]"; per sensor "a" (text) or the two columns
+"a amplitude [mil pp]" and "a angle [deg]".
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import field
+from operator import itemgetter
+from pathlib import Path as FilePath
+from typing import Any
+
+from vibopt.balancing.written import WrittenByName, columns
+from vibopt.document.mistakes import Mistakes, Path, toml_text
+from vibopt.errors import InputError, way_out
+from vibopt.records import dataclass
+from vibopt.values.csv_tables import Sheet, heading_of, letter, sheet_of
+
+OWN = ("run", "speed", "stayed", "verification")
+"""Columns of the run itself."""
+THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:\.\d{3})+(?![\d.,])")
+"""A number whose point may part thousands."""
+_YES = ("yes", "y", "true", "1", "x", "ja", "j", "wahr", "oui", "vrai", "sí", "si", "sì", "vero", "verdadero")
+_NO = ("no", "n", "false", "0", "-", "nein", "falsch", "non", "faux", "falso")
+_WORDS = {
+    "stayed": "the weights of the run before stayed on",
+    "verification": "the weights are the correction, which stays on",
+}
+_AMOUNTS = {"mass", "weight", "unbalance", "amplitude"}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column: its heading and index, whose it is ("run", "speed", a plane, a sensor), what of it, and its unit."""
+
+    heading: str
+    index: int
+    name: str
+    what: str
+    unit: str
+
+    @property
+    def part(self) -> str:
+        """What its cells hold: "angle", else "amount"."""
+        return "angle" if self.what == "angle" else "amount"
+
+    @property
+    def key(self) -> str:
+        """Key of [[runs]] for a column of the run itself."""
+        return "name" if self.name == "run" else self.name
+
+    @property
+    def place(self) -> str:
+        """As in the messages: column C ("left mass [g]")."""
+        quoted = f' ("{self.heading}")' if self.heading else ""
+        return f"column {letter(self.index)}{quoted}"
+
+
+@dataclass
+class CsvMistakes(Mistakes):
+    """Mistakes of a CSV file, said with row and column.
+
+    places
+        By path of a value as [[runs]] would have it: its row (from 1, as the spreadsheet counts) and column.
+    columns
+        First column of each sensor, for rows that were read in one piece.
+    """
+
+    places: dict[Path, tuple[int, Column | None]] = field(default_factory=dict)
+    columns: dict[str, Column] = field(default_factory=dict)
+
+    def place(self, path: Path) -> tuple[int, Column | None]:
+        """Row and column of the nearest place known."""
+        if path not in self.places and len(path) == 4 and str(path[3]) in self.columns:
+            return self.places[path[:2]][0], self.columns[str(path[3])]
+        for length in range(len(path), 0, -1):
+            if path[:length] in self.places:
+                return self.places[path[:length]]
+        return 0, None
+
+    def at(self, path: Path) -> str:
+        row, column = self.place(path)
+        return f"{self.name} row {row}{f', {column.place}' if column else ''}" if row else self.name
+
+    def add(self, path: Path, sentence: str) -> None:
+        row = self.place(path)[0]
+        message = f"{self.at(path)}: {sentence}"
+        if not self.full and (row, message) not in self.found:
+            self.found.append((row, message))
+
+    def value(self, path: Path, given: object, text: str) -> None:
+        self.add(path, f"{toml_text(given)} {text}")
+
+
+Row = Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Plain:
+    """Readings whose sizes and angles have columns of their own, with their units; `others` are the other `columns`."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    turns: tuple[str, ...]
+    amounts: Callable[[Row], tuple[str, ...]]
+    angles: Callable[[Row], tuple[str, ...]]
+    others: Callable[[Row], tuple[str, ...]]
+    columns: tuple[Column | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """How the cells of a sheet are read: its columns, its planes, and where a point may part thousands.
+
+    thousands
+        In the speeds, in the other numbers.
+    plain
+        How rows of plain numbers are read in one piece; None where readings are texts.
+    """
+
+    columns: Sequence[Column | None]
+    planes: Sequence[str]
+    sheet: Sheet
+    thousands: tuple[bool, bool]
+    plain: Plain | None = None
+
+    def readings(self, rows: Sequence[Row]) -> Sequence[WrittenByName | None]:
+        """Readings of all rows, where each is a plain number beside its angle; None each where cells are looked at."""
+        plain, none = self.plain, [None] * len(rows)
+        if plain is None or any(len(cells) != len(self.columns) for cells in rows):
+            return none
+        joined = ["\n".join(side(cells)) for side in (plain.amounts, plain.angles) for cells in rows]
+        if self.sheet.comma:
+            if any(
+                ",\n" in one or one.endswith(",") or (self.thousands[1] and THOUSANDS.search(one)) for one in joined
+            ):
+                return none
+            joined = [one.replace(",", ".") for one in joined]
+        return columns(plain.names, plain.units, plain.turns, joined, len(rows)) or none
+
+    def read(self, raw: str, column: Column, path: Path, mistakes: Mistakes) -> str:
+        """A cell with decimal points; asks where a point may be something else."""
+        asked = self.thousands[column.name != "speed"] and column.name not in ("run", "stayed", "verification")
+        found = THOUSANDS.search(raw) if asked else None
+        if found:
+            whole, part = found[0].replace(".", ""), found[0].partition(".")[2]
+            decimal = f" or {found[0].replace('.', ',')}" if "." not in part else ""
+            mistakes.value(
+                path, raw,
+                f"may be {whole}{decimal.replace(',', '.')}: a point often parts thousands where the comma is the "
+                f"decimal sign. Write {whole}{decimal}.",
+            )  # fmt: skip
+        return self.sheet.number(raw)
+
+
+def run_of(
+    index: int, row: int, cells: Row, readings: WrittenByName | None, said: Cells, mistakes: CsvMistakes
+) -> dict[str, Any]:
+    """One row as a [[runs]] table; `readings` where they are read already."""
+    run: dict[str, Any] = {}
+    parts: dict[str, dict[str, tuple[Column, str]]] = {}
+    mistakes.places[("runs", index)] = (row, None)
+    if readings is not None and said.plain is not None:
+        every = zip(said.plain.others(cells), said.plain.columns, strict=True)
+    else:
+        every = zip(cells, said.columns, strict=False)
+    for raw, column in every:
+        if not raw or column is None or not raw.strip("-–—"):
+            continue
+        place = (row, column)
+        mistakes.places[("cell", index)] = place
+        cell = said.read(raw, column, ("cell", index), mistakes)
+        if column.name in OWN:
+            mistakes.places[("runs", index, column.key)] = place
+            run.update(_own(column, cell, ("cell", index), mistakes))
+            continue
+        parts.setdefault(column.name, {})[column.part] = (column, cell)
+        for family in ("weights", "readings"):
+            mistakes.places.setdefault(("runs", index, family, column.name), place)
+    run["_values"], run["_readings"] = {}, readings
+    for name, part in parts.items():
+        run["_values"].update(_value(name, part, (index, row), said, mistakes))
+    if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):
+        mistakes.add(("runs", index), f"has {len(cells)} cells, but the heading names {len(said.columns)} columns.")
+    return run
+
+
+def _own(column: Column, cell: str, path: Path, mistakes: Mistakes) -> dict[str, Any]:
+    """The name, the speed or the word of a run itself."""
+    if column.name in _WORDS:
+        known = {**dict.fromkeys(_YES, True), **dict.fromkeys(_NO, False)}.get(cell.lower())
+        if known is None:
+            mistakes.value(path, cell, f"is neither yes nor no. Write yes where {_WORDS[column.name]}.")
+        return {column.name: bool(known)}
+    if column.name == "speed":
+        return {"speed": cell if re.search("[A-Za-z]", cell) else f"{cell} {column.unit}".strip()}
+    return {"name": cell}
+
+
+def _value(
+    name: str, part: Mapping[str, tuple[Column, str]], at: tuple[int, int], said: Cells, mistakes: CsvMistakes
+) -> dict[str, str]:
+    """Size and angle of a weight or a reading as one text by its name; nothing where it was complained about."""
+    index, row = at
+    if "amount" not in part:
+        column, cell = part["angle"]
+        beside = next(one for one in said.columns if one is not None and (one.name, one.part) == (name, "amount"))
+        what = "weight" if name in said.planes else "amplitude"
+        mistakes.places[("cell", index)] = (row, column)
+        mistakes.value(
+            ("cell", index), cell,
+            f"is an angle without its {what}. Write the {what} in {beside.place}"
+            f"{', or empty this cell' if name in said.planes else ''}.",
+        )  # fmt: skip
+        return {} if name in said.planes else {name: f"0 {beside.unit} @ {cell} {column.unit}".strip()}
+    column, cell = part["amount"]
+    amount = f"{cell} {column.unit}".strip() if column.what in _AMOUNTS else cell
+    angle = part.get("angle")
+    mistakes.places[("cell", index)] = (row, column)
+    if name in said.planes and _is_zero(amount):
+        cells = "this cell and that of its angle" if angle else "this cell"
+        mistakes.value(
+            ("cell", index), amount, f"is a trial weight of zero. Where no weight is on, empty {cells}."
+        )  # fmt: skip
+        return {}
+    if angle is None:
+        return {name: amount}
+    if "@" in amount:
+        mistakes.value(("cell", index), amount, f"has an angle, and so has {angle[0].place}. Empty one of the two.")
+        return {name: amount}
+    return {name: f"{amount} @ {angle[1]} {angle[0].unit}".strip()}
+
+
+def _is_zero(amount: str) -> bool:
+    """Whether an amount in front of any angle is zero."""
+    number = re.match(r"\s*[+-]?[\d.]+(?:[eE][+-]?\d+)?", amount)
+    try:
+        return number is not None and float(number[0]) == 0.0
+    except ValueError:
+        return False
+
+
+_WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
+"""Words behind the name of a plane or a sensor that say what a column holds of it."""
+_ANGLES = {"phase": "angle"}
+_HEADING = re.compile(rf"([^\s\[\]()]+) ({'|'.join(_WHATS)}) \[([^\s\[\]()]+(?: [^\s\[\]()]+)*)\]")
+"""Name, what and unit of most columns."""
+_POINT = re.compile(r"\d\.\d")
+_COMMA = re.compile(r"\d,\d")
+
+
+def read_csv(
+    file: FilePath, planes: Iterable[str], sensors: Iterable[str], outer: Mistakes
+) -> tuple[list[dict[str, Any]], CsvMistakes]:
+    """Rows as [[runs]] tables, with the places of their values; what is wrong with the file itself goes to `outer`."""
+    mistakes = CsvMistakes(file.name)
+    try:
+        sheet = sheet_of(file)
+    except InputError as error:
+        outer.add(("readings",), str(error))
+        return [], mistakes
+    if not sheet.rows:
+        outer.add(("readings",), f"{file.name} is empty. Its first row names the columns: run, speed [rpm], ...")
+        return [], mistakes
+    (header_row, header), *body = sheet.rows
+    own, parts = list(planes), [_column(heading, index) for index, heading in enumerate(header)]
+    names = list(sensors) or [column.name for column in parts if column.what == "amplitude"]
+    columns = _columns(parts, header_row, own, names, mistakes)
+    _check_parts(columns, header_row, own, mistakes)
+    if mistakes.found:
+        return [], mistakes
+    said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names, mistakes))
+    readings = said.readings([cells for _, cells in body])
+    runs = [
+        run_of(index, row, cells, own, said, mistakes)
+        for index, ((row, cells), own) in enumerate(zip(body, readings, strict=True))
+    ]
+    if not body:
+        outer.add(("readings",), f"{file.name} has no run below its heading. Add one row a run.")
+    return runs, mistakes
+
+
+def _plain(columns: Sequence[Column | None], sensors: Sequence[str], mistakes: CsvMistakes) -> Plain | None:
+    """How rows of numbers are read in one piece: every sensor has a column for its size and one for its angle."""
+    at = {(one.name, one.what): index for index, one in enumerate(columns) if one is not None}
+    sizes, angles = ([at.get((name, what), -1) for name in sensors] for what in ("amplitude", "angle"))
+    if -1 in sizes or -1 in angles or not sensors:
+        return None
+    units, turns = (tuple(one.unit for one in map(columns.__getitem__, own) if one) for own in (sizes, angles))
+    firsts = [columns[min(both)] for both in zip(sizes, angles, strict=True)]
+    mistakes.columns.update((name, one) for name, one in zip(sensors, firsts, strict=True) if one is not None)
+    taken = {*sizes, *angles}
+    others = [index for index in range(len(columns)) if index not in taken]
+    rest = tuple(columns[index] for index in others)
+    return Plain(tuple(sensors), units, turns, _cells_at(sizes), _cells_at(angles), _cells_at(others), rest)
+
+
+def _cells_at(places: Sequence[int]) -> Callable[[Row], tuple[str, ...]]:
+    """The cells of a row at some places, in this order."""
+    if len(places) < 2:
+        return lambda row: tuple(row[place] for place in places)
+    return itemgetter(*places)
+
+
+def _columns(
+    parts: Sequence[Column], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
+) -> list[Column | None]:
+    known, named = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors], {*planes, *sensors}
+    columns = [_known_column(part, named) for part in parts]
+    for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
+        if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown
+            name = heading_of(part.heading)[0]
+            mistakes.places[("header", index)] = (row, Column("", index, "", "", ""))
+            mistakes.value(
+                ("header", index), part.heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
+            )
+    if not any(column is not None and column.name in sensors for column in columns):
+        mistakes.places[("header",)] = (row, None)
+        mistakes.add(
+            ("header",), f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".'
+        )
+    return columns
+
+
+def _known_column(column: Column, named: Container[str]) -> Column | None:
+    """A column of the run itself, of a plane or of a sensor; None where the heading names none."""
+    own = column.name.lower()
+    if own in (*OWN, "name"):
+        return Column(column.heading, column.index, own.replace("name", "run"), "", column.unit)
+    return column if column.name in named else None
+
+
+def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[str], mistakes: CsvMistakes) -> None:
+    """Each column holds something of its own, and no angle stands without its amount."""
+    first: dict[tuple[str, str], Column] = {}
+    mistakes.places[("header",)] = (row, None)
+    for column in columns:
+        if column is None:
+            continue
+        other = first.setdefault((column.name, column.part), column)
+        if other is not column:
+            what = "the angle of " if column.part == "angle" else "" if column.name in OWN else "the size of "
+            mistakes.add(
+                ("header",),
+                f"{other.place} and {column.place} both hold {what}{column.name}. Keep one, or rename the other.",
+            )
+    for (name, part), column in first.items():
+        if part == "angle" and (name, "amount") not in first:
+            heading = f"{name} mass [g]" if name in planes else f"{name} amplitude [mil pp]"
+            mistakes.add(("header",), f'{column.place} has no column beside it for the size. Add one, "{heading}".')
+
+
+def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
+    """Whether a point in "1.200" may part thousands: in the speeds, in the other numbers.
+
+    Where commas part the columns a point is the decimal sign.  Elsewhere a decimal comma anywhere leaves it open, and a
+    point that cannot part thousands ("8.6") settles it.  With neither, only a speed is asked about.
+    """
+    if not sheet.comma:
+        return False, False
+    cells = "\n".join("\n".join(row) for _, row in sheet.rows[1:])
+    commas = _COMMA.search(cells) is not None
+    points = _POINT.search(THOUSANDS.sub("", cells)) is not None
+    return commas or not points, commas
+
+
+def _column(heading: str, index: int) -> Column:
+    plain = _HEADING.fullmatch(heading)
+    if plain is not None:
+        return Column(heading, index, plain[1], _ANGLES.get(plain[2], plain[2]), plain[3])
+    name, unit = heading_of(heading)
+    front, last = name.rsplit(None, 1) if len(name.split(None, 1)) == 2 else (name, "")
+    what = last.lower()
+    if what not in _WHATS:
+        return Column(heading, index, name, "", unit)
+    return Column(heading, index, front, _ANGLES.get(what, what), unit)

@@ -1,0 +1,206 @@
+"""The best weights for given cranks, and the best cranks of all classes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+
+from vibopt.balancing.engine.counterweights import Box, Least, Lengths, least
+from vibopt.balancing.engine.engine_job import EngineJob
+from vibopt.balancing.engine.engine_tables import EngineLimitTable
+from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
+from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
+from vibopt.forms import FloatArray
+from vibopt.records import dataclass
+
+Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
+ALIKE = 1e-9
+_SAMPLES = 360
+
+
+@dataclass(frozen=True)
+class Balanced:
+    """Crank angles per throw [rad], the choices x, and how they are known.
+
+    alike
+        Classes of crank phasings that are as good in the goal and in every response of `then`; 1 without a search.
+    """
+
+    cranks: tuple[float, ...]
+    x: FloatArray
+    status: str
+    claim: str
+    way: str
+    tried: int = 1
+    alike: int = 1
+
+
+def balance(job: EngineJob, solver: Solver = least) -> Balanced:
+    """The engine with what is chosen set as well as can be; `solver` answers the program of given cranks."""
+    if not job.is_search:
+        cranks = tuple(0.0 if one is None else one for one in job.cranks)
+        answer = weigh(job, arms(job, cranks), solver)
+        way = "program" if box_of(job).size and job.goal is not None else "none"
+        x = answer.x if answer.x is not None else np.zeros(box_of(job).size)
+        return Balanced(cranks, x, answer.status, answer.claim, way)
+    best: Balanced | None = None
+    best_rank: tuple[float, ...] = ()
+    tried, alike, open_ = 0, 1, 0
+    for cranks in settings(job):
+        tried += 1
+        found = arms(job, cranks)
+        answer = weigh(job, found, solver)
+        if answer.x is None:
+            open_ += answer.status != "infeasible"
+            continue
+        rank = _rank(job, found, answer)
+        order = _compare(rank, best_rank)
+        alike = alike + 1 if order == 0 else 1 if order < 0 else alike
+        if order < 0:
+            best, best_rank = Balanced(cranks, answer.x, answer.status, answer.claim, "phasing"), rank
+    return _searched(job, best, tried, alike, open_)
+
+
+def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
+    """Crank angles per throw [rad] to be looked at: as given, or one of each class that may be chosen."""
+    if not job.is_search:
+        yield tuple(0.0 if one is None else one for one in job.cranks)
+        return
+    for cranks in classes(job):
+        if not job.even_firing or is_even(best_firing(job, cranks)):
+            yield cranks
+
+
+def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, undecided: int) -> Balanced:
+    """The answer of a search with what was tried; classes without an answer and without a proof leave it open."""
+    said = f"all {count(job)} settings of the cranks, {tried} classes that differ"
+    if undecided:
+        said += f", {undecided} of them without an answer and without a proof that there is none"
+    if best is None:
+        none = tuple(0.0 if one is None else one for one in job.cranks)
+        word = "found to keep" if undecided else "keeps"
+        claim = f"no setting {word} the limits: {said}" if tried else "no setting of the cranks fires evenly"
+        status = "unproven" if undecided else "infeasible"
+        return Balanced(none, np.zeros(box_of(job).size), status, claim, "phasing", tried)
+    claim = f"{said}, {alike} as good as this one" if alike > 1 else f"{said}, none as good as this one"
+    status = "feasible" if undecided or best.status == "feasible" else "optimal"
+    return Balanced(best.cranks, best.x, status, claim, best.way, tried, alike)
+
+
+def _rank(job: EngineJob, found: Arms, answer: Least) -> tuple[float, ...]:
+    """The goal and the responses that decide between equals, each relative to its size."""
+    now = found.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
+    sizes = [size_of(job, False), size_of(job, True)]
+    then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
+    size = sizes[goal_table(job).is_couple]
+    return (answer.value / size, *(of_order(now, t.is_couple, t.of_order) / sizes[t.is_couple] for t in then))
+
+
+def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
+    """-1 where `rank` is better, 0 where as good, 1 where worse; differences below rounding do not count."""
+    if not best:
+        return -1
+    for one, other in zip(rank, best, strict=True):
+        if abs(one - other) > ALIKE:
+            return -1 if one < other else 1
+    return 0
+
+
+def size_of(job: EngineJob, couple: bool) -> float:
+    """Sum of all primary forces [N] or couples [N m], for comparing."""
+    lever = [abs(one.at) if couple else 1.0 for one in job.cylinders]
+    return float(sum(r * one.reciprocating for r, one in zip(lever, job.cylinders, strict=True))) * job.speed**2 or 1.0
+
+
+def goal_table(job: EngineJob) -> EngineLimitTable:
+    """The goal as a response."""
+    if job.goal is None:
+        return EngineLimitTable(response="primary_force")
+    return EngineLimitTable(response=job.goal.minimise, order=job.goal.order)
+
+
+def box_of(job: EngineJob) -> Box:
+    """Bounds of the choices."""
+    shares = tuple((one.low, one.high) for one in free_shares(job))
+    return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
+
+
+def goal_value(job: EngineJob, found: Balanced) -> float:
+    """The goal of an answer as the program counts it [N or N m]."""
+    return lengths(goal_table(job), arms(job, found.cranks)).value(found.x)
+
+
+def least_response(job: EngineJob, found: Arms, asked: Lengths, more: Sequence[Lengths]) -> float | None:
+    """The least a response can be under the limits of the job and `more` of them, for given cranks; None: unknown."""
+    box = box_of(job)
+    limits = [*(lengths(one, found, one.bound) for one in job.limits.values()), *more]
+    if box.size:
+        answer = least(asked, limits, box)
+        return None if answer.x is None else answer.value
+    none = np.zeros(0)
+    return asked.value(none) if all(one.value(none) <= one.limit * (1.0 + 1e-9) for one in limits) else None
+
+
+def weigh(job: EngineJob, found: Arms, solver: Solver = least) -> Least:
+    """The best share and weights for given cranks; what is only looked at is "met" or "violated"."""
+    box, goal = box_of(job), lengths(goal_table(job), found)
+    limits = [lengths(one, found, one.bound) for one in job.limits.values()]
+    if not box.size or job.goal is None:
+        x = np.zeros(box.size)
+        broken = [name for name, one in zip(job.limits, limits, strict=True) if one.value(x) > one.limit * (1.0 + 1e-9)]
+        if broken and job.is_search:
+            return Least(None, inf, inf, "infeasible", "broken: " + ", ".join(broken))
+        claim = "limits that do not hold: " + ", ".join(broken) if broken else "nothing is chosen: the engine as it is"
+        return Least(x, goal.value(x), goal.value(x), "violated" if broken else "met", claim)
+    first = solver(goal, limits, box)
+    if first.x is None:
+        return first
+    return _shared_out(job, _lightest(job, goal, limits, box, first, solver) if box.caps else first)
+
+
+def _shared_out(job: EngineJob, answer: Least) -> Least:
+    """Of all pairs of shares that carry as much the one with most of the rotating mass, which is the rule.
+
+    Only where both are chosen and both masses have one ratio in all cylinders does it not matter which is carried.
+    """
+    free = free_shares(job)
+    parts = np.array([[one.of(cylinder) for one in job.shares] for cylinder in job.cylinders])
+    if len(free) < 2 or answer.x is None or np.ptp(parts[:, 1] * parts[0, 0] - parts[:, 0] * parts[0, 1]) > 0.0:
+        return answer
+    mass, turning = parts[0]
+    x = answer.x.copy()
+    whole = x[0] * mass + x[1] * turning
+    x[1] = min(free[1].high, (whole - free[0].low * mass) / turning)
+    x[0] = (whole - x[1] * turning) / mass
+    return replace(answer, x=x)
+
+
+def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least, solver: Solver) -> Least:
+    """Of all weights with the same goal the lightest: so that none is there for nothing."""
+    size = size_of(job, goal_table(job).is_couple)
+    start = len(box.shares)
+    picks = np.zeros((len(box.caps), box.size), dtype=complex)
+    for k in range(len(box.caps)):
+        picks[k, start + 2 * k], picks[k, start + 2 * k + 1] = 1.0, 1j
+    kept = Lengths(goal.constant, goal.slope, goal.worst, first.value + 1e-8 * size)
+    weights = Lengths(np.zeros(len(box.caps), dtype=complex), picks)
+    second = solver(weights, [*limits, kept], box)
+    if second.x is None or first.x is None or weights.value(second.x) > weights.value(first.x) * (1.0 - 1e-6):
+        return first
+    return Least(second.x, goal.value(second.x), first.bound, first.status, first.claim)
+
+
+def lengths(table: EngineLimitTable, found: Arms, limit: float = inf) -> Lengths:
+    """A response as lengths of affine rows: both arms of one order added, or samples over a turn, the greatest."""
+    row, order = int(table.is_couple), table.of_order
+    if order:
+        if order >= found.constant.shape[2]:
+            return Lengths(np.zeros(1, dtype=complex), np.zeros((1, found.slope.shape[3]), dtype=complex), False, limit)
+        return Lengths(found.constant[row, :, order], found.slope[row, :, order], False, limit)
+    turn = np.linspace(0.0, 2.0 * np.pi, _SAMPLES, endpoint=False)
+    constant = over_turn(found.constant, table.is_couple, turn)
+    slope = np.array([over_turn(found.slope[..., k], table.is_couple, turn) for k in range(found.slope.shape[3])])
+    return Lengths(constant, slope.T.reshape(_SAMPLES, -1), True, limit)

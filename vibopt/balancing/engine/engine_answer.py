@@ -1,0 +1,237 @@
+"""The answer to an engine: measured on its cylinders turning, and said in numbers by path."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees
+
+import numpy as np
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
+from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table
+from vibopt.balancing.engine.counterweights import least
+from vibopt.balancing.engine.engine_job import EngineJob
+from vibopt.balancing.engine.engine_prices import impasse, prices
+from vibopt.balancing.engine.engine_tables import EngineLimitTable
+from vibopt.balancing.engine.firing import best_firing, is_even
+from vibopt.balancing.engine.shaking import (
+    Arms,
+    arms,
+    at_crank,
+    carried_shares,
+    free_shares,
+    free_weights,
+    of_order,
+    peak,
+)
+from vibopt.balancing.question_prices import allowance
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.units import show
+from vibopt.work import metered
+
+STEPS = 4096
+
+
+def simulated(job: EngineJob, found: Balanced, couple: bool) -> float:
+    """Greatest shaking force [N] (couple [N m]) over one turn of the simulated engine."""
+    turn = np.arange(STEPS) * 2.0 * np.pi / STEPS
+    total = np.zeros(STEPS, dtype=complex)
+    shares = carried_shares(job, found.x)
+    for one in job.cylinders:
+        lever = one.at if couple else 1.0
+        crank = turn + found.cranks[one.throw]
+        along = -one.reciprocating * job.speed**2 * _second_derivative(_piston(crank - one.bank, job.ratio))
+        opposite = sum(part * share.of(one) for share, part in zip(job.shares, shares, strict=True))
+        carried = one.rotating - opposite
+        total += lever * (along * np.exp(1j * one.bank) + carried * job.speed**2 * np.exp(1j * crank))
+    free, first = free_weights(job), len(free_shares(job))
+    for k, weight in enumerate(job.weights):
+        u = weight.fixed
+        if u is None:
+            at = first + 2 * free.index(k)
+            u = complex(*found.x[at : at + 2])
+        lever = weight.at if couple else 1.0
+        path = u * np.exp(1j * weight.sense * weight.order * turn)
+        total += lever * -_second_derivative(path.real) * job.speed**2
+        total += 1j * lever * -_second_derivative(path.imag) * job.speed**2
+    return float(np.abs(total).max())
+
+
+def _piston(crank: FloatArray, ratio: float) -> FloatArray:
+    """Distance of the piston from the crank axis in crank radii."""
+    return np.asarray(np.cos(crank) + np.sqrt(1.0 - (ratio * np.sin(crank)) ** 2) / ratio)
+
+
+def _second_derivative(path: FloatArray) -> FloatArray:
+    """d²/da² of a function of the crank angle given over one turn."""
+    orders = np.fft.rfftfreq(len(path), 1.0 / len(path))
+    spectrum: ComplexArray = np.fft.rfft(path)
+    return np.asarray(np.fft.irfft(-(orders**2) * spectrum, len(path)))
+
+
+_ZERO = 1e-12
+_TINY = 1e-6
+_SAME = 0.01
+"""Percent below which two numbers of five digits are the same."""
+
+
+def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = least) -> Answer[EngineJob]:
+    """Choose what is to be chosen, and say what the engine still does; `thorough` computes every price."""
+    with metered() as meter:
+        found = balance(job, solver)
+    here = arms(job, found.cranks)
+    limits = {name: _held(job, found, name, one) for name, one in job.limits.items()}
+    status, claim = found.status, found.claim
+    if status in ("optimal", "feasible", "met"):
+        status, claim = _checked(job, found, here, limits)
+    goal = goal_table(job)
+    value = _measured(job, found, goal)
+    budget = allowance(thorough)
+    impossible = status == "infeasible" and job.limits
+    conflict, reason = impasse(job, claim, meter.done, budget) if impossible else (None, "")
+    words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
+    limits = {
+        name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
+    }
+    return Answer(
+        job=job,
+        status=status,
+        claim=claim,
+        values=_values(job, found, here),
+        limits=limits,
+        measures={name: _held(job, found, name, one) for name, one in job.measures.items()},
+        goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
+        method=found.way,
+        notes=(*_notes(job, found, here), *unpriced),
+        prices={path: Price(one) for path, one in words.items()},
+        details={"classes": found.tried, "as_good": found.alike},
+        reason=reason,
+        conflict=conflict,
+    )
+
+
+def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Checked]) -> tuple[str, str]:
+    """Status after the pistons were moved through a turn in time and their accelerations taken by differences."""
+
+    if not job.truncated:
+        for couple in (False, True):
+            shown = simulated(job, found, couple)
+            size = _size(job, couple)
+            gap = abs(shown - peak(here.at(found.x), couple)) / size
+            beyond = job.ratio ** (job.orders // 2 * 2 + 1)
+            if gap > 1e-5 + beyond:
+                return "check_failed", f"the turning engine shows {gap:.1e} of all forces more or less than its orders"
+    broken = [name for name, one in limits.items() if not one.met]
+    if broken and found.status == "met":
+        return "violated", "limits that do not hold: " + ", ".join(broken)
+    if broken:
+        return "check_failed", "limits that the chosen weights break: " + ", ".join(broken)
+    return found.status, found.claim
+
+
+def _size(job: EngineJob, couple: bool) -> float:
+    """Sum of the primary forces [N] or couples [N m], for telling zero from rounding."""
+    levers = [abs(one.at) if couple else 1.0 for one in job.cylinders]
+    masses = [one.reciprocating + one.rotating for one in job.cylinders]
+    return sum(a * b for a, b in zip(levers, masses, strict=True)) * job.speed**2 or 1.0
+
+
+def _clean(value: float, size: float) -> float:
+    """Zero where a sum cancels to rounding."""
+    return 0.0 if value < _ZERO * size else float(value)
+
+
+def _measured(job: EngineJob, found: Balanced, table: EngineLimitTable) -> float:
+    """A response of the engine as balanced [N or N m]."""
+    truncated = None if table.kinematics is None else table.kinematics == "truncated"
+    now = arms(job, found.cranks, truncated=truncated).at(found.x)
+    if table.when is not None:
+        value = at_crank(now, table.is_couple, table.of_order, table.when.value)
+    else:
+        value = of_order(now, table.is_couple, table.of_order)
+    return _clean(value, _size(job, table.is_couple))
+
+
+def _held(job: EngineJob, found: Balanced, name: str, table: EngineLimitTable) -> Checked:
+    """A limit or measure."""
+    order = f"of order {table.order}" if table.order else ""
+    bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
+    value = Entry(_measured(job, found, table), table.dimension, table.unit, amplitude=table.when is None)
+    size = _size(job, table.is_couple)
+    return at_most(name, table.response, order, value, bound, None if bound is None or bound.value else size)
+
+
+def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
+    """Every number by its path."""
+    values: dict[str, Value] = {}
+    for k, one in enumerate(job.cylinders):
+        values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[one.throw]))
+    first = len(free_shares(job))
+    for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
+        values[share.name] = Entry(carried, "ratio")
+    for k, index in enumerate(free_weights(job)):
+        weight = job.weights[index]
+        u = complex(*found.x[first + 2 * k : first + 2 * k + 2])
+        values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
+        values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
+    values.update(_orders(job, here.at(found.x)))
+    if len(job.cylinders) > 1:
+        firing = best_firing(job, found.cranks)
+        values["firing.order"] = Word("-".join(map(str, job.fires)) or firing.text)
+        values["firing.even"] = Word("yes" if is_even(firing) else "no")
+        if not job.fires:
+            values["firing.neighbours"] = Entry(float(firing.neighbours), "count")
+    return values
+
+
+def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Value]:
+    """Force and couple of each order that the series has, and the greatest of all together over a turn."""
+    values: dict[str, Value] = {}
+    for couple, word, dimension in ((False, "force", "force"), (True, "couple", "moment")):
+        size = _size(job, couple)
+        for order in (1, *range(2, (2 if job.truncated else job.orders) + 1, 2)):
+            values[f"orders.{order}.{word}"] = Entry(
+                _clean(of_order(now, couple, order), size), dimension, amplitude=True
+            )
+        values[f"all_orders.{word}"] = Entry(_clean(peak(now, couple), size), dimension, amplitude=True)
+    return values
+
+
+def _more(full: float, cut: float, some: bool, unit: str) -> str:
+    """ "1200 N (+3 %)", "the same": what exact kinematics shows beside two orders, to a hundredth of a percent."""
+    if not some:
+        return f"{full:.5g} {unit} (all of it)"
+    percent = 100.0 * (full / cut - 1.0)
+    return "the same" if abs(percent) < _SAME else f"{full:.5g} {unit} ({percent:+.2g} %)"
+
+
+def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
+    """Conventions, and what the textbook's two terms would have hidden."""
+    notes = [
+        "Crank angles are counted in the sense of rotation; couples are about "
+        "the middle of the cylinders unless the file says reference.",
+    ]
+    exact, short = (
+        (here if job.truncated is cut else arms(job, found.cranks, truncated=cut)).at(found.x) for cut in (False, True)
+    )
+    for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
+        full, cut = (_clean(peak(one, couple), _size(job, couple)) for one in (exact, short))
+        if max(full, cut) > _TINY * _size(job, couple):
+            said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
+            notes.append(f"{said}; exact kinematics {_more(full, cut, cut > _TINY * _size(job, couple), unit)}.")
+    if job.spaced and job.weights:
+        places = [one.at + job.reference for one in job.cylinders]
+        first, last, middle = (
+            show(one, "mm", "length") for one in (places[0], places[-1], 0.5 * sum(places[:: len(places) - 1]))
+        )
+        notes.append(
+            f"Places are counted from cylinder 1 at {first}; the last cylinder is at {last}, the middle of all at "
+            f"{middle}."
+        )
+    if any(u.sense < 0 or u.order == 2 for u in job.weights):
+        notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")
+    if job.is_search:
+        listed = ", ".join(f"{degrees(one):.6g}" for one in found.cranks)
+        notes.append(f"Cranks, in the order of the throws: {listed} deg.")
+    return tuple(notes)

@@ -1,0 +1,380 @@
+"""A reciprocating engine, read from its file into plain numbers."""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from dataclasses import field
+from math import inf, tau
+from typing import Any, ClassVar
+
+from vibopt.balancing.conventions import show_angle
+from vibopt.balancing.engine.engine_tables import (
+    BalanceShaftTable,
+    CounterweightTable,
+    CylinderTable,
+    EngineGoalTable,
+    EngineLimitTable,
+    EngineTable,
+)
+from vibopt.balancing.known.known_job import read_tables
+from vibopt.balancing.rotor_tables import listed_tables, read_table
+from vibopt.document.mistakes import Mistakes
+from vibopt.records import dataclass
+from vibopt.values import Choice, Fact
+
+_HAIR = 1e-9
+RECIPROCATING, ROTATING = "counterweight_share", "rotating_share"
+KEYS = (
+    "title", "statement", "source", "engine", "cylinders", "counterweights", "balance_shafts", "limits", "measures",
+    "goal", "expected",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """One cylinder.
+
+    throw
+        Index of its crank throw; cylinders on one throw share its angle.
+    bank
+        Direction of its axis from that of bank zero, in the sense of rotation [rad].
+    at
+        Place along the crankshaft, from the reference of the couples [m].
+    reciprocating, rotating
+        Mass times crank radius [kg m].
+    """
+
+    throw: int
+    bank: float
+    at: float
+    reciprocating: float
+    rotating: float
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """An unbalance that turns `order` times as fast as the crank, +1 with it or -1 against it.
+
+    fixed
+        Complex unbalance at crank angle zero [kg m]; None where it is chosen up to `cap`.
+    """
+
+    name: str
+    family: str
+    order: int
+    sense: int
+    at: float
+    fixed: complex | None
+    cap: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """The share of one kind of mass that a counterweight opposite each crank carries, from `low` to `high`.
+
+    name
+        "counterweight_share" (of the reciprocating mass) or "rotating_share" (of the rotating mass).
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def is_free(self) -> bool:
+        return self.low < self.high
+
+    def of(self, cylinder: Cylinder) -> float:
+        """The mass times crank radius that it is a share of [kg m]."""
+        return cylinder.rotating if self.name == ROTATING else cylinder.reciprocating
+
+
+@dataclass(frozen=True)
+class EngineJob:
+    """An engine, what may be chosen, and what is asked.
+
+    cranks
+        Crank angle per throw [rad]; None where it is chosen from `offered`.
+    ratio
+        Crank radius over rod length.
+    reference
+        Place of the reference of the couples as the file counts places [m].
+    spaced
+        Whether places come from a spacing, counted from cylinder 1.
+    fires
+        Firing order as given, cylinder numbers from 1; empty where none is given.
+    shares
+        Of the reciprocating and of the rotating mass, what a counterweight opposite each crank carries; empty: no such
+        counterweights.
+    """
+
+    kind: ClassVar[str] = "engine"
+    views: ClassVar[str] = "vibopt.balancing.plan_views"
+    name: str
+    title: str
+    speed: float
+    ratio: float
+    orders: int
+    truncated: bool
+    cylinders: tuple[Cylinder, ...]
+    cranks: tuple[float | None, ...]
+    offered: tuple[float, ...]
+    shares: tuple[Share, ...]
+    weights: tuple[Weight, ...]
+    fires: tuple[int, ...]
+    strokes: int
+    even_firing: bool
+    limits: Mapping[str, EngineLimitTable]
+    measures: Mapping[str, EngineLimitTable]
+    goal: EngineGoalTable | None
+    expected: tuple[Mapping[str, Any], ...]
+    reference: float = 0.0
+    spaced: bool = False
+    document: Mapping[str, Any] = field(default_factory=dict)
+    results: ClassVar[tuple[str, ...]] = ("orders.1.", "orders.2.", "all_orders.")
+
+    @property
+    def aim(self) -> str:
+        """What is made least; "" for an analysis."""
+        return self.goal.minimise if self.goal is not None else ""
+
+    @property
+    def decided_at(self) -> tuple[str, ...]:
+        """Where the numbers stand that are chosen freely, once they are decided."""
+        free = [f"{one.family}.{one.name}" for one in self.weights if one.fixed is None]
+        shares = [f"engine.{one.name}" for one in self.shares if one.is_free]
+        return (*shares, *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")))
+
+    def beyond(self, decided: EngineJob) -> list[str]:
+        """Shares and weights that are decided beyond what this job may choose, by path."""
+        shares = zip(self.shares, decided.shares, strict=True)
+        weights = zip(self.weights, decided.weights, strict=True)
+        found = [f"engine.{mine.name}" for mine, its in shares if not mine.low - _HAIR <= its.low <= mine.high + _HAIR]
+        return found + [
+            f"{mine.family}.{mine.name}" for mine, its in weights
+            if mine.fixed is None and abs(its.fixed or 0.0) > mine.cap * (1.0 + _HAIR)
+        ]  # fmt: skip
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Paths of the numbers that the answer chooses."""
+        throws = [k for k, one in enumerate(self.cylinders) if self.cranks[one.throw] is None]
+        free = [f"{one.family}.{one.name}" for one in self.weights if one.fixed is None]
+        return (
+            *(f"cylinders.{k + 1}.crank" for k in throws),
+            *(one.name for one in self.shares if one.is_free),
+            *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")),
+        )
+
+    @property
+    def is_search(self) -> bool:
+        """Whether crank angles are chosen."""
+        return any(one is None for one in self.cranks)
+
+
+def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
+    """An engine from a parsed problem file.
+
+    Parameters
+    ----------
+    document
+        The file as `tomllib` gives it.
+    mistakes
+        Collects what is wrong, with lines.
+
+    Raises
+    ------
+    InputError
+        All mistakes at once.
+    """
+    for key in document:
+        if key not in KEYS:
+            mistakes.unknown_key((key,), list(KEYS))
+    if "engine" not in document:
+        mistakes.add(("cylinders",), "there are cylinders but no [engine]. Write [engine] with stroke, rod and speed.")
+        mistakes.raise_any()
+    engine = read_table(EngineTable, document["engine"], ("engine",), mistakes)
+    listed = [
+        read_table(CylinderTable, one, ("cylinders", k), mistakes)
+        for k, one in enumerate(listed_tables(document, "cylinders", mistakes))
+    ]
+    cylinders = [one for one in listed if one is not None]
+    counterweights = read_tables(document, "counterweights", CounterweightTable, mistakes)
+    shafts = read_tables(document, "balance_shafts", BalanceShaftTable, mistakes)
+    limits = read_tables(document, "limits", EngineLimitTable, mistakes)
+    measures = read_tables(document, "measures", EngineLimitTable, mistakes)
+    goal = read_table(EngineGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
+    mistakes.raise_any()
+    assert engine is not None
+    _check(engine, cylinders, counterweights, shafts, limits, goal, mistakes)
+    mistakes.raise_any()
+    return _job(document, mistakes.name, engine, cylinders, (counterweights, shafts), (limits, measures, goal))
+
+
+def _job(
+    document: Mapping[str, Any],
+    name: str,
+    engine: EngineTable,
+    cylinders: list[CylinderTable],
+    weights: tuple[Mapping[str, CounterweightTable], Mapping[str, BalanceShaftTable]],
+    asked: tuple[Mapping[str, EngineLimitTable], Mapping[str, EngineLimitTable], EngineGoalTable | None],
+) -> EngineJob:
+    """The job in SI."""
+    throws, cranks = _throws(engine, cylinders)
+    places = _places(engine, cylinders)
+    middle = engine.reference.value if engine.reference is not None else 0.5 * (min(places) + max(places))
+    return EngineJob(
+        name=name,
+        title=str(document.get("title", name)),
+        speed=engine.speed.value,
+        ratio=engine.radius / engine.rod.value,
+        orders=engine.orders,
+        truncated=engine.kinematics == "truncated",
+        cylinders=tuple(
+            Cylinder(
+                throw=throw,
+                bank=one.bank.value if one.bank is not None else 0.0,
+                at=at - middle,
+                reciprocating=_mass(one.reciprocating, engine.reciprocating) * engine.radius,
+                rotating=_mass(one.rotating, engine.rotating) * engine.radius,
+            )
+            for one, throw, at in zip(cylinders, throws, places, strict=True)
+        ),
+        cranks=cranks,
+        offered=tuple(engine.cranks),
+        shares=_shares(engine),
+        weights=tuple(_weight(own, "counterweights", one, middle) for own, one in weights[0].items())
+        + tuple(_weight(own, "balance_shafts", one, middle) for own, one in weights[1].items()),
+        fires=tuple(engine.firing_order),
+        strokes=engine.strokes,
+        even_firing=engine.even_firing,
+        limits=asked[0],
+        measures=asked[1],
+        goal=asked[2],
+        expected=tuple(document.get("expected", ())),
+        reference=middle,
+        spaced=len(cylinders) > 1 and all(one.at is None for one in cylinders),
+        document=document,
+    )
+
+
+def _mass(own: Fact | None, common: Fact | None) -> float:
+    found = own if own is not None else common
+    return found.value if found is not None else 0.0
+
+
+def _shares(engine: EngineTable) -> tuple[Share, ...]:
+    """Both shares where one is given: the other is all of the rotating mass, or none of the reciprocating."""
+    if engine.counterweight_share is None and engine.rotating_share is None:
+        return ()
+    return (
+        _share(RECIPROCATING, engine.counterweight_share, 0.0),
+        _share(ROTATING, engine.rotating_share, 1.0),
+    )
+
+
+def _share(name: str, given: Fact | Choice | None, default: float) -> Share:
+    if given is None:
+        return Share(name, default, default)
+    return Share(name, given.low, given.high) if isinstance(given, Choice) else Share(name, given.value, given.value)
+
+
+def _places(engine: EngineTable, cylinders: list[CylinderTable]) -> list[float]:
+    """Place of each cylinder [m]; by the spacing where it has none of its own."""
+    spacing = engine.spacing.value if engine.spacing is not None else 0.0
+    return [one.at.value if one.at is not None else k * spacing for k, one in enumerate(cylinders)]
+
+
+def _throws(engine: EngineTable, cylinders: list[CylinderTable]) -> tuple[list[int], tuple[float | None, ...]]:
+    """Throw of each cylinder, and the angle of each throw (None: to be chosen)."""
+    names: dict[str, int] = {}
+    throws = [names.setdefault(one.throw or f"#{k}", len(names)) for k, one in enumerate(cylinders)]
+    cranks: list[float | None] = [None] * len(names)
+    step = engine.strokes * tau / 2.0 / len(cylinders)
+    for k, one in enumerate(cylinders):
+        if isinstance(one.crank, float):
+            cranks[throws[k]] = one.crank
+        elif one.crank is None and engine.firing_order:
+            bank = one.bank.value if one.bank is not None else 0.0
+            cranks[throws[k]] = (bank - engine.firing_order.index(k + 1) * step) % tau
+    return throws, tuple(cranks)
+
+
+def _weight(name: str, family: str, table: CounterweightTable | BalanceShaftTable, middle: float) -> Weight:
+    given, place = table.unbalance, table.at.value - middle
+    order = table.order if isinstance(table, BalanceShaftTable) else 1
+    sense = -1 if isinstance(table, BalanceShaftTable) and table.turns == "against rotation" else 1
+    if isinstance(given, Choice):
+        return Weight(name, family, order, sense, place, None, given.high, given.unit)
+    fixed = cmath.rect(given.value, table.angle.value if table.angle is not None else 0.0)
+    return Weight(name, family, order, sense, place, fixed, inf, given.unit)
+
+
+def _check(
+    engine: EngineTable,
+    cylinders: list[CylinderTable],
+    counterweights: Mapping[str, CounterweightTable],
+    shafts: Mapping[str, BalanceShaftTable],
+    limits: Mapping[str, EngineLimitTable],
+    goal: EngineGoalTable | None,
+    mistakes: Mistakes,
+) -> None:
+    """What the tables say of each other."""
+    if not cylinders:
+        mistakes.add(("cylinders",), "there is no cylinder. Write [[cylinders]] once for each.")
+        return
+    for k, one in enumerate(cylinders):
+        if one.reciprocating is None and engine.reciprocating is None:
+            mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].")
+        if one.crank is None and not engine.firing_order and not _shared(one, cylinders):
+            example = 'crank = "90 deg", or crank = "choose"'
+            mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no crank. Write {example}.")
+    if len(cylinders) > 1 and engine.spacing is None and all(one.at is None for one in cylinders):
+        mistakes.add(("engine",), 'the cylinders have no places. Write spacing = "100 mm" in [engine].')
+    if engine.firing_order and sorted(engine.firing_order) != list(range(1, len(cylinders) + 1)):
+        mistakes.value(("engine", "firing_order"), engine.firing_order, "does not name each cylinder once.")
+    wanted = len({one.throw or k for k, one in enumerate(cylinders) if one.crank == "choose"})
+    if wanted and wanted != len(engine.cranks):
+        mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
+    for name, table in limits.items():
+        if table.at_most is None:
+            way = f"Write at_most, or move it to [measures.{name}]."
+            mistakes.add(("limits", name), f"limits.{name} has no bound. {way}")
+    sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
+    free = [one for one in sizes if isinstance(one, Choice)]
+    shares = [engine.counterweight_share, engine.rotating_share]
+    if isinstance(engine.rotating_share, Choice) and not _turns(engine, cylinders):
+        way = "Add rotating to [engine], or leave rotating_share out."
+        mistakes.add(("engine", "rotating_share"), f"rotating_share is chosen, but no mass rotates. {way}")
+    if goal is not None and not free and not wanted and not any(isinstance(one, Choice) for one in shares):
+        mistakes.add(("goal",), 'there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.')
+
+
+def _turns(engine: EngineTable, cylinders: list[CylinderTable]) -> bool:
+    """Whether any cylinder has a rotating mass."""
+    return any(_mass(one.rotating, engine.rotating) > 0.0 for one in cylinders)
+
+
+def _unequal(engine: EngineTable, wanted: int) -> str:
+    """That there are not as many crank angles as throws to take them, and the way out."""
+    many, throws = len(engine.cranks), f"{wanted} throw{'s' * (wanted > 1)} that choose{'s' * (wanted == 1)}"
+    if not many:
+        return f'engine has no cranks for {throws}. Write cranks = ["0 deg", "180 deg", ...], one angle each.'
+    listed = ", ".join(show_angle(one) for one in engine.cranks)
+    more = wanted - many
+    way = (
+        f"add {more} angle{'s' * (more > 1)}"
+        if more > 0
+        else f"leave out {-more} angle{'s' * (more < -1)} (those of throws that do not choose)"
+    )
+    return (
+        f"engine.cranks offers {many} angle{'s' * (many > 1)} ({listed}) for {throws}. Each throw takes one of them "
+        f'and each is taken once: {way}, or change the number of cylinders with crank = "choose".'
+    )
+
+
+def _shared(cylinder: CylinderTable, cylinders: list[CylinderTable]) -> bool:
+    """Whether another cylinder on the same throw has the crank angle."""
+    return cylinder.throw is not None and any(o.throw == cylinder.throw and o.crank is not None for o in cylinders)

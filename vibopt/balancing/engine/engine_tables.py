@@ -1,0 +1,246 @@
+"""Tables of an engine's file: [engine], [[cylinders]], [counterweights.NAME], [balance_shafts.NAME], limits, goal."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from vibopt.balancing.conventions import read_angle
+from vibopt.errors import QuantityError
+from vibopt.units import read_quantity
+from vibopt.values import Choice, Fact, Table, number
+from vibopt.values.fields import complaint, word
+
+Response = Literal["primary_force", "primary_couple", "secondary_force", "secondary_couple", "force", "couple"]
+HIGHEST_ORDER = 20
+
+
+class EngineTable(Table):
+    """[engine]: one slider-crank for all cylinders; a cylinder may have masses of its own.
+
+    Keys
+    ----
+    stroke: Of the pistons; or `crank_radius`, half of it: `stroke = "86 mm"`.
+    crank_radius: Instead of `stroke`.
+    rod: Length of the connecting rod: `rod = "145 mm"`. Longer than the crank.
+    speed: Of the crankshaft: `speed = "6000 rpm"`.
+    reciprocating: Mass of each cylinder that goes to and fro: `reciprocating = "0.5 kg"`.
+    rotating: Mass of each cylinder that goes round at the crank radius: `rotating = "0.4 kg"`.
+    spacing: From cylinder to cylinder, the first at 0 mm; or `at` in each: `spacing = "90 mm"`.
+    reference: Place about which couples are taken; the middle of the cylinders without it: `reference = "135 mm"`.
+    counterweight_share: Part of the reciprocating mass that stands opposite each crank: `counterweight_share = {
+        from = 0, to = 1 }`. 0 without it.
+    rotating_share: Part of the rotating mass that the counterweights carry: `rotating_share = "100 %"`.
+    kinematics: "exact": all orders up to `orders`; "truncated": the first two.
+    orders: How many orders are shown.
+    cranks: Angles to be shared out among the throws that choose, each taken once: `cranks = ["0 deg", "90 deg",
+        "180 deg", "270 deg"]`.
+    firing_order: Gives the cranks that are not written: `firing_order = [1, 3, 4, 2]`.
+    strokes: Of the working cycle.
+    even_firing: Only settings that fire at equal distances: `even_firing = true`.
+    """
+
+    stroke: Fact | None = number("length", choice=False)
+    crank_radius: Fact | None = number("length", choice=False)
+    rod: Fact = number("length", choice=False, required=True)
+    speed: Fact = number("angular_rate", choice=False, required=True)
+    reciprocating: Fact | None = number("mass", choice=False)
+    rotating: Fact | None = number("mass", choice=False, sign="not negative")
+    spacing: Fact | None = number("length", choice=False)
+    reference: Fact | None = number("length", choice=False, sign="any")
+    counterweight_share: Fact | Choice | None = number("ratio", sign="not negative")
+    rotating_share: Fact | Choice | None = number("ratio", sign="not negative")
+    kinematics: Literal["exact", "truncated"] = "exact"
+    orders: int = 8
+    cranks: list[Any] = Field(default_factory=list)
+    firing_order: list[int] = Field(default_factory=list)
+    strokes: Literal[2, 4] = 4
+    even_firing: bool = False
+
+    @field_validator("cranks")
+    @classmethod
+    def _angles(cls, given: list[Any]) -> list[float]:
+        return [_angle(one) for one in given]
+
+    @model_validator(mode="after")
+    def _fits(self) -> EngineTable:
+        if (self.stroke is None) == (self.crank_radius is None):
+            raise word('needs stroke or crank_radius, one of the two. Write stroke = "86 mm".')
+        if self.radius >= self.rod.value:
+            raise word("has a rod that is not longer than the crank radius: such a crank cannot turn.")
+        if not 2 <= self.orders <= HIGHEST_ORDER:
+            raise word(f"has orders = {self.orders}. Write a number from 2 to {HIGHEST_ORDER}.")
+        return self
+
+    @property
+    def radius(self) -> float:
+        """Crank radius [m]."""
+        if self.crank_radius is not None:
+            return self.crank_radius.value
+        return 0.5 * self.stroke.value if self.stroke is not None else 0.0
+
+
+class CylinderTable(Table):
+    """[[cylinders]]: crank angle in the sense of rotation, "choose", or from the firing order; bank and place.
+
+    Keys
+    ----
+    crank: Angle of its throw in the sense of rotation, or "choose": `crank = "180 deg"`.
+    throw: Name of a throw that it shares with another cylinder: `throw = "p1"`.
+    bank: Angle of its axis, for a V: `bank = "-45 deg"`.
+    at: Place along the crankshaft; from `spacing` without it.
+    reciprocating: Of its own, where it differs.
+    rotating: Of its own, where it differs.
+    """
+
+    crank: Any = None
+    throw: str | None = None
+    bank: Fact | None = number("angle", choice=False, sign="any")
+    at: Fact | None = number("length", choice=False, sign="any")
+    reciprocating: Fact | None = number("mass", choice=False)
+    rotating: Fact | None = number("mass", choice=False, sign="not negative")
+
+    @field_validator("crank")
+    @classmethod
+    def _crank(cls, given: Any) -> Any:
+        return given if given is None or given == "choose" else _angle(given)
+
+
+class CounterweightTable(Table):
+    """[counterweights.NAME]: an unbalance on the crankshaft; without angle both size and angle are chosen.
+
+    Keys
+    ----
+    at: Place along the crankshaft: `at = "-40 mm"`.
+    unbalance: Mass times radius; chosen with its angle, `unbalance = { from = "0 g mm", to = "5 kg mm" }`, or a
+        fact.
+    angle: Of the weight; a fact needs one, a choice has none: `angle = "180 deg"`.
+    """
+
+    at: Fact = number("length", choice=False, sign="any", required=True)
+    unbalance: Fact | Choice = number("unbalance", required=True)
+    angle: Fact | None = number("angle", choice=False, sign="any")
+
+    @model_validator(mode="after")
+    def _given(self) -> CounterweightTable:
+        _check_angle(self.unbalance, self.angle)
+        return self
+
+
+class BalanceShaftTable(Table):
+    """[balance_shafts.NAME]: turns `order` times as fast as the crank; without angle both size and angle are chosen.
+
+    The angle is that of its weight when the first crank angle is zero, from the axis of bank zero in the sense in
+    which the crankshaft turns.
+
+    Keys
+    ----
+    order: Times crank speed.
+    turns: Its sense: `turns = "against rotation"`.
+    at: Place along the crankshaft: `at = "135 mm"`.
+    unbalance: Mass times radius; chosen with its angle, `unbalance = { from = "0 g mm", to = "50 kg mm" }`, or a
+        fact.
+    angle: Of the weight when the first crank angle is zero; a fact needs one, a choice has none: `angle = "180
+        deg"`.
+    """
+
+    order: Literal[1, 2]
+    turns: Literal["with rotation", "against rotation"]
+    at: Fact = number("length", choice=False, sign="any", required=True)
+    unbalance: Fact | Choice = number("unbalance", required=True)
+    angle: Fact | None = number("angle", choice=False, sign="any")
+
+    @model_validator(mode="after")
+    def _given(self) -> BalanceShaftTable:
+        _check_angle(self.unbalance, self.angle)
+        return self
+
+
+class EngineLimitTable(Table):
+    """[limits.NAME] or [measures.NAME]: greatest force or couple over a turn, of one order or of all together.
+
+    Keys
+    ----
+    response: What is limited or measured.
+    order: Of the force or couple; all together without it: `order = 2`. Refused of primary and secondary ones,
+        which say their own.
+    when: At this crank angle, of a measure: `when = "30 deg"`. Refused in a limit.
+    kinematics: Exact or truncated, of a measure. Refused in a limit.
+    at_most: The greatest over a turn: `at_most = "600 N"`.
+    unit: How the value is shown: `unit = "kN"`.
+    """
+
+    response: Response
+    order: int | None = None
+    when: Fact | None = number("angle", choice=False, sign="any")
+    kinematics: Literal["exact", "truncated"] | None = None
+    at_most: Any = None
+    unit: str = ""
+
+    @model_validator(mode="after")
+    def _bound(self) -> EngineLimitTable:
+        if self.order is not None and self.response not in ("force", "couple"):
+            plain = "couple" if self.is_couple else "force"
+            raise word(f'has an order, but {self.response} says its own. Write response = "{plain}".')
+        if self.at_most is not None:
+            if self.when is not None or self.kinematics is not None:
+                raise word("has a bound, but when and kinematics are for [measures.NAME] only. Leave them out.")
+            _quantity(self.at_most, self.dimension)
+        return self
+
+    @property
+    def is_couple(self) -> bool:
+        return self.response.endswith("couple")
+
+    @property
+    def of_order(self) -> int:
+        """The order meant; 0: all orders together."""
+        named = {"primary": 1, "secondary": 2}.get(self.response.partition("_")[0])
+        return named or self.order or 0
+
+    @property
+    def dimension(self) -> str:
+        return "moment" if self.is_couple else "force"
+
+    @property
+    def bound(self) -> float:
+        """at_most in SI; inf for a measure."""
+        return float("inf") if self.at_most is None else _quantity(self.at_most, self.dimension)
+
+
+class EngineGoalTable(Table):
+    """[goal] minimise = a response; `then` names responses that decide between equally good crank phasings.
+
+    Keys
+    ----
+    minimise: What is made small.
+    order: Of the force or couple: `order = 2`.
+    then: Decides between settings of the cranks that are equally good: `then = ["secondary_couple"]`.
+    """
+
+    minimise: Response
+    order: int | None = None
+    then: list[Response] = Field(default_factory=list)
+
+
+def _angle(given: object) -> float:
+    try:
+        return read_angle(given)
+    except QuantityError as error:
+        raise complaint(f'holds "{given}", which {error.complaint}') from None
+
+
+def _quantity(given: object, dimension: str) -> float:
+    try:
+        return read_quantity(given, dimension).value
+    except QuantityError as error:
+        raise complaint(f'holds "{given}", which {error.complaint}') from None
+
+
+def _check_angle(unbalance: Fact | Choice, angle: Fact | None) -> None:
+    """A given size needs its angle, a range must have none."""
+    if isinstance(unbalance, Fact) and angle is None:
+        raise word('has a given unbalance but no angle. Add angle = "180 deg", or a range { from, to } to choose.')
+    if isinstance(unbalance, Choice) and angle is not None:
+        raise word("chooses its unbalance but has an angle. Leave angle out: it is chosen with the unbalance.")

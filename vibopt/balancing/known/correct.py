@@ -1,0 +1,290 @@
+"""The correction of a shaft with known masses: a vector sum where that is all, a program where it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf
+from typing import cast
+
+import numpy as np
+
+from vibopt.balancing.conventions import WITH, Conventions
+from vibopt.balancing.known.known_job import KnownJob
+from vibopt.balancing.known.shaft_statics import (
+    Aim,
+    Rows,
+    aim_of,
+    balance_rows,
+    bearing_rows,
+    middle_and_arm,
+    unbalances,
+)
+from vibopt.balancing.plane_options import Options, options_of
+from vibopt.balancing.question import Goal, Question, breaks
+from vibopt.balancing.question_prices import Solver, solve_question
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
+
+AS_WRITTEN = Conventions("", "", WITH, "pk", "")
+"""Angles of known masses have one sense throughout, so none has to be turned round."""
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What is added in each plane, u (n_planes,) [kg m], and how that is known.
+
+    way
+        "vector sum", "least mass", "program" or "none".
+    prices
+        What the goal falls by per unit of each limit [SI], by name.
+    weights
+        Per plane (hole, mass, radius) of each weight; empty where the plane is continuous.
+    """
+
+    u: ComplexArray
+    status: str
+    claim: str
+    way: str
+    prices: dict[str, float]
+    weights: tuple[tuple[tuple[int, float, float], ...], ...] = ()
+
+
+def correct(job: KnownJob, solver: Solver | None = None) -> Correction:
+    """The best correction under the goal and the limits of the job; `solver` answers its question, whatever it is.
+
+    Complete balance is a set of linear equations.  Where it has one solution that breaks nothing, that is the answer;
+    where it has many, the one with the least mass; where caps, lists or limits stand in the way, the program decides.
+    """
+    question, options = pose(job)
+    n = len(job.spots)
+    if not n or job.goal is None:
+        return Correction(np.zeros(n, dtype=complex), "met", "nothing is corrected: the shaft as it is", "none", {})
+    if not job.choices:
+        return _given(job, options)
+    if solver is None and job.goal.minimise != "reaction" and not question.is_discrete:
+        exact = _exact(job, question)
+        if exact is not None:
+            return exact
+    if solver is None and job.goal.minimise == "correction" and not np.isfinite(question.limits).any():
+        return _no_balance(job, question)
+    solved = solve_question(question) if solver is None else solver(complete(job, question))
+    u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
+    prices = _prices(job, question, solved)
+    weights = tuple(
+        one.weights(solved.chosen[k]) if one is not None and solved.u is not None else ()
+        for k, one in enumerate(options)
+    )
+    return Correction(np.asarray(u), solved.status, solved.claim, "program", prices, weights)
+
+
+def _given(job: KnownJob, options: Sequence[Options | None]) -> Correction:
+    """The weights that are decided, in planes that are not left untouched."""
+    u = np.array([0.0 if one is None else one.u[0] for one in options], dtype=complex)
+    weights = tuple(() if one is None else one.weights(0) for one in options)
+    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", {}, weights)
+
+
+def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
+    """The rows and limits of the job as a question: balance rows first, then the bearings', then those of the goal."""
+    rows = [balance_rows(job)] + ([bearing_rows(job)] if job.bearings else [])
+    known, aim = unbalances(job), aim_of(job)
+    rows += [aim.rows] if aim is not None else []
+    importance = _importance(aim, [len(one.names) for one in rows])
+    planes = [spot.plane for spot in job.spots]
+    options = tuple(options_of(one, AS_WRITTEN) if one.is_discrete else None for one in planes)
+    caps = np.array([0.0 if one.keep else one.cap * one.radius for one in planes])
+    question = Question(
+        y0=np.concatenate([one.masses @ known for one in rows]),
+        H=np.concatenate([one.planes for one in rows]).astype(complex),
+        importance=importance,
+        limits=_limits(job, rows),
+        caps=np.minimum(caps, _own_caps(job)),
+        total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
+        sectors=tuple(one.internal_sectors(AS_WRITTEN) for one in planes),
+        options=tuple(None if one is None else one.u for one in options),
+        goal=_combined(job, aim),
+        mass_per_unbalance=np.array([1.0 / one.radius for one in planes]),
+        option_masses=tuple(None if one is None else one.masses for one in options),
+    )
+    return question, options
+
+
+def complete(job: KnownJob, question: Question) -> Question:
+    """The question with complete balance as limits, where the least correction is asked and no limit says how good."""
+    if question.goal != "correction" or np.isfinite(question.limits).any():
+        return question
+    limits = question.limits.copy()
+    limits[: len(balance_rows(job).names)] = 0.0
+    return replace(question, limits=limits)
+
+
+def _importance(aim: Aim | None, sizes: list[int]) -> FloatArray:
+    """Only the rows of the goal count, such that the question's goal is that of the file [kg m]."""
+    importance = np.zeros(sum(sizes))
+    if aim is not None:
+        full = np.sqrt(sum(sizes) / sizes[-1]) if aim.combine == "rms" else 1.0
+        importance[-sizes[-1] :] = full
+    return importance
+
+
+def _combined(job: KnownJob, aim: Aim | None) -> Goal:
+    if job.goal is not None and job.goal.minimise == "correction":
+        return "correction"
+    return cast(Goal, aim.combine if aim is not None else "rms")
+
+
+def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
+    """Greatest amplitude per row [kg m]; with the goal "correction" and no limit, complete balance is meant."""
+    names = [(k, name) for k, one in enumerate(rows) for name in one.names]
+    limits = np.full(len(names), inf)
+    _, arm = middle_and_arm(job)
+    for table in job.limits.values():
+        for row, (k, name) in enumerate(names):
+            if table.response == "static_unbalance" and (k, name) == (0, "static"):
+                limits[row] = min(limits[row], table.bound)
+            elif table.response == "couple_unbalance" and (k, name) == (0, "couple"):
+                limits[row] = min(limits[row], table.bound / arm)
+            elif (
+                table.response == "bearing_reaction"
+                and job.bearings
+                and k == 1
+                and table.of in (None, name)
+                and job.speed
+            ):
+                limits[row] = min(limits[row], table.bound / job.speed**2)
+    return limits
+
+
+def _own_caps(job: KnownJob) -> FloatArray:
+    """Caps from limits on the correction of one plane [kg m]."""
+    caps = np.full(len(job.spots), inf)
+    for table in job.limits.values():
+        for k, spot in enumerate(job.spots):
+            if table.response == "correction" and table.of == spot.plane.name:
+                caps[k] = min(caps[k], table.bound * spot.plane.radius)
+    return caps
+
+
+def _exact(job: KnownJob, question: Question) -> Correction | None:
+    """Complete balance: the only one, or the lightest of many; None where there is none that keeps every limit."""
+    goal = job.goal.minimise if job.goal is not None else ""
+    if goal == "correction" and np.isfinite(question.limits).any():
+        return None
+    n_rows = len(balance_rows(job).names)
+    free = np.flatnonzero(question.caps > 0.0)
+    H, y0 = question.H[:n_rows, free].real, question.y0[:n_rows]
+    if not len(free):
+        return None
+    left, sizes, right = np.linalg.svd(H)
+    rank = int((sizes > _ROUNDING * sizes[0]).sum())
+    part = right[:rank].T @ ((left[:, :rank].T @ -y0) / sizes[:rank])
+    if np.abs(y0 + H @ part).max() > 1e-9 * max(np.abs(y0).max(), 1e-300):
+        return None
+    u = np.zeros(len(question.caps), dtype=complex)
+    if rank == len(free):
+        u[free] = part
+        if breaks(question, u):
+            return None
+        said = "static and couple unbalance" if n_rows == 2 else "static unbalance"
+        return Correction(u, "optimal", f"vector sums: the only correction that leaves no {said}", "vector sum", {})
+    lightest = _lightest(question, free, part, right[rank:].T)
+    if lightest is None:
+        return None
+    u[free] = lightest
+    claim = f"complete balance with the least mass of all {len(free)} planes together, a convex program"
+    return None if breaks(question, u) else Correction(u, "optimal", claim, "least mass", {})
+
+
+def _no_balance(job: KnownJob, question: Question) -> Correction:
+    """Complete balance was asked for and not found: whether that is proven, and the way out."""
+    rows = balance_rows(job)
+    free = np.flatnonzero(question.caps > 0.0)
+    H, y0 = rows.planes[:, free], question.y0[: len(rows.names)]
+    nothing = np.zeros(len(question.caps), dtype=complex)
+    way = 'Write [limits.NAME] with response = "static_unbalance" and at_most, or minimise = "unbalance".'
+    nearest = np.linalg.lstsq(H, -y0, rcond=None)[0] if len(free) else np.zeros(0)
+    if np.abs(y0 + H @ nearest).max() > 1e-9 * max(np.abs(y0).max(), 1e-300):
+        claim = f"no weights in these planes balance the shaft completely. {way}"
+        return Correction(nothing, "infeasible", claim, "program", {})
+    if len(free) == np.linalg.matrix_rank(H) and not question.is_discrete:
+        claim = f"the only weights that balance the shaft completely break a cap or a forbidden sector. {way}"
+        return Correction(nothing, "infeasible", claim, "program", {})
+    claim = f"no complete balance was found within caps, holes and sectors. {way}"
+    return Correction(nothing, "unproven", claim, "program", {})
+
+
+def _lightest(question: Question, free: np.ndarray, part: ComplexArray, null: FloatArray) -> ComplexArray | None:
+    """Of all u = part + null w the one with the least mass: a question whose readings are the corrections."""
+    from vibopt.balancing.continuous import solve_continuous
+
+    if any(question.sectors[k] for k in free if question.sectors):
+        return None
+    inner = Question(
+        y0=part,
+        H=null.astype(complex),
+        importance=question.densities[free],
+        limits=question.caps[free],
+        caps=np.full(null.shape[1], inf),
+        goal="sum",
+    )
+    solved = solve_continuous(inner)
+    if solved.u is None or solved.status != "optimal":
+        return None
+    found = sharpened(part, null, question.densities[free], np.asarray(solved.u))
+    if (np.abs(found) > question.caps[free]).any():
+        found = part + null @ solved.u
+    return found if (question.densities[free] * np.abs(found)).sum() <= question.total_cap * (1 + 1e-9) else None
+
+
+def sharpened(part: ComplexArray, null: FloatArray, mass: FloatArray, w: ComplexArray) -> ComplexArray:
+    """part + null w where sum(mass |part + null w|) is least, to the last digits: Newton's method from a near w.
+
+    The sum is flat at its least value, so that a solver's gap of 1e-9 leaves a part in 1e5 of the weights open.
+    Where a weight vanishes the sum has a kink, and the near w is kept.
+    """
+    turned = np.block([[null, 0.0 * null], [0.0 * null, null]])
+    x = np.concatenate([w.real, w.imag])
+    for _ in range(20):
+        u = part + null @ (x[: null.shape[1]] + 1j * x[null.shape[1] :])
+        size = np.abs(u)
+        if size.min() < 1e-9 * size.max():
+            return part + null @ w
+        along = np.concatenate([u.real / size, u.imag / size])
+        slope = turned.T @ (np.tile(mass, 2) * along)
+        across = np.diag(1.0 - along**2)
+        n = len(size)
+        across[:n, n:] = across[n:, :n] = np.diag(-along[:n] * along[n:])
+        bend = turned.T @ (np.tile(mass / size, 2)[:, None] * across) @ turned
+        x = x - np.linalg.lstsq(bend, slope, rcond=None)[0]
+    found: ComplexArray = part + null @ (x[: null.shape[1]] + 1j * x[null.shape[1] :])
+    near = part + null @ w
+    return found if mass @ np.abs(found) <= mass @ np.abs(near) * (1.0 + 1e-12) else near
+
+
+def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, float]:
+    """Prices of the limits by their names in the file [goal per SI unit of the limit]."""
+    prices = getattr(solved, "prices", None)
+    if prices is None:
+        return {}
+    found: dict[str, float] = {}
+    _, arm = middle_and_arm(job)
+    aim = aim_of(job)
+    n_rows = len(balance_rows(job).names)
+    for name, table in job.limits.items():
+        if table.response == "static_unbalance":
+            found[name] = float(prices.readings[0])
+        elif table.response == "couple_unbalance" and n_rows > 1:
+            found[name] = float(prices.readings[1]) / arm
+        elif table.response == "bearing_reaction" and job.speed:
+            rows = [n_rows + k for k, one in enumerate(job.bearings) if table.of in (None, one.name)]
+            found[name] = float(max(prices.readings[k] for k in rows)) / job.speed**2
+        elif table.total:
+            found[name] = float(prices.total)
+        else:
+            k = next(i for i, spot in enumerate(job.spots) if spot.plane.name == table.of)
+            found[name] = float(prices.caps[k]) * job.spots[k].plane.radius
+    if aim is not None:
+        found = {name: price * aim.scale for name, price in found.items()}
+    return found

@@ -1,0 +1,175 @@
+"""Further numbers of a plan by path: coefficients for the next job, trial weights, quality grades, and the trim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibopt.answer.entry import Entry, Value, Word, direction
+from vibopt.answer.plan import Fitting, PlaneAnswer
+from vibopt.balancing.conventions import show_angle
+from vibopt.balancing.fitting import NOTHING, sentence
+from vibopt.balancing.grades import earned, permitted
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.planes import MASS
+from vibopt.balancing.rotor_job import RotorJob, Run
+from vibopt.forms import ComplexArray
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.units import to_unit
+from vibopt.units.showing import plain
+
+
+def coefficients(job: RotorJob, identified: Identified) -> dict[str, Value]:
+    """What a unit weight at zero reads, as text to be pasted under [[influence]], and its angle."""
+    found: dict[str, Value] = {}
+    several = len(job.speeds) > 1
+    for row, (speed, index) in enumerate(job.readings):
+        sensor = job.sensors[index]
+        for column, plane in enumerate(job.planes):
+            H = complex(identified.H[row, column])
+            if H == 0.0:
+                continue
+            path = f"influence.{sensor.name}.{plane.name}" + (f".{job.show_speed(speed)}" if several else "")
+            size = to_unit(
+                abs(H) * plane.radius * _per(plane.unit, plane.dimension), sensor.shown_unit, sensor.dimension
+            )
+            per = f"({plane.unit})" if " " in plane.unit else plane.unit
+            angle = job.conventions.reading_angle(H)
+            found[f"{path}.value"] = Word(f"{plain(size, 8)} {sensor.shown_unit}/{per} @ {show_angle(angle, 8)}")
+            found[f"{path}.angle"] = direction(angle)
+    return found
+
+
+def _per(unit: str, dimension: str) -> float:
+    """SI value of one of the user's units."""
+    return 1.0 / to_unit(1.0, unit, dimension)
+
+
+def trial_advice(job: RotorJob) -> dict[str, Value]:
+    """Greatest first trial per plane: its force at the highest speed is `trial_force` of its share of the weight."""
+    if job.rotor_mass is None or not job.speeds:
+        return {}
+    u = job.trial_force * job.rotor_mass * GRAVITY / max(job.speeds) ** 2 / max(len(job.free), 1)
+    found: dict[str, Value] = {}
+    for index in job.free:
+        plane = job.planes[index]
+        if plane.kind == MASS and plane.radii:
+            found[f"planes_first.{plane.name}.trial"] = Entry(u / plane.radius, "mass", plane.unit)
+        else:
+            found[f"planes_first.{plane.name}.trial"] = Entry(u, "unbalance", "g mm")
+    return found
+
+
+def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray | None) -> dict[str, Value]:
+    """Permissible residual unbalances, what is left, and the grade it earns."""
+    quality = job.quality
+    if quality is None:
+        return {}
+    allowed = permitted(quality)
+    found: dict[str, Value] = {
+        "quality.permissible": Entry(allowed.whole, "unbalance", "g mm"),
+        "quality.eccentricity": Entry(allowed.eccentricity, "length", "µm"),
+        "quality.kind": Word("outboard" if allowed.outboard else "inboard"),
+    }
+    found.update(
+        {
+            f"quality.bearings.{name}.permissible": Entry(one, "unbalance", "g mm")
+            for name, one in allowed.at_bearings.items()
+        }
+    )
+    found.update(
+        {
+            f"quality.planes.{name}.permissible": Entry(one, "unbalance", "g mm")
+            for name, one in allowed.at_planes.items()
+        }
+    )
+    found.update(
+        {f"quality.planes.{name}.may_show": Entry(one, "unbalance", "g mm") for name, one in allowed.to_measure.items()}
+    )
+    left = dict(quality.residual) or _remaining(job, identified, u)
+    if left:
+        result = earned(quality, left)
+        found.update(
+            {
+                f"quality.bearings.{name}.left": Entry(one, "unbalance", "g mm")
+                for name, one in result.at_bearings.items()
+            }
+        )
+        found["quality.earned"] = Entry(result.grade, "velocity", "mm/s")
+        found["quality.met"] = Word("yes" if result.met else "no")
+        found["quality.worst_at"] = Word(result.worst_at)
+    return found
+
+
+def _remaining(job: RotorJob, identified: Identified | None, u: ComplexArray | None) -> dict[str, complex]:
+    """Unbalance left in the planes; empty where they have no place or radius, or readings do not tell them apart."""
+    if identified is None or u is None or job.quality is None:
+        return {}
+    places = dict(job.quality.planes) or dict(job.quality.bearings)
+    names = [plane.name for plane in job.planes]
+    if not all(plane.name in places and (plane.radii or plane.kind != MASS) for plane in job.planes):
+        return {}
+    if np.linalg.matrix_rank(identified.H / np.linalg.norm(identified.H, axis=0).clip(1e-300), tol=_TOLD) < len(names):
+        return {}
+    left = np.linalg.lstsq(identified.H, identified.residual(u), rcond=1e-12)[0]
+    return {name: complex(one) for name, one in zip(names, left, strict=True)}
+
+
+_TOLD = 1e-3
+"""Least singular value of the effects, each of length one, with which the unbalance left in each plane is known."""
+
+
+OFF = "Take every trial weight off first: the plan is added to the rotor as found."
+ANEW = "Or take every weight off and fit the whole anew, on the rotor as found:"
+
+
+def todo(job: RotorJob, fitting: Fitting) -> tuple[str, ...]:
+    """What to do, one sentence a line: the trim first where a verification run was made."""
+    whole = tuple(one.words for one in fitting.planes)
+    run = verification_run(job.runs)
+    if run is None:
+        return (OFF, *whole)
+    stays = f'The weights of run "{run.name}" stay on. What changes them into the best ones:'
+    return (stays, *(_trim(job, run, k, one) for k, one in enumerate(fitting.planes)), ANEW, *whole)
+
+
+def trims(job: RotorJob, fitting: Fitting) -> dict[str, Entry]:
+    """The trim of each plane by path, as one weight at its greatest radius."""
+    run = verification_run(job.runs)
+    if run is None:
+        return {}
+    found = {}
+    for index, (plane, answer) in enumerate(zip(job.planes, fitting.planes, strict=True)):
+        if not plane.keep:
+            u = _change(run, index, answer)
+            angle = job.conventions.weight_angle(-u if plane.remove else u) if u else 0.0
+            found[f"trim.{plane.name}.{plane.dimension}"] = Entry(plane.amount(u), plane.dimension, plane.unit)
+            found[f"trim.{plane.name}.angle"] = Entry(angle, "angle", "deg")
+    return found
+
+
+def shows_whole(job: RotorJob) -> bool:
+    """Whether weights are on that the plan's whole weights stand instead of."""
+    return verification_run(job.runs) is not None
+
+
+def verification_run(runs: Sequence[Run]) -> Run | None:
+    """A run that was made with the correction on; None where there is none."""
+    return next((run for run in runs if run.verification), None)
+
+
+def _change(run: Run, index: int, answer: PlaneAnswer) -> complex:
+    """Unbalance to add to what is on [kg m]; zero where it is rounding."""
+    on = complex(run.weights[index])
+    change = complex(answer.u) - on
+    return change if abs(change) > NOTHING * max(abs(on), abs(answer.u)) else 0j
+
+
+def _trim(job: RotorJob, run: Run, index: int, answer: PlaneAnswer) -> str:
+    plane, change = job.planes[index], _change(run, index, answer)
+    if change == 0j or plane.keep:
+        return f"{plane.name}: leave as it is."
+    if not (plane.holes or plane.shelf or len(plane.radii) > 1):
+        return sentence(job, index, change).replace(": fit ", ": add ", 1)
+    return f"{plane.name}: take off what is fitted; {answer.words.partition(': ')[2]}"

@@ -1,0 +1,144 @@
+"""What measured rotors, known masses and engines add to the views of their answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.answer_schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref, table
+from vibopt.answer.blocks import Block
+from vibopt.answer.entry import Entry
+from vibopt.balancing.blocks_known import engine_blocks, known_blocks
+from vibopt.balancing.blocks_rotor import rotor_blocks
+from vibopt.balancing.job_kinds import ENGINE, KNOWN, ROTOR, is_rotor
+
+if TYPE_CHECKING:
+    from vibopt.balancing.job_kinds import BalancingJob
+
+_CONVENTIONS = ("phase", "readings", "angles", "detector", "zero")
+
+
+_AMOUNT = dict.fromkeys(("mass", "unbalance"), ref("number"))
+_WEIGHT = table(
+    {
+        **dict.fromkeys(("radius", "depth"), maybe(ref("number"))),
+        "angle": ref("number"),
+        "hole": {"type": ["integer", "null"]},
+    },
+    _AMOUNT,
+)
+_PLANE = table(
+    {"action": {"enum": ["add", "remove", "nothing", "keep"]}, "angle": ref("number"), "radius": maybe(ref("number")),
+     "weights": listed(_WEIGHT), "words": TEXT},
+    _AMOUNT,
+)  # fmt: skip
+_READING = table(
+    {
+        **dict.fromkeys(("speed", "found", "residual"), ref("number")),
+        **dict.fromkeys(("found_phasor", "fitted_phasor", "residual_phasor", "price"), TEXT),
+        "band": maybe(listed(ref("number"))), "limit": maybe(ref("number")), "margin": NUMBER,
+    }
+)  # fmt: skip
+_SENSOR = table({"speeds": listed(_READING), "residual": ref("number"), "found": ref("number")})
+_FITTING = {"planes": named(_PLANE), "sensors": named(_SENSOR)}
+_WAYS = listed(table({"remedy": TEXT, "worst": ref("number"), "rms": ref("number"), "masses": TEXTS, "band": TEXT}))
+_STATED = named(TEXT) | {"properties": {"words": TEXTS}}
+KEYS = {
+    "rotor": (
+        {"conventions": _STATED, "words": TEXTS, **_FITTING, "answers": listed(table(_FITTING)), "remedies": _WAYS,
+         "beside": _WAYS, "condition": NUMBER, "gap": NUMBER},
+        dict.fromkeys(("influence", "quality", "planes_first", "trim"), ref("entries")),
+    ),
+    "known": ({}, dict.fromkeys(("planes", "as_found", "residual"), ref("entries"))),
+    "engine": (
+        {"cylinders": ref("entries"), "orders": ref("entries"), "all_orders": ref("entries")},
+        {**dict.fromkeys(("counterweights", "balance_shafts", "firing"), ref("entries")),
+         **dict.fromkeys(("counterweight_share", "rotating_share"), ref("number"))},
+    ),
+}  # fmt: skip
+"""By kind of job: what its answers have in JSON beside what all have, always and sometimes."""
+
+
+def sense_of(answer: Answer[BalancingJob]) -> str:
+    """Balancing makes least."""
+    return "" if answer.goal is None else "minimise"
+
+
+def notes_of(answer: Answer[BalancingJob]) -> list[str]:
+    """How the file was read, and what must be known to use the answer."""
+    return list(answer.notes)
+
+
+def own_json(answer: Answer[BalancingJob]) -> dict[str, Any]:
+    """Of a measured rotor its plan and conventions; what the others add are values by path."""
+    conventions = getattr(answer.job, "conventions", None)
+    if conventions is None:
+        return {}
+    spoken = {key: getattr(conventions, key) for key in _CONVENTIONS}
+    return {"conventions": {**spoken, "words": answer.plan.conventions}, **answer.plan.to_json()}
+
+
+_PLAIN = {
+    "optimal": "",
+    "feasible": "all limits hold; that nothing better exists is not proven",
+    "met": "all limits hold",
+    "violated": "limits do not hold",
+    "infeasible": "no weights keep all limits",
+    "unbounded": "the goal has no best value",
+    "unproven": "no single answer is proven",
+    "check_failed": "the simulated machine refused the answer",
+}
+
+
+def goal_words(answer: Answer[BalancingJob]) -> str:
+    """What was made least, and how far: "least worst residual is 0.3216 mil pp"."""
+    if answer.goal is None or answer.status in ("infeasible", "unbounded", "met", "violated"):
+        return ""
+    name, value = answer.goal[0], _without_rounding(answer, answer.goal[1])
+    return "" if len(answer.plan.fittings) > 1 else f"least {name.replace('_', ' ')} is {value.shown}"
+
+
+def _without_rounding(answer: Answer[BalancingJob], value: Entry) -> Entry:
+    """Zero where nothing but rounding is left at any sensor."""
+    rows = answer.plan.rows
+    nothing = bool(rows) and all(one.left == 0.0 for one in rows)
+    if nothing and answer.goal is not None and answer.goal[0] != "correction":
+        return replace(value, value=0.0)
+    return value
+
+
+def verdict(answer: Answer[BalancingJob]) -> str:
+    """What the first line of the answer says behind its status; "" where the claim says all."""
+    said = _PLAIN[answer.status]
+    if answer.status == "met" and not answer.limits:
+        said = "no limit was set; what was asked stands below"
+    if is_rotor(answer.job) and answer.status in ("met", "violated", "unproven"):
+        said = ""
+    return "; ".join(filter(None, (goal_words(answer), said)))
+
+
+def blocks(answer: Answer[Any]) -> list[Block]:
+    """Everything the answer says, in the order in which it is needed."""
+    return BLOCKS[answer.job.kind](answer)
+
+
+def figures(answer: Answer[BalancingJob], *, compact: bool = False) -> list[tuple[str, str]]:
+    """Title and SVG of the picture, where there is something to draw."""
+    from vibopt.balancing.figures import figure_of
+    from vibopt.report.figures import saved
+
+    figure = figure_of(answer, compact=compact)
+    return [] if figure is None else [(answer.title, saved(figure, "svg").decode())]
+
+
+def signs(answer: Answer[BalancingJob]) -> tuple[str, ...]:
+    """Who signs the page."""
+    return ("Fitted by (name)" if is_rotor(answer.job) else "Done by (name)", "Date", "Checked by")
+
+
+BLOCKS: Mapping[str, Callable[[Answer[Any]], list[Block]]] = {
+    ROTOR: rotor_blocks, KNOWN: known_blocks, ENGINE: engine_blocks,
+}  # fmt: skip
+__all__ = ["KEYS", "blocks", "figures", "goal_words", "notes_of", "own_json", "sense_of", "signs", "verdict"]

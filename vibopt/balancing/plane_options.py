@@ -1,0 +1,179 @@
+"""Holes and the weights of the shelf: every way to fill a plane, and the two holes around an angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import inf, isclose, pi, tau
+
+import numpy as np
+
+from vibopt.balancing.conventions import Conventions, show_angle
+from vibopt.balancing.planes import Fitted, Plane
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
+
+MOST_OPTIONS = 200_000
+ALL_FORBIDDEN = (
+    "has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, or write keep = true."
+)
+KEPT_AND_REMOVED = "has keep = true and remove = true. Leave one out: nothing is removed from a plane that is kept."
+_HAIR = 1e-9
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a plane of holes and shelf weights offers.
+
+    u
+        Internal unbalances (n,) [kg m], the empty plane first.
+    masses
+        Of all weights of an option together (n,) [kg].
+    items
+        Per option the indices into `offers`, -1 for none, (n, most_weights).
+    offers
+        (hole index, mass [kg], radius [m]) of single weights.
+    uses
+        How many of each counted mass an option takes (n, n_counted).
+    """
+
+    u: ComplexArray
+    masses: FloatArray
+    items: np.ndarray[tuple[int, int], np.dtype[np.int64]]
+    offers: tuple[tuple[int, float, float], ...]
+    uses: FloatArray
+
+    def only(self, index: int) -> Options:
+        """The list with one option alone."""
+        row = slice(index, index + 1)
+        return replace(self, u=self.u[row], masses=self.masses[row], items=self.items[row], uses=self.uses[row])
+
+    def weights(self, index: int) -> tuple[tuple[int, float, float], ...]:
+        """Hole, mass and radius of each weight of an option."""
+        return tuple(self.offers[item] for item in self.items[index] if item >= 0)
+
+
+def counted(planes: Sequence[Plane]) -> dict[float, float]:
+    """Masses of which there are only so many, for all planes together [kg], with their number."""
+    return {mass: many for plane in planes for mass, many in zip(plane.shelf, plane.stock, strict=False) if many < inf}
+
+
+def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = ()) -> Options:
+    """Every allowed filling of the holes of a plane with weights of the shelf, lightest first among equals.
+
+    `kinds` are the masses [kg] that are counted; fillings that take different numbers of them are all kept.
+    """
+    if plane.fitted is not None:
+        return _decided(plane.fitted, plane, conventions, kinds)
+    offers = tuple(
+        (hole, mass, radius)
+        for hole, angle in enumerate(plane.holes)
+        if plane.may_sit_at(angle)
+        for mass in plane.shelf
+        for radius in (plane.radii or (1.0,))
+    )
+    sign = -1.0 if plane.remove else 1.0
+    single = np.array([sign * conventions.weight(m * r, plane.holes[h]) for h, m, r in offers], dtype=complex)
+    mass = np.array([m for _, m, _ in offers])
+    items = _fillings(np.array([h for h, _, _ in offers], dtype=np.int64), plane.most_weights)
+    padded_u, padded_mass = np.append(single, 0.0), np.append(mass, 0.0)
+    u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
+    same = np.isclose(mass[:, None], np.array(kinds, dtype=float)[None, :], rtol=1e-9, atol=0.0)
+    takes = np.append(same.astype(float), _row(kinds), axis=0)
+    kept = masses <= plane.cap * (1.0 + 1e-12)
+    return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
+
+
+def _decided(fitted: Sequence[Fitted], plane: Plane, conventions: Conventions, kinds: Sequence[float]) -> Options:
+    """The one option of a plane whose weights are decided; a weight away from holes has hole -1."""
+    sign = -1.0 if plane.remove else 1.0
+    u = sum((sign * conventions.weight(one.mass * one.radius, one.angle) for one in fitted), 0j)
+    uses = [[sum(isclose(one.mass, kind) for one in fitted) for kind in kinds]]
+    return Options(
+        np.array([u]), np.array([sum(one.mass for one in fitted)]), np.arange(len(fitted), dtype=np.int64)[None, :],
+        tuple((-1 if one.hole is None else one.hole, one.mass, one.radius) for one in fitted),
+        np.array(uses, dtype=float).reshape(1, len(kinds)),
+    )  # fmt: skip
+
+
+def count_options(plane: Plane) -> int:
+    """How many fillings there are before caps, at most MOST_OPTIONS + 1."""
+    per_hole = len(plane.shelf) * max(len(plane.radii), 1)
+    total, ways = 1, 1
+    for k in range(1, plane.most_weights + 1):
+        ways = ways * (len(plane.holes) - k + 1) // k
+        total += ways * per_hole**k
+    return min(total, MOST_OPTIONS + 1)
+
+
+def _fillings(
+    holes: np.ndarray[tuple[int], np.dtype[np.int64]], most: int
+) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    """Indices of offers that may sit together, (n, most), -1 where fewer; one weight a hole."""
+    rows = [np.full((1, most), -1, dtype=np.int64)]
+    last = np.full((1, most), -1, dtype=np.int64)
+    for k in range(most):
+        ahead = np.where(last[:, k - 1] >= 0, holes[last[:, k - 1]], -1) if k else np.array([-1])
+        pairs = np.argwhere(holes[None, :] > ahead[:, None])
+        if not len(pairs):
+            break
+        grown = last[pairs[:, 0]].copy()
+        grown[:, k] = pairs[:, 1]
+        rows.append(grown)
+        last = grown
+    return np.concatenate(rows)
+
+
+def _row(kinds: Sequence[float]) -> FloatArray:
+    return np.zeros((1, len(kinds)))
+
+
+def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Options:
+    """Of the kept ones only those with different unbalances or counted weights, the lightest of each."""
+    u, masses, items, uses = options.u[kept], options.masses[kept], options.items[kept], options.uses[kept]
+    size = max(float(np.abs(u).max(initial=0.0)), 1e-300)
+    key = np.round(u / size, 12) + 0.0
+    keys = np.column_stack([uses, key.imag, key.real])
+    order = np.lexsort((masses, *keys.T))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = np.any(keys[order][1:] != keys[order][:-1], axis=1)
+    best = np.sort(order[first])
+    return Options(u[best], masses[best], items[best], options.offers, uses[best])
+
+
+def forbids_all(sectors: Sequence[tuple[float, float]]) -> bool:
+    """Whether arcs (from, to) [rad] leave no more than single angles of the turn."""
+    if not sectors:
+        return False
+    start = sectors[0][0]
+    arcs = sorted(((low - start) % tau, high - low) for low, high in sectors)
+    reached = 0.0
+    for low, width in arcs:
+        if low > reached + _HAIR and low < tau - _HAIR:
+            return False
+        reached = max(reached, (0.0 if low > tau - _HAIR else low) + width)
+    return reached > tau - _HAIR
+
+
+def listed_twice(holes: Sequence[float]) -> str:
+    """What is wrong with angles of holes [rad] of which two are the same; "" where none are."""
+    for k, one in enumerate(holes):
+        for other in holes[:k]:
+            if abs((one - other + pi) % tau - pi) < _HAIR:
+                same = f"{show_angle(one)} twice" if one == other else f"{show_angle(other)} again, a full turn on"
+                return f"lists {same}. List each hole once."
+    return ""
+
+
+def neighbours(plane: Plane, angle: float) -> tuple[int, int]:
+    """Indices of the two holes that lie around the written `angle` [rad]; twice the same one where it hits a hole."""
+    allowed = sorted((hole % tau, index) for index, hole in enumerate(plane.holes) if plane.may_sit_at(hole))
+    turned = angle % tau
+    for at, index in allowed:
+        if min(abs(at - turned), tau - abs(at - turned)) < 1e-9:
+            return index, index
+    for (low, first), (high, second) in pairwise(allowed):
+        if low < turned < high:
+            return first, second
+    return allowed[-1][1], allowed[0][1]

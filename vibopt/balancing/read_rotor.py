@@ -1,0 +1,225 @@
+"""Reading a measured rotor: from the document of a problem file to a job, or all mistakes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import isclose
+from pathlib import Path as FilePath
+from typing import Any
+
+from vibopt.balancing.check_rotor import check_runs
+from vibopt.balancing.conventions import Conventions
+from vibopt.balancing.parse_asks import check_without_phase, read_goal, read_limits, read_quality, read_scatter
+from vibopt.balancing.parse_influence import Saved, read_influence
+from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
+from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_runs, with_units
+from vibopt.balancing.planes import MASS, Plane
+from vibopt.balancing.rotor_job import RotorGoal, RotorJob
+from vibopt.balancing.rotor_tables import TOP, PairTable, RotorTable, named_tables, read_table
+from vibopt.document.mistakes import Mistakes, Path
+from vibopt.units import show
+
+
+def read_pairs(
+    document: Mapping[str, Any], planes: Sequence[Plane], mistakes: Mistakes
+) -> tuple[tuple[str, int, int, float], ...]:
+    """Pairs of planes that get the same (static) or opposite (couple) unbalances."""
+    names = [plane.name for plane in planes]
+    pairs = []
+    for name, given in named_tables(document, "pairs", mistakes).items():
+        path: Path = ("pairs", name)
+        table = read_table(PairTable, given, path, mistakes)
+        if table is None:
+            continue
+        if table.kind not in ("static", "couple"):
+            mistakes.value(
+                (*path, "kind"),
+                table.kind,
+                'is no kind of pair. Write kind = "static" (same angle) or kind = "couple" (opposite).',
+            )
+            continue
+        if not isinstance(table.planes, list) or len(table.planes) != 2 or not set(table.planes) <= set(names):
+            mistakes.value(
+                (*path, "planes"), table.planes, f"is not two planes of this job. Known: {', '.join(names)}."
+            )
+            continue
+        first, second = (names.index(one) for one in table.planes)
+        if first == second:
+            other = next((one for one in names if one != names[first]), "right")
+            mistakes.value(
+                (*path, "planes"),
+                table.planes,
+                f'is one plane with itself. Write two planes, for example planes = ["{names[first]}", "{other}"].',
+            )
+            continue
+        bare = [one for one in (planes[first], planes[second]) if one.kind == MASS and not one.radii]
+        if len(bare) == 1:
+            mistakes.add(
+                path, f"pairs.{name} sets unbalances equal, but planes.{bare[0].name} has no radius. Add its radius."
+            )
+            continue
+        if any(planes[one].is_discrete or planes[one].keep or planes[one].split for one in (first, second)):
+            mistakes.add(
+                path, f"pairs.{name} has a plane that is kept or has holes. A pair needs two planes with free weights."
+            )
+            continue
+        pairs.append((name, first, second, 1.0 if table.kind == "static" else -1.0))
+    return tuple(pairs)
+
+
+def pair_notes(pairs: Sequence[tuple[str, int, int, float]], planes: Sequence[Plane]) -> tuple[str, ...]:
+    """That a pair at two radii has equal unbalances, so different weights."""
+    notes = []
+    for name, *both, _ in pairs:
+        one, other = (planes[index] for index in both)
+        if one.kind == other.kind == MASS and not isclose(one.radius, other.radius):
+            radii = (show(plane.radius, plane.length_unit, "length") for plane in (one, other))
+            notes.append(
+                f"Pair {name}: planes {one.name} and {other.name} get equal unbalances, so their weights differ as "
+                f"their radii do ({' and '.join(radii)})."
+            )
+    return tuple(notes)
+
+
+def read_rotor(
+    document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None = None, saved: Saved | None = None
+) -> RotorJob:
+    """A balancing job from a parsed problem file.
+
+    Parameters
+    ----------
+    document
+        The file as `tomllib` gives it.
+    mistakes
+        Collects what is wrong, with lines; rows and columns of a CSV file come behind.
+    folder
+        Where the file lies, for the name of its CSV file.
+    saved
+        The file of coefficients that `influence` names.
+
+    Raises
+    ------
+    InputError
+        All mistakes at once.
+    """
+    for key in document:
+        if key not in TOP:
+            mistakes.unknown_key((key,), TOP)
+    if "quality" in document and "runs" not in document and "readings" not in document:
+        return _grade_only(document, mistakes)
+    before = len(mistakes.found)
+    raws, own = gather(document, mistakes, folder)
+    whole = len(mistakes.found) == before and not (own is not mistakes and own.found)
+    with_angles = has_angles(raws, document)
+    conventions = read_conventions(document, with_angles, mistakes)
+    planes = read_planes(document, mistakes)
+    measured = None
+    if conventions is not None and planes is not None:
+        planes = with_units(planes, raws)
+        if not raws and whole and not mistakes.found:
+            mistakes.add(
+                ("runs",),
+                "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.",
+            )
+        sensors = read_sensors(document, conventions, mistakes)
+        measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
+    merge(own, mistakes)
+    if conventions is None or planes is None or measured is None or not raws or not whole:
+        mistakes.raise_any()
+        raise AssertionError("a job that cannot be read has a mistake")
+    return _job(document, conventions, planes, measured, with_angles, mistakes, saved)
+
+
+def _job(
+    document: Mapping[str, Any], conventions: Conventions, planes: tuple[Plane, ...], measured: Measured,
+    with_angles: bool, mistakes: Mistakes, saved: Saved | None,
+) -> RotorJob:  # fmt: skip
+    before = len(mistakes.found)
+    influence = read_influence(document, conventions, planes, measured, mistakes, saved)
+    if len(mistakes.found) == before and not _only_found(document, measured):
+        check_runs(measured, planes, influence, with_angles, mistakes)
+    scatter = read_scatter(document, conventions, mistakes)
+    residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
+    goal = read_goal(document, conventions, planes, scatter, mistakes)
+    _check_dimensions(measured, goal, document, mistakes)
+    if not with_angles:
+        check_without_phase(document, goal, mistakes)
+    pairs = read_pairs(document, planes, mistakes)
+    machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
+    quality = read_quality(
+        document,
+        conventions,
+        machine.mass.value if machine else None,
+        machine.speed.value if machine and machine.speed else max(measured.speeds),
+        mistakes,
+        [plane.name for plane in planes],
+    )
+    job = RotorJob(
+        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
+        statement=_text(document, "statement", "", mistakes),
+        conventions=conventions, planes=planes, sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds,
+        speed_units=measured.speed_units, influence=influence, scatter=scatter, residual_limits=residual,
+        correction_limits=correction, goal=goal, pairs=pairs,
+        rotor_mass=machine.mass.value if machine else None,
+        trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
+        quality=quality, has_phase=with_angles, expected=_expected(document, mistakes),
+        notes=(*measured.notes, *pair_notes(pairs, planes)), document=document,
+    )  # fmt: skip
+    mistakes.raise_any()
+    return job
+
+
+def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
+    """A file that asks for permissible unbalances, and the grade of measured ones, without a balancing job."""
+    conventions = Conventions("", "", "", "pk", "")
+    if "conventions" in document:
+        conventions = read_conventions(document, False, mistakes) or conventions
+    machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
+    speed = machine.speed.value if machine and machine.speed else None
+    quality = read_quality(document, conventions, machine.mass.value if machine else None, speed, mistakes)
+    job = RotorJob(
+        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
+        statement=_text(document, "statement", "", mistakes),
+        conventions=conventions, planes=(), sensors=(), runs=(), speeds=(), speed_units=(), influence={}, scatter=None,
+        residual_limits=(), correction_limits=(), goal=RotorGoal(), quality=quality,
+        expected=_expected(document, mistakes), document=document,
+    )  # fmt: skip
+    mistakes.raise_any()
+    return job
+
+
+def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:
+    """Whether nothing but the rotor as found was measured, and only a first trial weight is asked for."""
+    return "rotor" in document and "influence" not in document and all(run.is_initial for run in measured.runs)
+
+
+def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
+    kinds = {sensor.dimension for sensor in measured.sensors}
+    given = document.get("sensors")
+    sensors = given if isinstance(given, Mapping) else {}
+    weighed = all(
+        isinstance(sensors.get(one.name), Mapping) and "importance" in sensors[one.name] for one in measured.sensors
+    )
+    if len(kinds) > 1 and goal.goal != "correction" and not weighed:
+        first, second = (next(one for one in measured.sensors if one.dimension == kind) for kind in sorted(kinds)[:2])
+        mistakes.add(
+            ("sensors",),
+            f"sensors {first.name} and {second.name} read in {first.unit} and {second.unit}, which cannot be added. "
+            "Give every sensor its importance (a factor on its amplitude in SI units).",
+        )
+
+
+def _text(document: Mapping[str, Any], key: str, default: str, mistakes: Mistakes) -> str:
+    value = document.get(key, default)
+    if isinstance(value, str):
+        return value
+    mistakes.value((key,), value, "is not a text. Write it in quotation marks.")
+    return default
+
+
+def _expected(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Mapping[str, Any], ...]:
+    given = document.get("expected", [])
+    if isinstance(given, list) and all(isinstance(one, Mapping) for one in given):
+        return tuple(given)
+    mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
+    return ()

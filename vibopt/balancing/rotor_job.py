@@ -1,0 +1,248 @@
+"""A measured rotor as its file says it: planes, sensors, runs, limits and goal, in SI and the internal sense."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from functools import cached_property
+from math import inf
+from typing import Any, ClassVar
+
+import numpy as np
+
+from vibopt.balancing.conventions import Conventions, show_reading
+from vibopt.balancing.grades import Quality
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.written import Written
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
+from vibopt.units import Detector, show
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """A vibration pickup; `dimension` of what it reads, `unit` and `detector` as the user writes its readings.
+
+    `runout` is the internal phasor [SI peak] that is there without any unbalance; `importance` multiplies the
+    amplitude in the goal.
+    """
+
+    name: str
+    dimension: str = "length"
+    unit: str = "mm"
+    detector: Detector = "pk"
+    runout: complex = 0.0
+    importance: float = 1.0
+
+    @property
+    def shown_unit(self) -> str:
+        return f"{self.unit} {self.detector}"
+
+    def show(self, amplitude: float, digits: int = 4) -> str:
+        """A peak amplitude [SI] as the user writes it."""
+        return show(amplitude, self.shown_unit, self.dimension, digits=digits)
+
+    def show_phasor(self, y: complex, conventions: Conventions, digits: int = 4) -> str:
+        return show_reading(y, self.shown_unit, self.dimension, conventions, digits)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One measurement of the whole rotor.
+
+    name
+        As in the file, or its number.
+    speed
+        Index into the speeds of the job.
+    given_speed
+        As written [rad/s].
+    weights
+        Everything fitted during this run (n_planes,), internal [kg m].
+    readings
+        Per sensor (n_sensors,), internal, runout not yet subtracted; without phase real and positive.
+    fitted
+        The weights of this run as written: (plane index, text).
+    written
+        Readings as they stand in the file; None where they have no angles.
+    stayed
+        Whether the weights of the run before are on as well.
+    verification
+        Whether its weights are the correction, which stays on the rotor.
+    """
+
+    name: str
+    speed: int
+    given_speed: float
+    weights: ComplexArray
+    readings: ComplexArray
+    fitted: tuple[tuple[int, str], ...] = ()
+    written: Written | None = None
+    stayed: bool = False
+    verification: bool = False
+
+    @cached_property
+    def is_initial(self) -> bool:
+        """Whether nothing is fitted."""
+        return not self.weights.any()
+
+
+@dataclass(frozen=True, slots=True)
+class Scatter:
+    """Standard deviation of a reading: `ratio` of its amplitude, or `amplitude` [SI peak], and `angle` [rad]."""
+
+    ratio: float = 0.0
+    amplitude: float = 0.0
+    angle: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ResidualLimit:
+    """Greatest amplitude left [SI peak] at a sensor and a speed by index, None: at every one."""
+
+    name: str
+    sensor: int | None
+    speed: int | None
+    at_most: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectionLimit:
+    """Greatest correction of a plane (index; None: of all together) [kg, kg m for planes in unbalance]."""
+
+    name: str
+    plane: int | None
+    at_most: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class RotorGoal:
+    """`goal` as in `Question`; `robust` is "worst", "mean" or "" (as the readings say); `huber` in SI peak."""
+
+    goal: str = "rms"
+    robust: str = ""
+    huber: float = inf
+
+
+@dataclass(frozen=True)
+class RotorJob:
+    """A balancing job from a measured rotor.
+
+    speeds
+        Of the groups of runs [rad/s]; `speed_units` as first written.
+    influence
+        Ready coefficients by (speed, sensor, plane), internal [SI peak per kg m].
+    pairs
+        (name, plane, plane, ratio of the unbalances).
+    has_phase
+        Whether the readings have angles.
+    odd
+        Runs that are left out because the others contradict them, by index.
+    results
+        What the paths of that begin which the answer measures.
+    """
+
+    kind: ClassVar[str] = "rotor"
+    views: ClassVar[str] = "vibopt.balancing.plan_views"
+    name: str
+    title: str
+    statement: str
+    conventions: Conventions
+    planes: tuple[Plane, ...]
+    sensors: tuple[Sensor, ...]
+    runs: tuple[Run, ...]
+    speeds: tuple[float, ...]
+    speed_units: tuple[str, ...]
+    influence: Mapping[tuple[int, int, int], complex]
+    scatter: Scatter | None
+    residual_limits: tuple[ResidualLimit, ...]
+    correction_limits: tuple[CorrectionLimit, ...]
+    goal: RotorGoal
+    pairs: tuple[tuple[str, int, int, float], ...] = ()
+    rotor_mass: float | None = None
+    trial_force: float = 0.1
+    quality: Quality | None = None
+    has_phase: bool = True
+    expected: tuple[Mapping[str, Any], ...] = ()
+    notes: tuple[str, ...] = ()
+    document: Mapping[str, Any] = field(default_factory=dict)
+    odd: tuple[int, ...] = ()
+    results: ClassVar[tuple[str, ...]] = ("sensors.",)
+
+    @property
+    def aim(self) -> str:
+        """What is made least; "" where there is nothing to fit."""
+        return ("correction" if self.goal.goal == "correction" else "residual") if self.runs else ""
+
+    @property
+    def decided_at(self) -> tuple[str, ...]:
+        """Where the weights stand that are chosen freely, once they are decided."""
+        free = [plane for plane in self.planes if plane.is_open and not plane.shelf]
+        return tuple(f"planes.{one.name}.{one.kind_word}." for one in free)
+
+    def beyond(self, decided: RotorJob) -> list[str]:
+        """Planes whose decided weights are not among those that this job may choose, by path."""
+        pairs = zip(self.planes, decided.planes, strict=True)
+        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
+
+    @cached_property
+    def choices(self) -> tuple[str, ...]:
+        """Paths of the numbers that the answer chooses."""
+        free = [plane for plane in self.planes if plane.is_open] if self.runs else []
+        return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
+
+    @cached_property
+    def readings(self) -> tuple[tuple[int, int], ...]:
+        """(speed, sensor) of each row of the problem."""
+        return tuple((speed, sensor) for speed in range(len(self.speeds)) for sensor in range(len(self.sensors)))
+
+    @cached_property
+    def free(self) -> tuple[int, ...]:
+        """Planes that may be changed."""
+        return tuple(index for index, plane in enumerate(self.planes) if not plane.keep)
+
+    @cached_property
+    def runout(self) -> ComplexArray:
+        """Per sensor [SI peak]."""
+        return np.array([sensor.runout for sensor in self.sensors], dtype=complex)
+
+    @property
+    def is_advice(self) -> bool:
+        """Whether nothing but runs as found is there yet, and a first trial weight is asked for."""
+        return self.rotor_mass is not None and not self.influence and all(run.is_initial for run in self.runs)
+
+    @cached_property
+    def importance(self) -> FloatArray:
+        """Per row."""
+        return np.tile(np.array([sensor.importance for sensor in self.sensors]), len(self.speeds))
+
+    def row_name(self, row: int) -> str:
+        """A row in words: "a at 1200 rpm"."""
+        speed, sensor = self.readings[row]
+        return f"{self.sensors[sensor].name} at {self.show_speed(speed)}"
+
+    def show_speed(self, index: int) -> str:
+        return show(self.speeds[index], self.speed_units[index], "angular_rate")
+
+    def places_at(self, speed: int) -> tuple[int, ...]:
+        """Indices of the runs at a speed that are not left out."""
+        return tuple(k for k, run in enumerate(self.runs) if run.speed == speed and k not in self.odd)
+
+    def runs_at(self, speed: int) -> tuple[Run, ...]:
+        """The runs at a speed that are not left out."""
+        return tuple(self.runs[k] for k in self.places_at(speed))
+
+    @cached_property
+    def as_found(self) -> ComplexArray:
+        """What was read as found per row, runout subtracted, the mean where it was read more than once [SI peak].
+
+        A run that is left out counts only where there is no other.
+        """
+        found = []
+        for speed in range(len(self.speeds)):
+            kept = [run for run in self.runs_at(speed) if run.is_initial]
+            read = kept or [run for run in self.runs if run.speed == speed and run.is_initial]
+            mean = read[0].readings if len(read) == 1 else np.mean([run.readings for run in read], axis=0)
+            found.append(mean - self.runout)
+        return np.concatenate(found)

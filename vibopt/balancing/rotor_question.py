@@ -1,0 +1,207 @@
+"""From a measured rotor to the pure question of the optimisers, and the caps of its planes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import field, replace
+from math import inf, isfinite
+from typing import cast
+
+import numpy as np
+
+from vibopt.balancing.fan import Fan
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.plane_options import Options, counted, options_of
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.question import Goal, Question
+from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
+from vibopt.forms import ComplexArray, FloatArray
+from vibopt.records import dataclass
+
+
+@dataclass(frozen=True)
+class Posed:
+    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each.
+
+    `again` poses the same rotor with what another job allows.
+    """
+
+    question: Question
+    options: tuple[Options | None, ...]
+    n_rows: int
+    again: Callable[[RotorJob], Posed] = field(repr=False)
+
+    def chosen_only(self, chosen: Sequence[int]) -> Posed:
+        """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
+        if not chosen or not self.question.is_discrete:
+            return self
+        options = tuple(None if one is None else one.only(k) for one, k in zip(self.options, chosen, strict=True))
+        return replace(self, question=self.question.chosen_only(chosen), options=options)
+
+
+def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle: Sequence[int] = ()) -> Posed:
+    """The question of a job; rows for the scatter are added where the goal is robust, and `idle` planes get nothing."""
+    stock = counted([plane for plane in job.planes if plane.is_discrete])
+    options = tuple(
+        options_of(plane, job.conventions, tuple(stock)) if plane.is_discrete else None for plane in job.planes
+    )
+    question = Question(
+        y0=identified.y0,
+        H=identified.H,
+        importance=job.importance,
+        limits=row_limits(job),
+        caps=caps(job),
+        total_cap=min((one.at_most for one in job.correction_limits if one.plane is None), default=inf),
+        sectors=tuple(() if plane.is_discrete else plane.internal_sectors(job.conventions) for plane in job.planes),
+        options=tuple(None if one is None else one.u for one in options),
+        goal=cast(Goal, job.goal.goal),
+        huber=job.goal.huber,
+        mass_per_unbalance=np.array([1.0 / plane.radius for plane in job.planes]),
+        option_masses=tuple(None if one is None else one.masses for one in options),
+        stock=np.array(list(stock.values())),
+        option_uses=tuple(None if one is None else one.uses for one in options) if stock else (),
+        pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
+    )
+    question = replace(question, options=()) if not question.is_discrete else question
+    question = without_plane(question, idle) if len(idle) else question
+    fans = tuple(_fan(plane, job) for plane in job.planes)
+    question = replace(question, fans=fans) if any(one is not None for one in fans) else question
+    return Posed(
+        _robust(job, identified, noise, question), options, len(identified.y0),
+        lambda other: pose(other, identified, noise, idle),
+    )  # fmt: skip
+
+
+def _fan(plane: Plane, job: RotorJob) -> Fan | None:
+    """The holes of a plane whose weight is cut in two, and the most that each of them takes."""
+    if not plane.split or plane.keep or plane.is_discrete:
+        return None
+    turn = np.pi if plane.remove else 0.0
+    angles = [
+        float(np.angle(job.conventions.weight(1.0, hole))) + turn for hole in plane.holes if plane.may_sit_at(hole)
+    ]
+    each = plane.drill.deepest / plane.drill.depth(1.0) * plane.radius if plane.drill is not None else inf
+    return Fan.of(angles, each)
+
+
+def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:
+    if not job.goal.robust or noise is None or not identified.learnt:
+        return question
+    if job.goal.robust == "mean":
+        y0, H, importance = mean_rows(job, identified, noise)
+        return _with_rows(question, y0, H, importance, np.full(len(y0), inf))
+    y0, H = scenario_rows(job, identified, noise)
+    times = len(y0) // question.n_readings
+    return replace(
+        _with_rows(question, y0, H, np.tile(question.importance, times), np.tile(question.limits, times)), goal="worst"
+    )
+
+
+def _with_rows(
+    question: Question, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray
+) -> Question:
+    return replace(
+        question,
+        y0=np.concatenate([question.y0, y0]),
+        H=np.concatenate([question.H, H]),
+        importance=np.concatenate([question.importance, importance]),
+        limits=np.concatenate([question.limits, limits]),
+    )
+
+
+def row_limits(job: RotorJob) -> FloatArray:
+    """Least limit on each row [SI peak], inf without one."""
+    limits = np.full(len(job.readings), inf)
+    for limit in job.residual_limits:
+        for row in rows_of(job, limit.sensor, limit.speed):
+            limits[row] = min(limits[row], limit.at_most)
+    return limits
+
+
+def rows_of(job: RotorJob, sensor: int | None, speed: int | None) -> list[int]:
+    """Rows at a sensor and a speed, None: at all of them."""
+    return [row for row, (v, s) in enumerate(job.readings) if sensor in (None, s) and speed in (None, v)]
+
+
+def caps(job: RotorJob) -> FloatArray:
+    """Greatest unbalance of each plane [kg m]."""
+    return np.array([_cap(job, index, plane) for index, plane in enumerate(job.planes)])
+
+
+def _cap(job: RotorJob, index: int, plane: Plane) -> float:
+    if plane.keep:
+        return 0.0
+    own = min([plane.cap, *(one.at_most for one in job.correction_limits if one.plane == index)])
+    if plane.drill is not None and not plane.is_discrete and not plane.split:
+        own = min(own, plane.drill.deepest / plane.drill.depth(1.0))
+    return own * plane.radius
+
+
+def without_plane(question: Question, planes: Sequence[int]) -> Question:
+    """The same with planes left untouched."""
+    limits = question.caps.copy()
+    limits[list(planes)] = 0.0
+    return replace(question, caps=limits)
+
+
+@dataclass(frozen=True, slots=True)
+class OwnCap:
+    """The greatest weight of a plane [kg; kg m without a radius], or the greatest depth of its holes [m].
+
+    name
+        Path in the file, "planes.left.weight".
+    drilled
+        Whether it is the depth.
+    """
+
+    name: str
+    plane: int
+    owner: Plane
+    at_most: float
+    unit: str
+    drilled: bool = False
+
+    @property
+    def dimension(self) -> str:
+        return "length" if self.drilled else self.owner.dimension
+
+    def measured(self, question: Question, u: complex) -> float:
+        """What the correction u of the plane takes of it."""
+        only = np.zeros(question.n_planes, dtype=complex)
+        only[self.plane] = u
+        alone = float(question.masses(only)[self.plane])
+        if not self.drilled or self.owner.drill is None:
+            return alone
+        fan = question.fans[self.plane] if question.fans else None
+        most = alone if fan is None else float(fan.greatest(u)) / self.owner.radius
+        return self.owner.drill.depth(most)
+
+
+def own_caps(job: RotorJob) -> tuple[OwnCap, ...]:
+    """Caps of the planes that may be changed, in the order of the file."""
+    found = []
+    for index in job.free:
+        plane = job.planes[index]
+        if isfinite(plane.cap):
+            name = f"planes.{plane.name}.{_key(job, plane)}"
+            found.append(OwnCap(name, index, plane, plane.cap, plane.unit))
+        if plane.drill is not None and isfinite(plane.drill.deepest) and not plane.is_discrete:
+            name = f"planes.{plane.name}.drill"
+            found.append(OwnCap(name, index, plane, plane.drill.deepest, "mm", drilled=True))
+    return tuple(found)
+
+
+def _key(job: RotorJob, plane: Plane) -> str:
+    """As the file says it."""
+    return "unbalance" if "unbalance" in job.document.get("planes", {}).get(plane.name, {}) else "weight"
+
+
+def with_wider(job: RotorJob, cap: OwnCap, factor: float) -> RotorJob:
+    """The job with one cap `factor` times as great."""
+    plane = cap.owner
+    if cap.drilled and plane.drill is not None:
+        wider = replace(plane, drill=replace(plane.drill, deepest=cap.at_most * factor))
+    else:
+        wider = replace(plane, cap=cap.at_most * factor)
+    return replace(job, planes=(*job.planes[: cap.plane], wider, *job.planes[cap.plane + 1 :]))
