@@ -20,7 +20,7 @@ FILE = ROOT / "problems" / "isolation" / "rao_9_34.toml"
 REPEATS = 15
 LIMIT = 1.3
 IMPORTS = """
-import click, numpy, rich.console, rich.table, tomllib
+import click, numpy, tomllib
 from pydantic import BaseModel
 class Table(BaseModel):
     value: float
@@ -28,7 +28,7 @@ Table(value=1.0)
 """
 COMMANDS = {
     "vibopt solve rao_9_34.toml": ["-m", "vibopt", "solve", str(FILE)],
-    "numpy, pydantic, click, rich": ["-c", IMPORTS],
+    "numpy, pydantic, click": ["-c", IMPORTS],
 }
 
 

@@ -6,16 +6,12 @@ Reads well at 80 columns, and the same without colour in a file or a pipe.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, LEAD, Block
 from vibopt.answer.jsonable import views_of
-
-if TYPE_CHECKING:
-    from rich.console import Console, RenderableType
-    from rich.table import Table
+from vibopt.answer.terminal import Console, Grid
 
 WIDTH = 80
 GOOD, BAD, OPEN = "bold green", "bold red", "bold yellow"
@@ -92,48 +88,23 @@ def _block(block: Block, console: Console) -> None:
 
 def rendered(write: Callable[[Console], None], *, width: int = WIDTH, colour: bool = False) -> str:
     """What `write` prints on a console of this width, without blanks at the ends of lines."""
-    from rich.console import Console
-
-    stream = StringIO()
-    console = Console(
-        file=stream,
-        width=max(width, 40),
-        force_terminal=colour,
-        color_system="standard" if colour else None,
-        highlight=False,
-        markup=False,
-        emoji=False,
-        legacy_windows=False,
-    )
+    console = Console(max(width, 40), colour=colour)
     write(console)
-    return "".join(f"{line.rstrip()}\n" for line in stream.getvalue().splitlines())
+    return console.text
 
 
-def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Table:
+def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Grid:
     """A table without lines; columns numbered in `whole` are never broken."""
-    from rich.table import Table
-
-    listed_rows = [list(row) for row in rows]
-    count = len(heads) or max((len(row) for row in listed_rows), default=1)
-    table = Table(box=None, show_header=bool(heads), padding=(0, 2, 0, 0), pad_edge=False, header_style="dim")
-    for column in range(count):
-        table.add_column(heads[column] if heads else "", overflow="fold", no_wrap=column in whole)
-    for row in listed_rows:
-        table.add_row(*row)
-    return table
+    return Grid([list(row) for row in rows], heads, whole)
 
 
-def section(console: Console, title: str, body: RenderableType) -> None:
+def section(console: Console, title: str, body: str | Grid) -> None:
     """A title and what stands under it, indented by two."""
-    from rich.padding import Padding
-
     console.print()
     console.print(title, style="bold")
-    console.print(Padding(body, (0, 0, 0, 2)))
+    console.print(body, indent=2)
 
 
 def paragraph(console: Console, text: str, indent: int = 2) -> None:
     """Wrapped text, indented."""
-    from rich.padding import Padding
-
-    console.print(Padding(text, (0, 0, 0, indent)))
+    console.print(text, indent=indent)

@@ -14,7 +14,8 @@ from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, SILENT, Case, Trial, 
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Console
+
+    from vibopt.answer.terminal import Console
 
 _SHORT = {
     "branch_and_bound": "b&b",

@@ -17,9 +17,8 @@ from vibopt.files.reading import shown_name
 from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from vibopt.answer.entry import Entry
+    from vibopt.answer.terminal import Console
     from vibopt.jobs import Job
     from vibopt.study.sweep import Sweep
 

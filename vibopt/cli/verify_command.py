@@ -17,9 +17,7 @@ from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
+    from vibopt.answer.terminal import Console, Grid
     from vibopt.jobs import Job
     from vibopt.study.archive import Comparison
     from vibopt.study.recorded import Row
@@ -197,15 +195,10 @@ def _tables(result: Verification, console: Console, columns: int) -> None:
         console.print(_table([_cells(row) for row in rows], widths))
 
 
-def _table(rows: Iterable[tuple[str, ...]], widths: tuple[int, ...]) -> Table:
-    from rich.table import Table
+def _table(rows: Iterable[tuple[str, ...]], widths: tuple[int, ...]) -> Grid:
+    from vibopt.answer.terminal import Grid
 
-    table = Table(box=None, show_header=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for wide in widths:
-        table.add_column(width=wide, overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    return table
+    return Grid(list(rows), widths=widths, gap=1)
 
 
 def _cells(row: Row) -> tuple[str, ...]:

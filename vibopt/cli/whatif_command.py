@@ -10,10 +10,9 @@ from vibopt.cli.options import Once, as_json, changes_of, file, keep_design, lim
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from vibopt.answer.answer import Answer
     from vibopt.answer.entry import Checked, Entry
+    from vibopt.answer.terminal import Console
     from vibopt.jobs import Job
     from vibopt.scene.scene import Design
     from vibopt.study.thresholds import Threshold

@@ -1,0 +1,74 @@
+"""Texts and tables for a terminal are laid out as rich lays them out, line by line."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console as Rich
+from rich.padding import Padding
+from rich.table import Table
+
+from vibopt.answer.terminal import Console, Grid, columns
+
+WORDS = st.text("abcdef-/.µ²é", min_size=1, max_size=24)
+TEXTS = st.lists(WORDS, max_size=16).map(" ".join) | st.lists(WORDS, max_size=5).map("  ".join)
+LINES = TEXTS | st.lists(TEXTS, min_size=2, max_size=3).map("\n".join)
+SHORT = st.text("abcdef-/.µ²é", max_size=6)
+
+
+def by_rich(grid: Grid, text: str, width: int, indent: int) -> str:
+    stream = StringIO()
+    console = Rich(file=stream, width=width, color_system=None, highlight=False, markup=False, emoji=False)
+    table = Table(box=None, show_header=bool(grid.heads), padding=(0, grid.gap, 0, 0), pad_edge=False)
+    for k in range(len(grid.rows[0])):
+        own: dict[str, Any] = {"width": grid.widths[k]} if grid.widths else {"no_wrap": k in grid.whole}
+        table.add_column(grid.heads[k] if grid.heads else "", overflow="fold", **own)
+    for row in grid.rows:
+        table.add_row(*row)
+    for one in (table, text):
+        console.print(Padding(one, (0, 0, 0, indent)))
+    return "".join(f"{line.rstrip()}\n" for line in stream.getvalue().splitlines())
+
+
+def ours(grid: Grid, text: str, width: int, indent: int, *, colour: bool = False) -> str:
+    console = Console(width, colour=colour)
+    console.print(grid, indent=indent)
+    console.print(text, indent=indent)
+    return console.text
+
+
+@st.composite
+def grids(draw: Any) -> Grid:
+    count = draw(st.integers(1, 5))
+    whole = draw(st.sets(st.integers(0, count - 1), max_size=2))
+    cells = [SHORT if k in whole else LINES for k in range(count)]
+    rows = draw(st.lists(st.tuples(*cells), min_size=1, max_size=4))
+    heads = draw(st.just(()) | st.tuples(*[SHORT if k in whole else TEXTS for k in range(count)]))
+    return Grid(rows, heads, tuple(whole))
+
+
+@given(grid=grids(), text=LINES, width=st.integers(40, 120), indent=st.sampled_from([0, 2]))
+def test_texts_and_tables_stand_as_rich_sets_them(grid: Grid, text: str, width: int, indent: int) -> None:
+    assert ours(grid, text, width, indent) == by_rich(grid, text, width, indent)
+
+
+@given(rows=st.lists(st.tuples(TEXTS, SHORT, TEXTS), min_size=1, max_size=4), width=st.integers(60, 120))
+def test_columns_of_given_widths_too(rows: list[tuple[str, str, str]], width: int) -> None:
+    grid = Grid(rows, widths=(20, 8, 15), gap=1)
+    assert ours(grid, "", width, 0) == by_rich(grid, "", width, 0)
+
+
+def test_wide_letters_take_two_columns_and_accents_none() -> None:
+    assert [columns(one) for one in ("kN", "漢字", "e\u0301", "µ²")] == [2, 4, 1, 2]
+    grid = Grid([("漢字", "a"), ("kN", "b")])
+    assert ours(grid, "", 60, 0) == by_rich(grid, "", 60, 0) == "漢字  a\nkN    b\n\n"
+
+
+def test_colour_is_written_only_where_it_is_wanted() -> None:
+    console = Console(60, colour=True)
+    console.print("optimal", style="bold green")
+    console.print(Grid([("a", "b")], ("x", "y")))
+    assert console.text == "\x1b[1;32moptimal\x1b[0m\n\x1b[2mx  y\x1b[0m\na  b\n"
