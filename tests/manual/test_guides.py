@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
 import vibopt as vo
 from examples import agrees, blocks_of, run
+from vibopt.balancing.schema import SCHEMAS
+from vibopt.balancing.words import CHOICES
 from vibopt.cli.main import main
+from vibopt.devices import FAMILIES
+from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.book import GROUPS, the_book
+from vibopt.manual.keys import keys_of
+from vibopt.manual.reference import balancing_tables
+from vibopt.responses import KINDS as RESPONSES
+from vibopt.study.recorded import KEYS
+from vibopt.values import Table
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "vibopt" / "manual" / "guides"
@@ -63,3 +73,37 @@ def test_a_line_of_dots_stands_for_any_lines() -> None:
     assert agrees("...\nd is ...\n...\n", "a\nd is 7\n")
     assert not agrees("a\nd\n", "a\nb\nd\n")
     assert not agrees("...\nd\n", "a\nd\ne\n")
+
+
+def _known() -> dict[str, set[str]]:
+    """Keys that a table may have, by its name: devices, excitations, responses, and those of balancing files."""
+    found: dict[str, set[str]] = {}
+
+    def add(family: str, kinds: Iterable[type[Table]]) -> None:
+        found.setdefault(family, set()).update(key.name for kind in kinds for key in keys_of(kind))
+
+    for name, kind in FAMILIES.items():
+        add(name, [kind])
+    add("excitations", EXCITATIONS.values())
+    for family in ("limits", "measures", "goal"):
+        add(family, RESPONSES.values())
+    for made in SCHEMAS.values():
+        for key, (_, kinds) in balancing_tables(made).items():
+            add(key, kinds)
+    found["goal"] |= {"maximise", "minimise", "find_all"}
+    found["conventions"] = {*CHOICES, "zero"}
+    found["expected"] = set(KEYS)
+    return found
+
+
+@pytest.mark.parametrize("name", GUIDES)
+def test_no_guide_shows_a_key_that_there_is_not(name: str) -> None:
+    known = _known()
+    for block in blocks_of(GUIDES[name]):
+        table = ""
+        for line in block.text.splitlines() if block.language == "toml" else ():
+            if heading := re.match(r"\[+(\w+)", line):
+                table = heading[1]
+                assert table in known, line
+            elif table and (key := re.match(r"(\w+) = ", line)):
+                assert key[1] in known[table], f"{table}: {line}"

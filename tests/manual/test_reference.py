@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
 import pytest
 from pydantic import ValidationError
@@ -17,7 +17,7 @@ from vibopt.cli.main import VERBS
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.keys import keys_of, refusals_of, said_of, tables_in
-from vibopt.manual.reference import COMMON, balancing_tables, example_of, python_of
+from vibopt.manual.reference import COMMON, balancing_tables, example_of, method_of, python_of, python_table
 from vibopt.manual.schema import schema_of
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse
@@ -68,6 +68,26 @@ def test_every_response_has_its_twin_in_python(name: str) -> None:
     assert code in BOOK.topics[name].text
     limit = eval(code, {"machine": vo.Machine("any")})
     assert limit.words == tomllib.loads("\n".join(example_of(RESPONSES[name], {"response": name})))
+
+
+class Recorder(vo.Machine):
+    """Keeps the tables that are added."""
+
+    tables: ClassVar[list[Any]] = []
+
+    def _add(self, family: str, name: str, words: Mapping[str, object]) -> None:
+        self.tables.append((family, dict(words)))
+
+
+@pytest.mark.parametrize("name", [*FAMILIES, *EXCITATIONS])
+def test_every_device_and_excitation_has_its_twin_in_python(name: str) -> None:
+    kind, fixed = FILES[name]
+    code = python_table(method_of(name), example_of(kind, {}))
+    assert f"```python\n{code}\n```" in BOOK.topics[name].text
+    eval(code, {"machine": Recorder("any")})
+    family, words = Recorder.tables.pop()
+    assert family == (name if name in FAMILIES else "excitations")
+    assert words == tomllib.loads("\n".join(example_of(kind, fixed)))
 
 
 @pytest.mark.parametrize("name", TABLES)

@@ -13,7 +13,8 @@ A new device:
 4. `built(assembly, name, numbers)`, the second route: masses, and forces between points by how far, how fast and
    how suddenly these move apart (`Joint`, `Spring3`, or one with a `dynamic` and `four` of its own), from the
    file's own words by other formulas.
-5. A line below; a word in `tests/generator/machines.py`, so that random scenes have it; a table in the README.
+5. A line below; a word in `tests/generator/machines.py`, so that random scenes have it; words for each key
+   under "Keys" in its docstring, of which the manual is made.
 
 `tests/laws/test_kinds.py` then holds it: both routes said, registered, symmetric, of positive energy, one value by
 both routes under every excitation; an answer whose routes differ is `check_failed`.

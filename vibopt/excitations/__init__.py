@@ -7,8 +7,8 @@ A new excitation:
    (`random`).
 2. `lines(direction)`: its harmonics, each with an order, a complex direction and an amplitude against the speed; in
    space `acts`: what it acts on, by name.
-3. A line below; an entry in `tests/laws/test_kinds.py::SHAKERS` and in `tests/generator/shaking.py`; a row in the
-   README.
+3. A line below; an entry in `tests/laws/test_kinds.py::SHAKERS` and in `tests/generator/shaking.py`; words for
+   each key under "Keys" in its docstring, of which the manual is made.
 """
 
 from vibopt.excitations.excitation import Excitation

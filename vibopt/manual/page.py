@@ -10,6 +10,7 @@ from typing import Any
 
 from vibopt.files import marks
 from vibopt.manual.book import Book
+from vibopt.manual.search import IDLE
 from vibopt.manual.topic import Topic, slug
 
 _HERE = Path(__file__).parent
@@ -26,7 +27,7 @@ def page_of(book: Book) -> str:
         group: [{"name": one.name, "title": one.title, "body": Markup(body_of(one))} for one in topics]
         for group, topics in book.groups.items()
     }
-    return template.render(groups=groups, generator=Markup(marks.GENERATOR))
+    return template.render(groups=groups, generator=Markup(marks.GENERATOR), idle=sorted(IDLE))
 
 
 def body_of(topic: Topic) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -13,6 +15,7 @@ from vibopt.manual.keys import Key, keys_of, refusals_of, tables_in, told
 from vibopt.manual.topic import Topic
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.scene.language import Machine
 from vibopt.solve.method import METHODS, OWN
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
@@ -33,7 +36,9 @@ _ONES = {"bodies": "a body", "bases": "a base"}
 def devices() -> Iterator[Topic]:
     """A page for each family of devices."""
     for name, kind in FAMILIES.items():
-        yield Topic(name, FILE, "\n\n".join([f"# {name}", _said(kind), *_body(kind, f"[{name}.NAME]")]))
+        yield Topic(
+            name, FILE, "\n\n".join([f"# {name}", _said(kind), *_body(kind, f"[{name}.NAME]", method_of(name), {})])
+        )
 
 
 def excitations() -> Iterator[Topic]:
@@ -44,7 +49,12 @@ def excitations() -> Iterator[Topic]:
             facts.append("It is known at every speed: no `varies`.")
         if kind.random:
             facts.append("It has no `speed`: it shakes at every frequency at once.")
-        words = [f"# {name}", _said(kind), " ".join(facts), *_body(kind, "[excitations.NAME]", {"kind": name})]
+        words = [
+            f"# {name}",
+            _said(kind),
+            " ".join(facts),
+            *_body(kind, "[excitations.NAME]", method_of(name), {"kind": name}),
+        ]
         yield Topic(name, SHAKES, "\n\n".join(words))
 
 
@@ -134,12 +144,36 @@ def example_of(kind: type[Table], fixed: Mapping[str, str]) -> list[str]:
 
 
 def python_of(name: str, kind: type[Response]) -> str:
-    """The same in Python."""
+    """A limit in Python."""
     *place, bound = example_of(kind, {})
     side, value = bound.split(" = ", 1)
     sign = {"at_most": "<=", "at_least": ">="}[side]
     words = ", ".join(one.replace(" = ", "=", 1) for one in place)
     return f"machine.{name}({words}) {sign} {value}"
+
+
+def python_table(method: str, lines: Iterable[str]) -> str:
+    """A device or an excitation in Python, from its lines in a file."""
+    words = tomllib.loads("\n".join(lines))
+    words.pop("kind", None)
+    return "\n".join([f"machine.{method}", *(f"    {key}={_python(one)}," for key, one in words.items()), ")"])
+
+
+def method_of(family: str) -> str:
+    """The method of a machine that adds a device of a family, or an excitation of a kind, up to the name."""
+    for method in (family, family.removesuffix("s"), re.sub("ies$", "y", family)):
+        if hasattr(Machine, method):
+            return f'{method}(\n    "NAME",'
+    return f'device(\n    "{family}",\n    "NAME",'
+
+
+def _python(value: object) -> str:
+    """A value of a file as Python code."""
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{_python(key)}: {_python(one)}' for key, one in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_python, value))}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)
 
 
 COMMON = frozenset(key.name for kind in _MODELS.values() for key in keys_of(kind))
@@ -182,10 +216,12 @@ def _facts(kind: type[Response]) -> str:
     return " ".join(facts)
 
 
-def _body(kind: type[Table], heading: str, fixed: Mapping[str, str] | None = None) -> list[str]:
-    example = example_of(kind, fixed or {})
-    keys = [key for key in keys_of(kind) if key.name not in (fixed or {})]
-    return [_fenced("toml", [heading, *example]), _table(keys), *_inner(kind), *_refusals([kind, *tables_in(kind)])]
+def _body(kind: type[Table], heading: str, twin: str, fixed: Mapping[str, str]) -> list[str]:
+    example = example_of(kind, fixed)
+    keys = [key for key in keys_of(kind) if key.name not in fixed]
+    python = python_table(twin, example_of(kind, {}))
+    shown = [_fenced("toml", [heading, *example]), "In Python:", _fenced("python", [python])]
+    return [*shown, _table(keys), *_inner(kind), *_refusals([kind, *tables_in(kind)])]
 
 
 def _inner(kind: type[Table]) -> list[str]:

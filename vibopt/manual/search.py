@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 from vibopt.manual.topic import Section
 
-_IDLE = frozenset(
+IDLE = frozenset(
     re.findall(
         r"\w+",
         """a an and are as at be been by can could do does for from get give given has have how i if in is it its let
@@ -58,7 +58,7 @@ def words_of(text: str) -> list[str]:
     found = []
     for word in re.findall(r"[^\W_]+(?:[_-][^\W_]+)*", text.lower()):
         parts = re.split(r"[_-]", word)
-        found += [_stem(one) for one in dict.fromkeys([word.replace("-", "_"), *parts]) if one not in _IDLE]
+        found += [_stem(one) for one in dict.fromkeys([word.replace("-", "_"), *parts]) if one not in IDLE]
     return found
 
 
@@ -76,4 +76,4 @@ def _counted(section: Section) -> Counter[str]:
     return counts
 
 
-__all__ = ["Index", "words_of"]
+__all__ = ["IDLE", "Index", "words_of"]

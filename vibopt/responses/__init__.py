@@ -8,7 +8,8 @@ A new response:
 2. `form(model, ...)` (of a harmonic one `output(model)`), the first route: one of the forms of `vibopt.forms`.
 3. `measure_static(machine)` (of a harmonic one `measure(machine, motion)`), the second route: by other physics
    where there is some.
-4. A line below, and a dimension in `units/dimensions.py` where it has a new one; a row in the README.
+4. A line below, and a dimension in `units/dimensions.py` where it has a new one; words for each key under
+   "Keys" in its docstring, of which the manual is made.
 
 `tests/laws/test_kinds.py` and `test_every_question.py` then ask it of every place, way, motion and excitation by
 both routes; `tests/generator` asks it of random scenes.
