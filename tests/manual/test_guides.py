@@ -10,8 +10,8 @@ import pytest
 
 import vibopt as vo
 from examples import agrees, blocks_of, run
-from vibopt.balancing.schema import SCHEMAS
-from vibopt.balancing.words import CHOICES
+from vibopt.balancing.conventions import CHOICES
+from vibopt.balancing.table_schemas import SCHEMAS
 from vibopt.cli.main import main
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
