@@ -46,6 +46,10 @@ _MARGINS = (0.0, 2e-9, 2e-8)
 _SLACK, _BETWEEN = 1e-6, 0.1
 """Rows missed by more than this are no design; a peak may be so much higher than the samples beside it."""
 _FREE = 60.0
+_SQUARES = 6
+"""Times that the square of a goal is made less, each scaled by the one before."""
+_NEAR = 0.3
+"""Logs by which the variables then move at a time."""
 """Bounds of unknowns beside the design: logs of amplitudes."""
 
 
@@ -104,6 +108,7 @@ class Exchange:
     margin: float = 0.0
     rounds: int = 0
     words: str = ""
+    squared: bool = False
 
     def __post_init__(self) -> None:
         import casadi
@@ -154,17 +159,18 @@ class Exchange:
         """The program at the speeds looked at, scaled and started at a design (its logs)."""
         import casadi
 
-        made = _Rows(self.samples, np.exp(reference), self.low, self.high, y=self.y)
+        made = _Rows(self.samples, np.exp(reference), self.low, self.high, y=self.y, squared=self.squared)
         rows = [*(row + self.margin for row in made.rows), *made.equal, *(one for _, one, _, _ in self.own)]
         ends = [(-np.inf, 0.0)] * len(made.rows) + [(0.0, 0.0)] * len(made.equal)
         ends += [(low, high) for *_, low, high in self.own]
         below, above = np.array(ends).reshape(-1, 2).T
-        free = np.full(len(made.extra), _FREE)
+        free, reach = np.full(len(made.extra), _FREE), _NEAR if self.squared else np.inf
+        low, high = np.maximum(self.low, reference - reach), np.minimum(self.high, reference + reach)
         names = (*made.names, *["shape"] * len(made.equal), *(name for name, *_ in self.own))
         return NonlinearProgram(
             casadi.vertcat(self.y, *made.extra), made.problem["f"], casadi.vertcat(*rows) if rows else casadi.SX(0, 1),
-            np.append(self.low, -free), np.append(self.high, free), below, above,
-            np.append(np.clip(reference, self.low, self.high), made.extra_starts), names, self.variables,
+            np.append(low, -free), np.append(high, free), below, above,
+            np.append(np.clip(reference, low, high), made.extra_starts), names, self.variables,
             self._again, self.own,
         )  # fmt: skip
 
@@ -186,7 +192,32 @@ class Exchange:
         return x
 
     def _solved(self, y: FloatArray) -> tuple[FloatArray, str, float]:
-        """Where IPOPT ends from y, its word, and by how much its rows are missed there."""
+        """Where IPOPT ends from y, its word, and by how much its rows are missed there.
+
+        Where that is worse than y itself the square of the goal is made least: near a vibration that can be cancelled
+        its log has no end, and a step along it leads anywhere.
+        """
+        found = self._ended(y)
+        if not self._lost(y, found[0]):
+            return found
+        self.squared = True
+        for _ in range(_SQUARES):
+            other = self._ended(y)
+            if self._lost(y, other[0]):
+                break
+            y, found = other[0], other
+        self.squared = False
+        return found
+
+    def _lost(self, y: FloatArray, there: FloatArray) -> bool:
+        """Whether a goal to be made least is no less there than at y, and no limit is kept better."""
+        aim = self.program.aim
+        if aim is None or not isinstance(aim.form, Modulus) or aim.sense < 0.0:
+            return False
+        goals = [self.judge.goal(self.x(one)).value for one in (y, there)]
+        return goals[1] > goals[0] * (1.0 + EXACT) and self._missed(y) <= max(self._missed(there), EXACT)
+
+    def _ended(self, y: FloatArray) -> tuple[FloatArray, str, float]:
         program = self.at(y)
         solver = program.nlpsol()
         worked(_IPOPT * self.program.cost)
@@ -238,9 +269,12 @@ class Exchange:
 class _Rows(SampledProgram):
     """Rows with names; mode shapes are unknowns, with equations."""
 
-    def __init__(self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, y: Any) -> None:
+    def __init__(
+        self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, y: Any, squared: bool
+    ) -> None:
         self.equal: list[Any] = []
         self.names: list[str] = []
+        self.squared = squared
         super().__init__(samples, reference, low, high, y=y)
         self.names += ["goal"] * (len(self.rows) - len(self.names))
 

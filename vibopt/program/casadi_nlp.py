@@ -96,7 +96,14 @@ class SampledProgram:
         Let every limit be missed by one common amount and make that amount least.
     y
         The symbol of the logs, (n_vars, 1), where there is one already.
+
+    Attributes
+    ----------
+    squared
+        Make the square of a response least and not its log, which has no end where that can be zero.
     """
+
+    squared = False
 
     def __init__(
         self, samples: Samples, reference: FloatArray, low: FloatArray, high: FloatArray, *, elastic: bool = False,
@@ -170,12 +177,16 @@ class SampledProgram:
 
     def _goal(self, aim: Aim, index: int, samples: Samples) -> Any:
         """The goal; on several machines one unknown that none of them passes."""
+        import casadi
+
         x = self.reference
         if isinstance(aim.form, Modulus):
             if index == -1:
-                self.worst, self.typical = self._unknown("t", 0.0), self._typical(aim, samples)
+                start = 1.0 if self.squared else 0.0
+                self.worst, self.typical = self._unknown("t", start), self._typical(aim, samples)
             logs = self._logs(aim.model, aim.form, index, samples, self.typical, aim.sense)
-            self.rows += [aim.sense * one - self.worst for one in logs]
+            grown = [casadi.exp(2.0 * one) if self.squared else one for one in logs]
+            self.rows += [aim.sense * one - self.worst for one in grown]
             return self.worst
         size = plain_value(aim.model, aim.form, x)
         logs = self._logs(aim.model, aim.form, -1, samples, size if 0 < size < np.inf else 1.0, aim.sense)
