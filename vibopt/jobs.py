@@ -99,7 +99,7 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
             part = part_at(now, path)
         document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
         written |= {part.place} if part is not None else set()
-    return cast(J, _read(document, Mistakes(job.name, None)))
+    return cast(J, _read(document, Mistakes(job.name, None), job))
 
 
 def part_at(job: Job, path: str) -> FactAt | None:
@@ -166,7 +166,8 @@ def noun_of(job: Job) -> str:
     return NOUNS[job.kind]
 
 
-def _read(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
+def _read(document: Mapping[str, Any], mistakes: Mistakes, like: Job | None = None) -> Job:
+    """The job of a document; `like` is one whose document this is but for some values."""
     kind = kind_of(document)
     if kind == SCENE:
         from vibopt.scene.read import from_dict
@@ -185,7 +186,8 @@ def _read(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
 
     file = document.get("readings")
     folder = file.folder if isinstance(file, FileText) else None
-    return read_rotor(document, mistakes, folder, _coefficients(document, mistakes))
+    known = like if like is not None and is_rotor(like) else None
+    return read_rotor(document, mistakes, folder, lambda: _coefficients(document, mistakes), known)
 
 
 def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | None:

@@ -378,12 +378,14 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
     return totals
 
 
-def with_units(planes: Sequence[Plane], raws: Sequence[Raw]) -> tuple[Plane, ...]:
-    """Planes shown in the unit of their shelf, else of the first weight written for them, else of their cap."""
+def with_units(planes: Sequence[Plane], weights: Sequence[tuple[str, Any]]) -> tuple[Plane, ...]:
+    """Planes shown in the unit of their shelf, else of the first of the weights (by name), else of their cap."""
+    first: dict[str, list[Any]] = {}
+    for name, given in weights:
+        first.setdefault(name, []).append(given)
     shown = []
     for plane in planes:
-        written = (raw.weights[plane.name] for raw in raws if plane.name in raw.weights)
-        texts = (one for given in written for one in (given if isinstance(given, list) else [given]))
+        texts = (one for given in first.get(plane.name, ()) for one in (given if isinstance(given, list) else [given]))
         own = plane.unit if plane.shelf or plane.fitted else ""
         usual = plane.unit or ("g" if plane.dimension == "mass" else "g mm")
         unit = own or next((one for text in texts if (one := unit_of(text, plane))), usual)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import isclose
 from pathlib import Path as FilePath
 from typing import Any
@@ -17,6 +17,7 @@ from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.rotor_job import RotorGoal, RotorJob
 from vibopt.balancing.rotor_tables import TOP, PairTable, RotorTable, named_tables, read_table
 from vibopt.document.mistakes import Mistakes, Path
+from vibopt.errors import InputError
 from vibopt.units import show
 
 
@@ -82,8 +83,9 @@ def pair_notes(pairs: Sequence[tuple[str, int, int, float]], planes: Sequence[Pl
 
 
 def read_rotor(
-    document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None = None, saved: Saved | None = None
-) -> RotorJob:
+    document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | None = None,
+    saved: Callable[[], Saved | None] = lambda: None, like: RotorJob | None = None,
+) -> RotorJob:  # fmt: skip
     """A balancing job from a parsed problem file.
 
     Parameters
@@ -95,13 +97,19 @@ def read_rotor(
     folder
         Where the file lies, for the name of its CSV file.
     saved
-        The file of coefficients that `influence` names.
+        Reads the file of coefficients that `influence` names.
+    like
+        A job whose document this one is but for some values: what was measured is not read again where it is the same.
 
     Raises
     ------
     InputError
         All mistakes at once.
     """
+    again = None if like is None else _other_bounds(document, like)
+    if again is not None:
+        return again
+    coefficients = saved()
     for key in document:
         if key not in TOP:
             mistakes.unknown_key((key,), TOP)
@@ -115,7 +123,7 @@ def read_rotor(
     planes = read_planes(document, mistakes)
     measured = None
     if conventions is not None and planes is not None:
-        planes = with_units(planes, raws)
+        planes = with_units(planes, [(name, given) for raw in raws for name, given in raw.weights.items()])
         if not raws and whole and not mistakes.found:
             mistakes.add(
                 ("runs",),
@@ -127,17 +135,43 @@ def read_rotor(
     if conventions is None or planes is None or measured is None or not raws or not whole:
         mistakes.raise_any()
         raise AssertionError("a job that cannot be read has a mistake")
-    return _job(document, conventions, planes, measured, with_angles, mistakes, saved)
+    before = len(mistakes.found)
+    influence = read_influence(document, conventions, planes, measured, mistakes, coefficients)
+    if len(mistakes.found) == before and not _only_found(document, measured):
+        check_runs(measured, planes, influence, with_angles, mistakes)
+    return _job(document, conventions, planes, measured, with_angles, mistakes, influence)
+
+
+def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | None:
+    """The job with other bounds, goal or scatter on what `like` has measured; None where more than that is new."""
+    same = all(document.get(key) is like.document.get(key) for key in _MEASURED)
+    if not same or not like.runs or like.pairs or "pairs" in document or not document.keys() <= {*TOP}:
+        return None
+    mistakes = Mistakes(like.name, None)
+    planes = read_planes(document, mistakes)
+    if planes is None or [_as_measured(one) for one in planes] != [_as_measured(one) for one in like.planes]:
+        return None
+    texts = [(like.planes[plane].name, text) for run in like.runs for plane, text in run.fitted]
+    measured = Measured(like.runs, like.sensors, like.speeds, like.speed_units, (), like.notes)
+    try:
+        planes = with_units(planes, texts)
+        return _job(document, like.conventions, planes, measured, like.has_phase, mistakes, like.influence)
+    except InputError:
+        return None  # read as a whole it says what is wrong
+
+
+_MEASURED = ("conventions", "sensors", "runs", "readings", "influence", "speed", "rotor", "quality")
+
+
+def _as_measured(plane: Plane) -> Any:
+    """What the runs say of a plane hangs on."""
+    return plane.name, plane.kind, plane.radii, plane.holes, plane.keep
 
 
 def _job(
     document: Mapping[str, Any], conventions: Conventions, planes: tuple[Plane, ...], measured: Measured,
-    with_angles: bool, mistakes: Mistakes, saved: Saved | None,
+    with_angles: bool, mistakes: Mistakes, influence: Mapping[tuple[int, int, int], complex],
 ) -> RotorJob:  # fmt: skip
-    before = len(mistakes.found)
-    influence = read_influence(document, conventions, planes, measured, mistakes, saved)
-    if len(mistakes.found) == before and not _only_found(document, measured):
-        check_runs(measured, planes, influence, with_angles, mistakes)
     scatter = read_scatter(document, conventions, mistakes)
     residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
     goal = read_goal(document, conventions, planes, scatter, mistakes)
