@@ -106,6 +106,9 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             rounds += 1
             best, ends = extreme(asked, rows)
             none = np.isnan(best[0])
+            if none.all():
+                status[left] = INFEASIBLE
+                break
             missed, fresh = _learn(asked, numbers, best)
             done = ~none & (missed <= _DONE)
             status[left[none]], status[left[done]] = INFEASIBLE, OPTIMAL

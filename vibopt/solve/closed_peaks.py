@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.forms import FloatArray, Modulus
+from vibopt.program.program import Limit
 from vibopt.solve.closed_program import Number, Numbers, Question, machine_at
+from vibopt.solve.worst_speeds import local_extremes
 
 
 def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -19,6 +21,8 @@ def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple
         Designs in the order (k, c), shape (n_vars, count).
     """
     kind = asked.rows[index]
+    if kind.tabled is not None:
+        return _searched(asked, kind.tabled, x)
     m, k, c, h = machine_at(numbers, x)
     top: Number = 1.0
     slope: Number = 0.0
@@ -40,6 +44,17 @@ def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple
     columns = np.arange(x.shape[1])
     bound = numbers[f"{index}.bound"]
     return kind.sign * (value[at, columns] - bound) / bound, w[at, columns]
+
+
+def _searched(asked: Question, limit: Limit, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """As `worst`, of one design whose amplitude is a table over the speed."""
+    assert isinstance(limit.form, Modulus)
+    design, least = np.zeros(len(x)), limit.side == "at_least"
+    design[list(asked.order)] = x[:, 0]
+    found = local_extremes(limit.model, limit.form, design, least=least)
+    (speed,), value = (min if least else max)(found, key=lambda one: one[1])
+    missed = (limit.bound - value if least else value - limit.bound) / limit.bound
+    return np.array([missed]), np.array([(limit.form.drives[0].lines[0].order * speed) ** 2])
 
 
 def _candidates(

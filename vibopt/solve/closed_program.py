@@ -48,6 +48,8 @@ class RowKind:
         Per band whether it is one speed.
     exponents
         Of a monomial, one tuple per term.
+    tabled
+        The limit itself where the amplitude is a table over the speed: then it is one question and not many.
     """
 
     name: str
@@ -58,6 +60,15 @@ class RowKind:
     inertia: bool = False
     points: tuple[bool, ...] = ()
     exponents: tuple[tuple[float, ...], ...] = ()
+    tabled: Limit | None = None
+
+    def amplitude(self, omega: Number) -> Number:
+        """Factor of a table at frequencies [rad/s]; one where there is none."""
+        if self.tabled is None:
+            return 1.0
+        assert isinstance(self.tabled.form, Modulus)
+        line = self.tabled.form.drives[0].lines[0]
+        return np.abs(line.amplitude.at(omega / line.order))
 
     @property
     def over_speeds(self) -> bool:
@@ -212,22 +223,24 @@ def _harmonic(
     limit: Limit, form: Modulus, sign: float, index: int, order: tuple[int, ...], numbers: dict[str, float]
 ) -> RowKind:
     line = form.drives[0].lines[0]
-    if not single_lines(limit) or len(line.amplitude.pieces) != 1 or line.amplitude.pieces[0].slope:
+    if not single_lines(limit):
         raise NotClosedError(_NO_ROW.format(limit.name))
-    piece = line.amplitude.pieces[0]
+    piece, *others = line.amplitude.pieces
+    tabled = bool(others or piece.slope)
     size, selected, inertia = _numerator(limit, form.output, line)
-    numbers[f"{index}.size"] = abs(piece.constant) * size / line.order**piece.power
+    numbers[f"{index}.size"] = size if tabled else abs(piece.constant) * size / line.order**piece.power
     for b, band in enumerate(form.drives[0].bands):
         numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"] = line.order * band.low, line.order * band.high
     own = _machine(limit.model, order, f"{index}.", selected or [])
     if selected is not None:
         numbers.update(own)
-    power = form.output.power + piece.power + (2 if inertia else 0)
+    power = form.output.power + (2 if inertia else 0) + (0 if tabled else piece.power)
     points = tuple(band.is_point for band in form.drives[0].bands)
     begins = min((numbers[f"{index}.low{b}"] for b in range(len(points))), default=0.0)
-    if (power < 0 and not begins) or (inertia and numbers["M1"]) or not points:
+    if (min(power, piece.power) < 0 and not begins) or (inertia and numbers["M1"]) or not points:
         raise NotClosedError(_NO_ROW.format(limit.name))
-    return RowKind(limit.name, "harmonic", sign, power, selected is not None, inertia, points)
+    table = limit if tabled else None
+    return RowKind(limit.name, "harmonic", sign, power, selected is not None, inertia, points, tabled=table)
 
 
 def _numerator(limit: Limit, output: Output, line: Line) -> tuple[float, list[int] | None, bool]:
@@ -290,7 +303,7 @@ def value_at(asked: Question, numbers: Numbers, index: int, x: Number, omega: Nu
     if row.kind == "static":
         static = numbers[f"{index}.S0"] + numbers[f"{index}.S1"] * x[0]
         return numbers[f"{index}.gravity"] * mass / static, 1.0
-    top = numbers[f"{index}.size"] * omega**row.power * (mass if row.inertia else 1.0)
+    top = numbers[f"{index}.size"] * row.amplitude(omega) * omega**row.power * (mass if row.inertia else 1.0)
     if row.through:
         _, part, dash, lossy = machine_at(numbers, x, f"{index}.")
         top = top * np.hypot(part, omega * dash + lossy)

@@ -65,6 +65,8 @@ def harmonic_row(asked: Question, numbers: Numbers, index: int, w: FloatArray) -
     bound = numbers[f"{index}.bound"] ** 2
     row = [-bound * one for one in _square(numbers, "", w, inertia=True)]
     lead = numbers[f"{index}.size"] ** 2
+    if kind.tabled is not None:
+        lead = lead * kind.amplitude(np.sqrt(w)) ** 2
     if kind.power:
         lead = lead * w ** float(kind.power)
     if kind.inertia:

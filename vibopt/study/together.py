@@ -54,6 +54,8 @@ def columns(
 
     try:
         first, begin = at(float(values[0]))
+        if any(row.tabled is not None for row in first.rows):
+            return None
         numbers = _follow(values, lambda value: begin if value == values[0] else _like(first, *at(value, first)))
         if scene.is_analysis:
             found = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
