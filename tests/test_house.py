@@ -168,6 +168,18 @@ def test_every_area_has_its_floor() -> None:
     assert areas - {"", "__main__"} == set(FLOOR)
 
 
+@pytest.mark.parametrize("module", MODULES)
+def test_records_are_our_own(module: str) -> None:
+    """Those of the standard library make at each start what nobody may use."""
+    wrong = [
+        f"line {node.lineno}"
+        for node in ast.walk(_parsed(module))
+        if isinstance(node, ast.ImportFrom) and node.module == "dataclasses" and module != "vibopt.records"
+        if any(one.name == "dataclass" for one in node.names)
+    ]
+    assert not wrong, f"{module}: import dataclass from vibopt.records"
+
+
 @pytest.mark.parametrize("library", HOMES)
 def test_large_libraries_stay_at_home(library: str) -> None:
     wrong = [

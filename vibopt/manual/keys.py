@@ -8,12 +8,12 @@ import re
 import sys
 import types
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic import WithJsonSchema
 
+from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
 from vibopt.values.fields import Later, Rule, rule_of

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
+
+from vibopt.records import dataclass
 
 _HEADING = re.compile(r"^(#{1,4}) (.+)$")
 _WORDS = re.compile(r"<!-- words: (.*?) -->\n?", re.S)

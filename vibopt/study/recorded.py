@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import inf, isinf, tau
 from typing import Any
 
@@ -11,6 +10,7 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry
 from vibopt.errors import QuantityError, UnknownName, way_out
 from vibopt.jobs import is_scene
+from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.scene.scene import Design
 from vibopt.units import read_quantity, show, to_unit
