@@ -240,9 +240,9 @@ def without_insensitive(
 
 
 def _floor(learnt: Learnt, noise: Noise | None, speed: int) -> FloatArray:
-    """Size below which a coefficient is rounding, or scatter [SI peak per kg m], (n_sensors, n_learnt)."""
+    """Size below which a coefficient is rounding or scatter [SI peak per kg m], (n_sensors or 1, n_learnt)."""
     weights = np.abs(learnt.design[:, 1:]).max(axis=0)
-    rounding = np.tile(_UNFELT * float(np.abs(learnt.readings).max()) / weights, (learnt.readings.shape[1], 1))
+    rounding: FloatArray = (_UNFELT * float(np.abs(learnt.readings).max()) / weights)[None]
     if noise is None:
         return rounding
     variance = (noise.along[speed] ** 2 + noise.across[speed] ** 2).T @ np.abs(learnt.pseudo[1:].T) ** 2

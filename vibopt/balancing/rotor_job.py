@@ -225,9 +225,18 @@ class RotorJob:
     def show_speed(self, index: int) -> str:
         return show(self.speeds[index], self.speed_units[index], "angular_rate")
 
+    @cached_property
+    def _places(self) -> tuple[tuple[int, ...], ...]:
+        """Per speed the indices of the runs that are not left out."""
+        found: list[list[int]] = [[] for _ in self.speeds]
+        for index, run in enumerate(self.runs):
+            if index not in self.odd:
+                found[run.speed].append(index)
+        return tuple(map(tuple, found))
+
     def places_at(self, speed: int) -> tuple[int, ...]:
         """Indices of the runs at a speed that are not left out."""
-        return tuple(k for k, run in enumerate(self.runs) if run.speed == speed and k not in self.odd)
+        return self._places[speed]
 
     def runs_at(self, speed: int) -> tuple[Run, ...]:
         """The runs at a speed that are not left out."""
