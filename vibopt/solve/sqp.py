@@ -32,6 +32,8 @@ _SQUARED = 1e-9
 """A Newton step this short leaves nothing: the next is as short as its square."""
 _NEAR = 0.1
 _DASHES = 8
+_ALONG = 1e-3
+"""Log distance up to which a step runs along a limit."""
 _SOFT = 1e-9
 _FLAT = 1e-12
 _STIFFER = (1.0, 10.0, 100.0, 1000.0)
@@ -187,6 +189,7 @@ class Sqp:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
             if moved:
+                multipliers = _at_least(here, multipliers)
                 bend = _convex_along(self._bend(here, multipliers), here, multipliers, self.exact)
                 step, promised, _ = _quadratic(here, bend, radius, weight, self.exact)
             size = float(np.abs(step).max(initial=0.0))
@@ -392,6 +395,17 @@ def _first_bend(here: Point) -> FloatArray:
     """Bend of the highest piece of the goal, where it is known: a guess at that of the whole."""
     top = max(here.goals, key=lambda piece: piece.value, default=None)
     return np.zeros((len(here.y),) * 2) if top is None or top.bend is None else top.bend
+
+
+def _at_least(here: Point, multipliers: FloatArray) -> FloatArray:
+    """Prices that show the bends of limits which a step runs along, also where the radius holds it and not they."""
+    if not here.goals:
+        return multipliers
+    made, steep = multipliers.copy(), float(np.abs(here.goals[0].slope).max())
+    for i, piece in enumerate(here.limits, start=len(here.goals)):
+        if piece.value > -_ALONG and piece.bend is not None:
+            made[i] = max(made[i], steep / max(float(np.abs(piece.slope).max()), 1e-300))
+    return made
 
 
 def _merit(point: Point, weight: float) -> float:
