@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from vibopt.devices.device import OTHER_WAY, Device, Ends
-from vibopt.devices.disc import Disc
+from vibopt.devices.inertia import Disc
 from vibopt.devices.spring import Shaft
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly

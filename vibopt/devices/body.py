@@ -21,15 +21,14 @@ from vibopt.values.fields import Choice, Later, complaint
 from vibopt.values.vectors import AXES, Place, Reach, is_tensor
 
 if TYPE_CHECKING:
-    from vibopt.devices.disc import Disc
-    from vibopt.devices.inertia import Piece, Principal, Shape, Solid, Tensor
+    from vibopt.devices.inertia import Disc, Piece, Principal, Shape, Solid, Tensor
     from vibopt.mechanics.rigid import Rigid
 
     Inertia = Value | Principal | Tensor
 else:
     Inertia = Value
     Disc, Piece, Shape = (
-        Annotated[Any, Later("vibopt.devices", one)] for one in ("disc.Disc", "inertia.Piece", "inertia.Shape")
+        Annotated[Any, Later("vibopt.devices", one)] for one in ("inertia.Disc", "inertia.Piece", "inertia.Shape")
     )
 
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}

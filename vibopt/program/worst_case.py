@@ -1,4 +1,4 @@
-"""What nature does to a given design: the worst factors of its uncertain numbers, limit by limit."""
+"""The worst case of a design within its tolerances: the worst factors of its uncertain numbers, limit by limit."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def doubts_at(scene: Scene, x: FloatArray) -> tuple[Uncertain, ...]:
 
 
 def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:
-    """One measure as something that nature makes as bad as it can."""
+    """One measure as a limit, so that its worst case is searched."""
     program, response = around(scene, x), scene.measures[name]
     sense = -1.0 if (response.worst_side == "at_least") != response.complement else 1.0
     pieces = []

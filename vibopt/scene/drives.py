@@ -1,10 +1,11 @@
-"""Which excitations a response looks at, over which speeds, and how high a scene looks."""
+"""Which excitations a response looks at, over which speeds, how high a scene looks, and bounds that these bring."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,13 @@ from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
+from vibopt.units import Quantity
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import VEHICLE
+
+if TYPE_CHECKING:
+    from vibopt.devices.mount import MountTable
+
 
 UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
 
@@ -117,3 +123,30 @@ def _tops(scene: Scene, response: Response) -> list[float]:
             for line in scene.excitations[name].lines(np.ones(1))
         ]
     return [band.high for band in response.outside_bands]
+
+
+def with_own_bounds(
+    limits: Mapping[str, Response], mounts: Mapping[str, MountTable], excitations: Mapping[str, Excitation]
+) -> dict[str, Response]:
+    """The limits: without a bound on the load or the travel of a mount its rating or its gap; orders as bands."""
+    return {name: _bounded(_banded(one, excitations), mounts) for name, one in limits.items()}
+
+
+def _banded(limit: Response, excitations: Mapping[str, Excitation]) -> Response:
+    """Orders stay where the excitation that they name is none, or has no speed."""
+    shaker = excitations.get(limit.orders_of)
+    return limit if shaker is None or shaker.random else limit.at_orders(shaker.own_bands())
+
+
+def _bounded(limit: Response, mounts: Mapping[str, MountTable]) -> Response:
+    if limit.at_most is not None or limit.at_least is not None:
+        return limit
+    name = getattr(limit, "of", None)
+    mount = next((one for group, one in mounts.items() if name == group or name in one.singles(group)), None)
+    if mount is None:
+        return limit
+    if limit.response == "static_load" and mount.rating is not None:
+        return limit.model_copy(update={"at_least": mount.rating.least, "at_most": mount.rating.most})
+    if limit.response == "travel" and mount.gap is not None:
+        return limit.model_copy(update={"at_most": Quantity(mount.gap.value, mount.gap.unit)})
+    return limit

@@ -21,8 +21,8 @@ from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import Response
 from vibopt.scene.assemble import tuning_notes
 from vibopt.scene.check_scene import check
+from vibopt.scene.drives import with_own_bounds
 from vibopt.scene.open_places import MOST, combinations, open_places, open_positions, positioned, settled
-from vibopt.scene.own_bounds import with_own_bounds
 from vibopt.scene.scene import MAXIMISE, MINIMISE, OWN_FIELDS, Goal, Scene, Variable
 from vibopt.values import Table, rule_of
 from vibopt.values.fields import Choice, Fact

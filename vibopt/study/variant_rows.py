@@ -16,8 +16,7 @@ from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
 from vibopt.study.nearby import goal_on
-from vibopt.study.variant_cells import SAME, Cell, Row, marked
-from vibopt.study.variant_prices import bought, comparable, price_of, price_words
+from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words
 from vibopt.units import si_unit
 from vibopt.values.fields import Fact, rule_of
 from vibopt.verify.as_built import machine_of
