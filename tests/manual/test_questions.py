@@ -46,6 +46,8 @@ QUESTIONS = {
     "inclined mounts": "direction = [0, 0.5, 0.866]",
     "decimal comma in csv": "decimal comma",
     "static deflection under weight": "static_deflection",
+    "is a response to vibration, but nothing shakes the machine": "Add [excitations.NAME].",
+    "no correction plane": 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".',
     "same answer on another computer": "--against",
 }
 

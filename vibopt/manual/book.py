@@ -18,7 +18,7 @@ GROUPS = {
         "isolators", "absorbers", "space", "catalogues", "structures", "noise", "tolerances", "studies",
         "balancing", "known_masses", "engines", "methods", "verification", "charts", "python", "formats",
     ),
-    "Reference": ("excitations", "responses", "units"),
+    "Reference": ("excitations", "responses", "units", "refusals"),
     "About": ("contributing", "changelog"),
 }  # fmt: skip
 """Guides by group of the contents, in its order."""

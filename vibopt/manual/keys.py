@@ -85,7 +85,7 @@ def refusals_of(kind: type[Table]) -> tuple[str, ...]:
     sentences = []
     for node in ast.walk(_classes_of(kind.__module__)[kind.__name__]):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _SAYS and node.args:
-            said = _text_of(node.args[0])
+            said = text_of(node.args[0])
             if said:
                 sentences.append(said)
     return tuple(dict.fromkeys(sentences))
@@ -190,13 +190,13 @@ def _is_closed(kind: type[Table], name: str) -> bool:
     return any(isinstance(one, WithJsonSchema) and one.json_schema == {"not": {}} for one in told)
 
 
-def _text_of(node: ast.expr) -> str:
+def text_of(node: ast.expr) -> str:
     """A text of the source, what is put into it left open; "" for what is no text."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
     if isinstance(node, ast.JoinedStr):
-        return "".join(_text_of(one) if isinstance(one, ast.Constant) else "…" for one in node.values)
+        return "".join(text_of(one) if isinstance(one, ast.Constant) else "…" for one in node.values)
     return ""
 
 
-__all__ = ["Key", "keys_of", "refusals_of", "said_of", "tables_in", "told"]
+__all__ = ["Key", "keys_of", "refusals_of", "said_of", "tables_in", "text_of", "told"]

@@ -12,6 +12,7 @@ from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
 from vibopt.manual.keys import Key, keys_of, refusals_of, tables_in, told
+from vibopt.manual.refusals import whole_file_refusals
 from vibopt.manual.topic import Topic
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
@@ -108,6 +109,7 @@ def balancing_tables(made: Callable[..., Any]) -> dict[str, tuple[str, list[type
 def tables() -> Mapping[str, Callable[[], str]]:
     """Tables that guides put in, by the name in their text: `<!-- table: units -->`."""
     return {
+        "refusals": whole_file_refusals,
         "limits": lambda: _table([key for one in ("base", "harmonic") for key in keys_of(_MODELS[one])]),
         "excitations": lambda: _rows(
             ("kind", ""), [(f"[{name}]({name}.md)", _said(kind)) for name, kind in EXCITATIONS.items()]

@@ -1,4 +1,4 @@
-"""Words found in sections, the rare ones and those of headings first."""
+"""Words found in sections: the rare ones, those of headings, and those that follow one another first."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable
+from itertools import pairwise
 
 from vibopt.manual.topic import Section
 
@@ -35,11 +36,18 @@ class Index:
         self.lengths = [sum(one.values()) for one in self.counts]
         self.mean = sum(self.lengths) / max(1, len(self.lengths))
         self.spread = Counter(word for one in self.counts for word in one)
+        self.pairs = [_pairs(one.text) for one in self.sections]
+        self.pair_spread = Counter(pair for one in self.pairs for pair in one)
 
     def hits(self, asked: str) -> tuple[Section, ...]:
         """Sections with any of the words, the best first."""
         words = dict.fromkeys(words_of(asked))
-        scores = [sum(self._score(k, word) for word in words) for k in range(len(self.sections))]
+        pairs = _pairs(asked)
+        scores = [
+            sum(self._score(k, word) for word in words)
+            + sum(self._rare(self.pair_spread[one]) for one in pairs & there)
+            for k, there in enumerate(self.pairs)
+        ]
         order = sorted(range(len(scores)), key=lambda k: (-scores[k], k))
         return tuple(self.sections[k] for k in order if scores[k] > 0.0)
 
@@ -47,10 +55,14 @@ class Index:
         count = self.counts[k][word]
         if not count:
             return 0.0
-        rare = math.log(1.0 + (len(self.sections) - self.spread[word] + 0.5) / (self.spread[word] + 0.5))
+        rare = self._rare(self.spread[word])
         longer = 1.0 - _LONG + _LONG * self.lengths[k] / self.mean
         rare *= _REFUSED if self.sections[k].heading.startswith("Refused") else 1.0
         return rare * count * (_FLAT + 1.0) / (count + _FLAT * longer)
+
+    def _rare(self, spread: int) -> float:
+        """What a word counts that stands in so many sections."""
+        return math.log(1.0 + (len(self.sections) - spread + 0.5) / (spread + 0.5))
 
 
 def words_of(text: str) -> list[str]:
@@ -66,6 +78,11 @@ def _stem(word: str) -> str:
     if len(word) > 4 and word.endswith("ies"):
         return f"{word[:-3]}y"
     return word[:-1] if len(word) > 3 and word.endswith("s") and word[-2] not in "su" else word
+
+
+def _pairs(text: str) -> set[tuple[str, str]]:
+    """Words that follow one another, idle ones too: what is asked in the words of a message is found by them."""
+    return {pair for pair in pairwise(re.findall(r"[^\W_]+", text.lower())) if not IDLE.issuperset(pair)}
 
 
 def _counted(section: Section) -> Counter[str]:
