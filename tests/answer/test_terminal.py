@@ -11,7 +11,7 @@ from rich.console import Console as Rich
 from rich.padding import Padding
 from rich.table import Table
 
-from vibopt.answer.terminal import Console, Grid, columns
+from vibopt.answer.console import Console, Grid, columns
 
 WORDS = st.text("abcdef-/.µ²é", min_size=1, max_size=24)
 TEXTS = st.lists(WORDS, max_size=16).map(" ".join) | st.lists(WORDS, max_size=5).map("  ".join)

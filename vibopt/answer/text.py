@@ -10,8 +10,8 @@ from typing import Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, LEAD, Block
+from vibopt.answer.console import Console, Grid
 from vibopt.answer.jsonable import views_of
-from vibopt.answer.terminal import Console, Grid
 
 WIDTH = 80
 GOOD, BAD, OPEN = "bold green", "bold red", "bold yellow"

@@ -15,7 +15,7 @@ from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, SILENT, Case, Trial, 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vibopt.answer.terminal import Console
+    from vibopt.answer.console import Console
 
 _SHORT = {
     "branch_and_bound": "b&b",

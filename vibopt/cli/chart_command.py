@@ -16,7 +16,7 @@ from vibopt.files.writing import checked_target, format_of, write_file
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vibopt.answer.terminal import Console
+    from vibopt.answer.console import Console
     from vibopt.scene.scene import Scene
 
 FORMATS = (".svg", ".png", ".pdf")

@@ -16,7 +16,7 @@ from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
-    from vibopt.answer.terminal import Console
+    from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.variants import Cell, Row, Variants
 

@@ -10,7 +10,7 @@ from vibopt.cli.options import Once, as_json, changes, file, limited, method, re
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
-    from vibopt.answer.terminal import Console
+    from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.explain import Explanation
 

@@ -13,7 +13,7 @@ from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
 
 if TYPE_CHECKING:
-    from vibopt.answer.terminal import Console
+    from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.rounded import Rounded
 

@@ -17,8 +17,8 @@ from vibopt.files.reading import shown_name
 from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
+    from vibopt.answer.console import Console
     from vibopt.answer.entry import Entry
-    from vibopt.answer.terminal import Console
     from vibopt.jobs import Job
     from vibopt.study.sweep import Sweep
 
@@ -166,7 +166,7 @@ def _columns(result: Sweep) -> list[str]:
     Of a kept design of a scene there are none.
     """
     from vibopt.jobs import is_scene
-    from vibopt.report.choices import tied
+    from vibopt.report.catalogue_choices import tied
     from vibopt.scene.open_places import open_positions
 
     scene = result.job

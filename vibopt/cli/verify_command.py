@@ -17,7 +17,7 @@ from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
-    from vibopt.answer.terminal import Console, Grid
+    from vibopt.answer.console import Console, Grid
     from vibopt.jobs import Job
     from vibopt.study.archive import Comparison
     from vibopt.study.recorded import Row
@@ -196,7 +196,7 @@ def _tables(result: Verification, console: Console, columns: int) -> None:
 
 
 def _table(rows: Iterable[tuple[str, ...]], widths: tuple[int, ...]) -> Grid:
-    from vibopt.answer.terminal import Grid
+    from vibopt.answer.console import Grid
 
     return Grid(list(rows), widths=widths, gap=1)
 

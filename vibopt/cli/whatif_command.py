@@ -11,8 +11,8 @@ from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
+    from vibopt.answer.console import Console
     from vibopt.answer.entry import Checked, Entry
-    from vibopt.answer.terminal import Console
     from vibopt.jobs import Job
     from vibopt.scene.scene import Design
     from vibopt.study.thresholds import Threshold

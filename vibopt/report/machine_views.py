@@ -8,7 +8,7 @@ from vibopt.answer import answer_schema as shape
 from vibopt.answer.blocks import FOOT, LEAD, TEXT, Block, limits_block, measures_block, pairs, prices_block
 from vibopt.answer.entry import Chosen, Word
 from vibopt.report.absorber_parts import BUILD, build_rows, parts_of
-from vibopt.report.choices import choice_rows, choices_of, dropped_rows, free_words, tied
+from vibopt.report.catalogue_choices import choice_rows, choices_of, dropped_rows, free_words, tied
 from vibopt.report.machine_words import (
     ENDS,
     conflict_words,

@@ -10,7 +10,7 @@ from vibopt.answer.blocks import at_words, spoken
 from vibopt.answer.entry import Checked, Entry
 from vibopt.errors import InputError
 from vibopt.forms import FloatArray
-from vibopt.report.choices import tied
+from vibopt.report.catalogue_choices import tied
 from vibopt.responses.response import place_of
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene

@@ -7,7 +7,7 @@ nothing is lost in grey.  Matplotlib is loaded when something is drawn, and none
 from vibopt.report.figures.absorber_modes import below
 from vibopt.report.figures.contours import plane_figure
 from vibopt.report.figures.paper import saved
-from vibopt.report.figures.response import response_figure
+from vibopt.report.figures.response_curves import response_figure
 from vibopt.report.figures.sweep_strips import strips_figure
 
 __all__ = ["below", "plane_figure", "response_figure", "saved", "strips_figure"]
