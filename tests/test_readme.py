@@ -1,58 +1,74 @@
-"""What the README shows is what happens."""
+"""What the README shows is what happens, and what it names is there."""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 from pathlib import Path
 
 import pytest
 
-import vibopt as vo
+from examples import agrees, blocks_of, run
+from vibopt.answer.answer import EXIT_CODES
+from vibopt.cli.help_command import whole_book
+from vibopt.cli.main import VERBS
+from vibopt.solve.method import METHODS
 
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-SCENES = [
-    text
-    for text in re.findall(r"```toml\n(.*?)```", README, re.S)
-    if text.startswith('title = "') and "..." not in text
-]
-
-
-@pytest.mark.parametrize("text", SCENES, ids=[text.splitlines()[0][9:-1] for text in SCENES])
-def test_every_whole_file_of_the_readme_is_solved(text: str, tmp_path: Path) -> None:
-    file = tmp_path / "scene.toml"
-    file.write_text(text, encoding="utf-8")
-    (tmp_path / "job.csv").write_text(re.findall(r"```csv\n(.*?)```", README, re.S)[0], encoding="utf-8")
-    assert vo.solve(vo.read(file)).status == "optimal"
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+MOST_LINES = 250
 
 
-def test_there_are_four_whole_files() -> None:
-    assert len(SCENES) == 4
+def test_it_is_short_and_ends_with_the_changelog() -> None:
+    assert len(README.splitlines()) <= MOST_LINES
+    assert re.findall(r"^## (.+)$", README, re.M)[-1] == "Changelog"
 
 
-def test_the_first_scene_gives_the_numbers_that_the_readme_says() -> None:
-    stiffness, damping = re.findall(r"(\d+) kN/m with (\d+) N s/m", README)[0]
-    scene = vo.read(Path(__file__).parents[1] / "problems" / "isolation" / "rao_9_34.toml")
-    chosen = vo.solve(scene).variables
-    assert chosen["links.mount.stiffness"].value.shown == f"{stiffness} kN/m"
-    assert chosen["links.mount.damping"].value.shown == f"{damping} N s/m"
+def test_its_file_gives_the_answer_that_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    shown = list(run(README, tmp_path))
+    assert [command for command, _, _ in shown] == ["solve press.toml"]
+    for command, expected, said in shown:
+        assert agrees(expected, said), f"vibopt {command}\n{said}"
 
 
-def test_the_python_of_the_readme_runs() -> None:
-    code = re.findall(r"```python\n(.*?)```", README, re.S)[0]
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        exec(compile(code, "README.md", "exec"), {})
-    assert "greatest stiffness of mount is 6957 kN/m" in said.getvalue()
+def test_its_file_is_the_first_one_of_the_manual() -> None:
+    start = (ROOT / "vibopt" / "manual" / "guides" / "start.md").read_text(encoding="utf-8")
+    first, same = ([one.text for one in blocks_of(text) if one.is_whole] for text in (README, start))
+    assert first == same
 
 
-def test_the_programs_of_the_readme_are_solved_with_limits_of_ones_own() -> None:
-    code = next(text for text in re.findall(r"```python\n(.*?)```", README, re.S) if "vo.posed" in text)
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        exec(compile(code, "README.md", "exec"), {})
-    assert said.getvalue().split() == ["met", "met"]
+def test_its_pictures_are_those_that_the_guides_draw() -> None:
+    pictures = re.findall(r'<img src="(.+?)"', README)
+    assert len(pictures) == 3
+    guides = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "vibopt" / "manual" / "guides").glob("*.md"))
+    for picture in pictures:
+        assert (ROOT / picture).exists()
+        assert f"]({Path(picture).name})" in guides
+
+
+def test_methods_statuses_and_topics_that_it_names_are_there() -> None:
+    methods = re.search(r"\| question \| method.*?\n\n", README, re.S)
+    assert methods is not None
+    assert set(re.findall(r"`(\w+)`", methods[0])) <= set(METHODS)
+    listed = re.findall(r"^\| (`.+?`) \| .+? \| ([\d, ]+) \|$", README, re.M)
+    codes = {
+        name: int(code)
+        for names, numbers in listed
+        for name, code in zip(re.findall(r"`(\w+)`", names), numbers.split(", "), strict=True)
+    }
+    assert {**EXIT_CODES, **codes} == EXIT_CODES
+    assert set(codes) == set(EXIT_CODES)
+    named = re.findall(r"^\| `vibopt help (\w+)`((?:, `\w+`)*) \|", README, re.M)
+    topics = {one for first, more in named for one in (first, *re.findall(r"`(\w+)`", more))}
+    assert topics <= set(whole_book().topics)
+    assert "questions" in topics
+
+
+def test_every_verb_has_its_line() -> None:
+    table = re.search(r"\| command \| what it does.*?\n\n", README, re.S)
+    assert table is not None
+    cells = [line.split("|")[1] for line in table[0].splitlines() if line]
+    assert set(re.findall(r"`(\w+)[^`]*`", "".join(cells))) == set(VERBS)
 
 
 def test_both_commands_are_marked_for_the_machine_that_runs_them() -> None:

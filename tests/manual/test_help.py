@@ -142,4 +142,5 @@ def test_sections_are_cut_at_headings_but_not_in_code() -> None:
     )
     assert [(one.heading, one.words) for one in topic.sections] == [("A title", ""), ("More", "hidden")]
     assert "hidden" not in topic.shown
-    assert topic.line == "Text"
+    assert topic.line == "A title"
+    assert Topic("any", "group", "# any\n\n```toml\n[a]\n```\n\nSome words. More.").line == "Some words"

@@ -205,16 +205,6 @@ def test_the_answer_names_what_to_order(compressor: Design) -> None:
     assert "cannot carry the load" in text
 
 
-def test_the_catalogue_of_the_readme_is_solved(tmp_path: Path) -> None:
-    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    section = readme.split("## Parts from a catalogue")[1]
-    for mark, name in (("toml", "pump.toml"), ("text", "mounts.csv")):
-        (tmp_path / name).write_text(section.split(f"```{mark}\n")[1].split("```")[0], encoding="utf-8")
-    design = solve(read(tmp_path / "pump.toml"))
-    assert design.status == "optimal"
-    assert design.places["links.feet.part"].value == "S60-60"
-
-
 def test_a_kept_design_holds_the_names_of_its_parts(compressor: Design) -> None:
     kept = frozen(compressor.scene, compressor.x)
     assert kept.is_analysis

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import click
 
 from vibopt.cli.options import Once, as_json, force
@@ -55,6 +57,7 @@ def manual(output: str, force: bool, as_json: bool) -> int:
     return 0
 
 
+@cache
 def whole_book() -> Book:
     """The manual with a page for each verb, made from its options."""
     from vibopt.cli.main import VERBS, vibopt

@@ -12,7 +12,7 @@ from vibopt.mechanics.builder import ModelBuilder
 
 
 class BaseTable(Device):
-    """`[bases.NAME]`: nothing to say here; its motion is an excitation."""
+    """`[bases.NAME]`: a support that moves; the table stays empty, its motion is an excitation."""
 
     @classmethod
     def supports_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:

@@ -46,7 +46,9 @@ class Topic:
 
     @property
     def line(self) -> str:
-        """Its first sentence, for lists."""
+        """What it is about, for lists: its title, or its first sentence where the title is its name."""
+        if self.title != self.name:
+            return self.title
         body = next(
             (
                 part
