@@ -122,6 +122,23 @@ def test_links_lead_to_their_places_in_the_terminal_too() -> None:
     assert rendered(text, 80) == "See absorbers, the guide (`vibopt help absorbers`) and `[links.NAME]`(3)."
 
 
+def test_pictures_are_words_and_wide_comments_stand_above_in_the_terminal() -> None:
+    assert rendered("![A map of limits](map.svg)", 80) == "(Picture: A map of limits)"
+    block = """```toml
+[links.NAME]
+stiffness = "2 MN/m"               # dynamic, of one single mount, whatever the number of them that stand side by side,
+                                   # or a choice
+count = 4
+```"""
+    assert [line.strip() for line in rendered(block, 60).splitlines()] == [
+        "[links.NAME]",
+        "# dynamic, of one single mount, whatever the number of",
+        "# them that stand side by side, or a choice",
+        'stiffness = "2 MN/m"',
+        "count = 4",
+    ]
+
+
 def test_the_page_is_written_and_no_other_file_is_written_over(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

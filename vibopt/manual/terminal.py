@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from vibopt.manual.book import Book
 from vibopt.manual.topic import Section, Topic
 
-_LINK = re.compile(r"!?\[([^\]]+)\]\(([\w-]*)(?:\.md)?(#[\w-]+)?\)")
+_LINK = re.compile(r"\[([^\]]+)\]\(([\w-]*)(?:\.md)?(#[\w-]+)?\)")
+_PICTURE = re.compile(r"!\[([^\]]+)\]\([^)]+\)")
 _CODE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
 _LONG = 20
 """Topics of a group from which on the contents give names alone."""
@@ -36,7 +37,7 @@ def rendered(markdown: str, width: int, colour: bool = False) -> str:
     console = Console(
         file=out, width=width, force_terminal=colour, color_system="standard" if colour else None, highlight=False
     )
-    console.print(Plain(_readable(markdown, colour), hyperlinks=False, code_theme="ansi_dark"))
+    console.print(Plain(_readable(markdown, colour, width), hyperlinks=False, code_theme="ansi_dark"))
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n")
 
 
@@ -67,10 +68,30 @@ def _row(topic: Topic, width: int) -> str:
     return f"{head}{textwrap.shorten(topic.line, max(20, width - len(head)), placeholder=' ...')}".rstrip()
 
 
-def _readable(markdown: str, colour: bool) -> str:
-    """Links as the command that follows them; pictures as their words."""
+def _readable(markdown: str, colour: bool, width: int) -> str:
+    """Links as the command that follows them; pictures as their words; comments above what they speak of."""
     parts = re.split(r"(^```.*?^```$)", markdown, flags=re.M | re.S)
-    return "".join(part if part.startswith("```") else _inline(part, colour) for part in parts)
+    return "".join(_narrow(part, width - 2) if part.startswith("```") else _inline(part, colour) for part in parts)
+
+
+def _narrow(fence: str, width: int) -> str:
+    """A block of a problem file whose comments would not fit beside it, with them above."""
+    lines = fence.splitlines()
+    if not fence.startswith("```toml") or max(map(len, lines)) <= width:
+        return fence
+    made: list[str] = []
+    for line in lines:
+        code, sign, comment = line.partition("# ")
+        if not sign:
+            made.append(line)
+        elif code.strip():
+            made += [f"# {comment}", code.rstrip()]
+        elif code and len(made) > 1:  # goes on with the comment of the line before
+            made[-2] = f"{made[-2]} {comment}"
+        else:
+            made.append(line)
+    wrapped = [textwrap.wrap(one, width, subsequent_indent="# ") if one.startswith("# ") else [one] for one in made]
+    return "\n".join(part for some in wrapped for part in some)
 
 
 def _inline(text: str, colour: bool) -> str:
@@ -78,7 +99,7 @@ def _inline(text: str, colour: bool) -> str:
         name = found[2]
         return found[1] if not name or name in found[1].strip("`") else f"{found[1]} (`vibopt help {name}`)"
 
-    bare = _LINK.sub(link, text)
+    bare = _LINK.sub(link, _PICTURE.sub(r"(Picture: \1)", text))
     return bare if colour else _CODE.sub(r"`` `\1` ``", bare)
 
 
