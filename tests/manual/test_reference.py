@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
@@ -177,6 +178,13 @@ def test_methods_statuses_units_and_verbs_have_their_place() -> None:
     assert all(f"| `{name}` | {code} |" in statuses for name, code in EXIT_CODES.items())
     assert all(one.noun in units and one.example in units for one in DIMENSIONS.values())
     assert set(VERBS) <= set(BOOK.topics)
+
+
+def test_every_public_name_stands_with_its_parameters_and_its_words() -> None:
+    rows = dict(re.findall(r"^\| `vo\.(\w+)[^`]*` \| (.*) \|$", BOOK.topics["python"].text, re.M))
+    assert set(rows) == set(vo._HOME_OF)
+    assert all(len(words) > 20 for words in rows.values())
+    assert "`vo.sweep(job, vary, low_high, points" in BOOK.topics["python"].text
 
 
 def test_what_a_table_refuses_stands_on_its_page() -> None:

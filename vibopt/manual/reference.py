@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import re
+import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -110,6 +112,7 @@ def tables() -> Mapping[str, Callable[[], str]]:
     """Tables that guides put in, by the name in their text: `<!-- table: units -->`."""
     return {
         "refusals": whole_file_refusals,
+        "python": lambda: _rows(("name", ""), [_public(name) for name in sorted(_PACKAGE._HOME_OF)]),
         "limits": lambda: _table([key for one in ("base", "harmonic") for key in keys_of(_MODELS[one])]),
         "excitations": lambda: _rows(
             ("kind", ""), [(f"[{name}]({name}.md)", _said(kind)) for name, kind in EXCITATIONS.items()]
@@ -133,6 +136,20 @@ def tables() -> Mapping[str, Callable[[], str]]:
             [(one.noun, f"`{one.example}`", ", ".join(one.units), one.si) for one in DIMENSIONS.values()],
         ),
     }
+
+
+_PACKAGE = sys.modules[__name__.partition(".")[0]]
+"""What `import vibopt as vo` offers is described here, not used."""
+
+
+def _public(name: str) -> tuple[str, str]:
+    """A public name with its parameters, and the first sentence of its docstring."""
+    one = getattr(_PACKAGE, name)
+    words = ""
+    if not isinstance(one, type):
+        words = f"({', '.join(inspect.signature(one).parameters)})"
+    first = (inspect.getdoc(one) or "").split("\n\n")[0]
+    return f"`vo.{name}{words}`", " ".join(first.split())
 
 
 def example_of(kind: type[Table], fixed: Mapping[str, str]) -> list[str]:
