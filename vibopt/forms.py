@@ -27,6 +27,8 @@ else:  # numpy.typing is slow to load, and only a type checker reads it
 Values = TypeVar("Values", FloatArray, ComplexArray)
 Combine = Literal["sum", "rss", "peak"]
 Sense = Literal["greatest", "least"]
+Sort = Literal["steady", "random", "transient"]
+"""Of an excitation, and of what is asked about it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,6 +252,44 @@ class Noise:
 
 
 @dataclass(frozen=True, slots=True)
+class Segment:
+    """Part of some signals in time without a joint inside: they are read off states w with w' = rates w.
+
+    length
+        [s], above zero.
+    start
+        (m,): the states at its beginning; time runs from 0 to 1 on it.
+    rates
+        (m, m).
+    read
+        (n_signals, m): the signals.
+    blows
+        (n_signals,): time integral of each signal at the very beginning [s].
+    """
+
+    length: float
+    start: FloatArray
+    rates: FloatArray
+    read: FloatArray
+    blows: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class PeakInTime:
+    """Greatest size of a response from the beginning of some signals on, for ever; the machine is at rest before.
+
+    loads
+        (n_coords, n_signals): force on free coordinates [N], acceleration of bases [m/s^2], for a signal of one.
+    segments
+        The signals, one segment behind the other.
+    """
+
+    output: Output
+    loads: FloatArray
+    segments: tuple[Segment, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class RootMeanSquare:
     """Root of the mean square of a response under independent white noises."""
 
@@ -278,5 +318,6 @@ Form = (
     | ModeDamping
     | DecayRate
     | RootMeanSquare
+    | PeakInTime
     | Monomials
 )

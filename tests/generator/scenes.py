@@ -52,7 +52,8 @@ def scene(seed: int, folder: Path, *, small: bool = False) -> Drawn:
         made = with_absorber(rolls, made) if absorber else made
         made = with_inerter(rolls, made) if rolls.chance(0.15) else made
         made.lay()
-        shaken(rolls, made, random=KINDS[kind].random, many=rolls.pick([1, 1, 2]))
+        shaken(rolls, made, sort=KINDS[kind].sort, many=rolls.pick([1, 1, 2]))
+        made.lay()
         first = candidates(rolls, made, kind, 8)
         if first and (asked(rolls, made, first) or rolls.chance(0.1)):
             return made
@@ -122,7 +123,15 @@ def aim(draw: Draw, one: Table) -> Table:
     return {"maximise": one["response"], **words}
 
 
-_LESS_IS_BETTER = ("displacement", "transmitted_force", "price", "absorber_mass", "total_mass", "rms_displacement")
+_LESS_IS_BETTER = (
+    "displacement",
+    "transmitted_force",
+    "price",
+    "absorber_mass",
+    "total_mass",
+    "rms_displacement",
+    "peak_displacement",
+)
 
 
 def limited(draw: Draw, made: Drawn, one: Table, value: float) -> Table:

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 from draw import Draw
 from machines import Drawn
 from vibopt.excitations import KINDS
+from vibopt.excitations.pulse import Shape
 
 Table = dict[str, Any]
 _HIGHEST = 6.0
 """Highest speed, over the one at which the machine resonates."""
 
 
-def shaken(draw: Draw, made: Drawn, *, random: bool, many: int = 1) -> None:
-    """Adds excitations of kinds that act on something there; `random` asks for white noise first."""
+def shaken(draw: Draw, made: Drawn, *, sort: str, many: int = 1) -> None:
+    """Adds excitations of kinds that act on something there; one of the `sort` that is asked for first."""
     fits = [kind for kind in KINDS if _places(kind, made)]
-    noisy = [kind for kind in fits if KINDS[kind].random]
-    steady = [kind for kind in fits if not KINDS[kind].random]
+    sorts = {one: [kind for kind in fits if KINDS[kind].sort == one] for one in ("steady", "random", "transient")}
+    other = "random" if sort == "steady" else "steady"
     for index in range(many):
-        kinds = (noisy if random == (index == 0) else steady) or steady
+        kinds = sorts[sort if index == 0 else other] or sorts["steady"]
         if kinds:
             rare = [kind for kind in kinds if set(_places(kind, made)) <= set(made.names("bases"))]
             kind = draw.pick([*kinds, *rare, *rare])
@@ -50,6 +51,9 @@ def _places(kind: str, made: Drawn) -> list[str]:
         "road": bases if not made.spatial else [],
         "moment": [*made.turning, *rigid],
         "moment_harmonics": rigid,
+        "pulse": [] if made.spatial or made.turning else [*lines, *bases],
+        "drop": [] if made.spatial else bases,
+        "record": [] if made.spatial or made.turning else [*lines, *bases],
         "white_noise": [*([] if made.spatial or made.turning else lines), *(bases if not made.spatial else [])],
     }
     return sorted(named.get(kind, lines))
@@ -144,6 +148,42 @@ def _white_noise(draw: Draw, made: Drawn, on: str) -> Table:
     return {"density": f"{size} {unit}"}
 
 
+def _pushed(draw: Draw, made: Drawn, on: str) -> tuple[str, str]:
+    """The key of a pulse, with its size."""
+    if on in made.names("bases"):
+        return "acceleration", draw.said(draw.size(1.0, 300.0), "acceleration")
+    return "amplitude", draw.said(draw.size(10.0, 5000.0), "force")
+
+
+def _pulse(draw: Draw, made: Drawn, on: str) -> Table:
+    key, size = _pushed(draw, made, on)
+    period = 1.0 / made.frequency
+    shape = draw.pick(list(get_args(Shape)))
+    if shape == "decaying sine":
+        return {
+            "shape": shape,
+            key: size,
+            "frequency": f"{made.frequency:.3g} Hz",
+            "damping_ratio": draw.size(0.05, 0.5),
+        }
+    duration = period * draw.size(0.05, 3.0)
+    again = {"times": 3, "every": f"{duration * draw.size(1.0, 3.0):.4g} s"} if draw.chance(0.2) else {}
+    return {"shape": shape, key: size, "duration": f"{duration:.4g} s", **again}
+
+
+def _drop(draw: Draw, made: Drawn, on: str) -> Table:
+    rebound = {"rebound": draw.size(0.1, 0.9)} if draw.chance(0.5) else {}
+    return {"height": draw.said(draw.size(0.01, 1.0), "length"), **rebound}
+
+
+def _record(draw: Draw, made: Drawn, on: str) -> Table:
+    unit = draw.pick(["m/s²", "g"]) if on in made.names("bases") else "N"
+    step = 0.2 / made.frequency
+    rows = "".join(f"{index * step:.6g};{draw.size(0.1, 50.0) * draw.pick([-1, 1]):.4g}\n" for index in range(8))
+    made.files[f"record_{on}.csv"] = f"time [s];shake [{unit}]\n{rows}".encode()
+    return {"file": f"record_{on}.csv"}
+
+
 RECIPES: dict[str, Callable[[Draw, Drawn, str], Table]] = {
     "force": _force,
     "unbalance": _unbalance,
@@ -153,4 +193,7 @@ RECIPES: dict[str, Callable[[Draw, Drawn, str], Table]] = {
     "base_motion": _base_motion,
     "road": _road,
     "white_noise": _white_noise,
+    "pulse": _pulse,
+    "drop": _drop,
+    "record": _record,
 }

@@ -6,6 +6,7 @@ import importlib
 import pkgutil
 import re
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -28,7 +29,7 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.modes import poles
 from vibopt.responses import KINDS as RESPONSES
-from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
@@ -77,12 +78,14 @@ def test_every_response_has_its_facts(name: str) -> None:
     assert kind.dimension in DIMENSIONS
     assert kind.moves in ("line", "axis", "")
     assert kind.in_space in ("direction", "axis", "whole", "place", "body", "")
-    for twin in (kind.twin, kind.noise_twin):
+    for twin in (kind.twin, kind.noise_twin, kind.transient_twin):
         assert twin in ("", *RESPONSES)
     if kind.twin:
         assert {kind.moves, RESPONSES[kind.twin].moves} == {"line", "axis"}
     if kind.noise_twin:
-        assert RESPONSES[kind.noise_twin].random
+        assert RESPONSES[kind.noise_twin].sort == "random"
+        if kind.transient_twin:
+            assert RESPONSES[kind.transient_twin].sort == "transient"
     if kind.in_space in ("direction", "axis"):
         assert kind.in_space in kind.model_fields
     assert kind.of_mount in ("", "each", "axis", "axes", "alike", "group")
@@ -222,6 +225,7 @@ def _sorted(found: Any) -> FloatArray:
 
 # Every response, place, way, motion and excitation: both routes
 
+RECORD = Path(__file__).parents[2] / "problems" / "shock" / "shake_table.csv"
 SHAKERS: dict[str, dict[str, Any]] = {
     "force": {"kind": "force", "on": "pump", "amplitude": "90 N", "varies": "constant"},
     "unbalance": {"kind": "unbalance", "on": "pump", "unbalance": "40 g m"},
@@ -236,6 +240,9 @@ SHAKERS: dict[str, dict[str, Any]] = {
     "road": {"kind": "road", "on": "deck", "amplitude": "2 mm", "wavelength": "4 m", "speed": "10..90 km/h"},
     "white_noise": {"kind": "white_noise", "on": "floor", "density": "100 N²/Hz"},
     "moment_harmonics": {"kind": "moment_harmonics", "on": "pump", "harmonics": [{"order": 2, "amplitude": "20 N m"}]},
+    "pulse": {"kind": "pulse", "on": "floor", "shape": "half sine", "amplitude": "2 kN", "duration": "20 ms"},
+    "drop": {"kind": "drop", "on": "deck", "height": "5 mm"},
+    "record": {"kind": "record", "on": "deck", "file": str(RECORD)},
 }
 Motion = Literal["space", "plane", "line"]
 
@@ -244,7 +251,7 @@ def shaken(kind: str, motion: Motion) -> dict[str, Any]:
     """The machine of everything under one excitation; what a base moves stands on it."""
     document = machine(motion, opened=False)
     shaker = {"speed": "2..40 Hz", **SHAKERS[kind]}
-    if kind == "white_noise":
+    if EXCITATIONS[kind].sort != "steady":
         del shaker["speed"]
     inside = motion != "line"
     if shaker["on"] == "pump" and inside:
@@ -266,9 +273,9 @@ def test_every_excitation_shakes() -> None:
 def questions(kind: str) -> dict[str, dict[str, Any]]:
     """Each response that the excitation can cause, at each place, along and about some ways."""
     asked, combine = {}, {"combine": "peak"} if "harmonics" in kind else {}
-    random = EXCITATIONS[kind].random
+    asker = {"steady": HarmonicResponse, "random": RandomResponse, "transient": TransientResponse}
     for name, response in RESPONSES.items():
-        if not issubclass(response, RandomResponse if random else HarmonicResponse):
+        if not issubclass(response, asker[EXCITATIONS[kind].sort]):
             continue
         for key in ("of", "into", "through", "across"):
             for place in PLACES if key in response.model_fields else ():
@@ -301,6 +308,11 @@ NOT_THERE = {
     ("moment_harmonics", "line"): 'is a moment, but pump moves along a line. Write kind = "harmonics" with amplitude',
     ("white_noise", "space"): "white noise, which machines in space do not take yet",
     ("white_noise", "plane"): "white noise, which machines in space do not take yet",
+    **{
+        (kind, motion): f'is of kind "{kind}", which machines in space do not take yet'
+        for kind in ("pulse", "drop", "record")
+        for motion in ("space", "plane", "line")
+    },
     ("white_noise", "line"): "white noise, which machines in space do not take yet",
 }
 """What an excitation cannot act on, in the words of the refusal: the machine of everything stands on mounts."""

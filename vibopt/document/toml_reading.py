@@ -71,9 +71,10 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
     for key in ("readings", "influence"):
         if isinstance(new.get(key), str):
             new[key] = FileText(new[key], folder)
-    tables = new.get("structures")
-    if isinstance(tables, Mapping):
-        new["structures"] = {name: _placed(table, folder) for name, table in tables.items()}
+    for family in ("structures", "excitations"):
+        tables = new.get(family)
+        if isinstance(tables, Mapping):
+            new[family] = {name: _placed(table, folder) for name, table in tables.items()}
     for family in ("links", "mounts"):
         tables = new.get(family)
         if isinstance(tables, Mapping):

@@ -3,8 +3,8 @@
 A new excitation:
 
 1. `excitations/NAME.py`: an `Excitation` with its keys and class attributes: a force on bodies or a motion of bases
-   (`family`), a moment and its like along a line (`moment`), known at every speed (`inherent`), without a speed
-   (`random`).
+   (`family`), a moment and its like along a line (`moment`), known at every speed (`inherent`), steady,
+   random or transient (`sort`).
 2. `lines(direction)`: its harmonics, each with an order, a complex direction and an amplitude against the speed; in
    space `acts`: what it acts on, by name.
 3. A line below; an entry in `tests/laws/test_kinds.py::SHAKERS` and in `tests/generator/shaking.py`; words for
@@ -25,6 +25,9 @@ KINDS: Kinds[Excitation] = Kinds(
         "base_motion": "base_motion.BaseMotion",
         "road": "road.Road",
         "white_noise": "white_noise.WhiteNoise",
+        "pulse": "pulse.Pulse",
+        "drop": "drop.Drop",
+        "record": "record.Record",
     },
 )
 

@@ -49,5 +49,5 @@ class BaseMotion(Excitation):
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         for power, given in ((0, self.displacement), (-1, self.velocity), (-2, self.acceleration)):
             if given is not None:
-                return (unit_line(1.0, direction, 0.0, self.shape(given.value, power)),)
+                return (unit_line(1.0, direction, 0.0, self.varied(given.value, power)),)
         return ()

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Amplitude, Band, FloatArray, Line, Noise, Piece
+from vibopt.forms import Amplitude, Band, FloatArray, Line, Noise, Piece, Segment, Sort
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, Table, read_speeds
 from vibopt.values.fields import complaint
@@ -55,6 +55,16 @@ Speeds = Annotated[
     BeforeValidator(_speeds),
     WithJsonSchema({"description": 'speed, list or range, for example "800..2000 rpm"'}),
 ]
+
+
+def _no_speed(given: object) -> object:
+    if isinstance(given, SpeedRange):
+        return given
+    raise complaint("is a speed, but this kind of excitation has none. Leave it out.")
+
+
+NoSpeed = Annotated[SpeedRange, BeforeValidator(_no_speed), WithJsonSchema({"not": {}})]
+EVERYWHERE = SpeedRange((Band(0.0, math.inf),), ROTATION, "Hz")
 
 
 def _one_speed(given: object) -> object:
@@ -119,8 +129,10 @@ class Excitation(Table):
 
     family
         Where it acts: "bodies", as a force, or "bases", as a motion.
-    of_vehicle, inherent, random
-        Whether its speed is that of a vehicle; its amplitude is known at every speed; it has no speed at all.
+    sort
+        "steady", "random", or "transient": the last two have no speed at all.
+    of_vehicle, inherent
+        Whether its speed is that of a vehicle; its amplitude is known at every speed.
     moment
         Of a moment, which acts on what turns, the kind that is its like along a line; "" of all others.
 
@@ -138,7 +150,7 @@ class Excitation(Table):
     family: ClassVar[str] = "bodies"
     of_vehicle: ClassVar[bool] = False
     inherent: ClassVar[bool] = False
-    random: ClassVar[bool] = False
+    sort: ClassVar[Sort] = "steady"
     moment: ClassVar[str] = ""
 
     @property
@@ -187,6 +199,10 @@ class Excitation(Table):
         """What random vibration counts of it; `points` are rows of the model by name, (n_coords,) each."""
         raise NotImplementedError(f"{type(self).__name__} is no noise")
 
+    def segments(self) -> tuple[Segment, ...]:
+        """Of a transient its signal from the beginning to the end [N] or [m/s^2]; it acts along the row of `on`."""
+        raise NotImplementedError(f"{type(self).__name__} is no transient")
+
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """Harmonics of the excitation; `direction` (n_coords,) is the unit row of `on`."""
         raise NotImplementedError
@@ -201,7 +217,7 @@ class Excitation(Table):
             return (Band(0.0, _EVER),)
         return self.own_bands()
 
-    def shape(self, amplitude: float, power: int = 0) -> Amplitude:
+    def varied(self, amplitude: float, power: int = 0) -> Amplitude:
         """Amplitude against speed: given at its own speed, varied as the file says.
 
         `power` is the extra power of the frequency by which a velocity or an acceleration
@@ -237,9 +253,50 @@ class Excitation(Table):
         return grows and getattr(self, "amplitude_at", None) is None and not self.speed.is_one_speed
 
 
+class Transient(Excitation):
+    """An excitation that comes once and is over: a force on a body [N], or an acceleration of a base [m/s^2]."""
+
+    speed: NoSpeed = EVERYWHERE
+    inherent: ClassVar[bool] = True
+    sort: ClassVar[Sort] = "transient"
+
+    @property
+    def length(self) -> float:
+        """How long it lasts [s]."""
+        raise NotImplementedError
+
+    @property
+    def kick(self) -> float:
+        """Change of velocity of a base [m/s], or momentum of a body [N s], at the very beginning."""
+        return 0.0
+
+    def signal(self, time: FloatArray) -> FloatArray:
+        """Its value at times [s], shape of `time`; another road than `segments`."""
+        raise NotImplementedError
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        """Times at which its signal jumps or bends, its beginning and its end among them [s]; of samples the ends."""
+        raise NotImplementedError
+
+    @property
+    def step(self) -> float:
+        """Time between its samples [s]; infinite where it has none."""
+        return math.inf
+
+    @property
+    def even(self) -> bool:
+        """Whether it is given by samples that are evenly spaced."""
+        return False
+
+    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
+        """None: what comes once has no lines."""
+        return ()
+
+
 def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Amplitude) -> Line:
     """A line along `direction`, leading by `phase` [rad]."""
     return Line(order, direction * np.exp(1j * phase), amplitude)
 
 
-__all__ = ["Excitation", "OneSpeed", "Speeds", "Varies", "unit_line"]
+__all__ = ["Excitation", "NoSpeed", "OneSpeed", "Speeds", "Transient", "Varies", "unit_line"]

@@ -25,4 +25,4 @@ class Force(Directed):
     amplitude_at: OneSpeed | None = None
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
-        return (unit_line(1.0, direction, 0.0, self.shape(self.amplitude.value)),)
+        return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)

@@ -56,7 +56,7 @@ class Harmonics(Directed):
                 one.order.value,
                 direction,
                 one.phase.value if one.phase is not None else 0.0,
-                self.shape(one.amplitude.value),
+                self.varied(one.amplitude.value),
             )
             for one in self.harmonics
         )

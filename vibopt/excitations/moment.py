@@ -34,4 +34,4 @@ class Moment(Excitation):
         return super().acts if self.axis is None else about(self.on, self.axis)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
-        return (unit_line(1.0, direction, 0.0, self.shape(self.amplitude.value)),)
+        return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
-from vibopt.excitations.excitation import Excitation
-from vibopt.forms import Band, FloatArray, Line, Noise
+from vibopt.excitations.excitation import EVERYWHERE, Excitation
+from vibopt.forms import FloatArray, Line, Noise
 from vibopt.units import Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
 from vibopt.values.fields import complaint
-from vibopt.values.speeds import ROTATION
 
 FORCE, ACCELERATION, DISPLACEMENT = "force_density", "acceleration_density", "displacement_density"
-EVERYWHERE = SpeedRange((Band(0.0, math.inf),), ROTATION, "Hz")
 
 
 def _no_speed(given: object) -> object:
@@ -78,7 +75,7 @@ class WhiteNoise(Excitation):
     density: Density
     speed: NoSpeed = EVERYWHERE
     inherent = True
-    random = True
+    sort = "random"
 
     @property
     def quantity(self) -> str:

@@ -15,7 +15,7 @@ from vibopt.manual.topic import Section, Topic
 GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
     "Guides": (
-        "isolators", "absorbers", "space", "catalogues", "structures", "noise", "tolerances", "studies",
+        "isolators", "absorbers", "space", "catalogues", "structures", "noise", "shock", "tolerances", "studies",
         "balancing", "known_masses", "engines", "methods", "verification", "charts", "python", "formats",
     ),
     "Reference": ("excitations", "responses", "units", "refusals"),

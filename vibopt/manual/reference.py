@@ -48,10 +48,12 @@ def excitations() -> Iterator[Topic]:
     """A page for each kind of excitation."""
     for name, kind in EXCITATIONS.items():
         facts = [f"It acts on {_ONES.get(str(kind.family), 'a body or a base')}."]
-        if kind.inherent:
+        if kind.inherent and kind.sort == "steady":
             facts.append("It is known at every speed: no `varies`.")
-        if kind.random:
+        if kind.sort == "random":
             facts.append("It has no `speed`: it shakes at every frequency at once.")
+        if kind.sort == "transient":
+            facts.append("It has no `speed`: it comes once, over a machine at rest, and is over.")
         words = [
             f"# {name}",
             _said(kind),
@@ -222,14 +224,18 @@ def _facts(kind: type[Response]) -> str:
     facts = [size]
     if kind.harmonic:
         facts.append("Its value is the worst over all speeds that are looked at.")
-    elif kind.random:
+    elif kind.sort == "random":
         facts.append("It is the root mean square under white noise, whose mean squares add.")
+    elif kind.sort == "transient":
+        facts.append("It is the greatest size in time, free vibration behind the load included.")
     if kind.signed:
         facts.append("It has a sign and is only measured: no limit, no goal.")
     if kind.twin:
         facts.append(f"Of what moves in the other way ask `{kind.twin}`.")
     if kind.noise_twin:
         facts.append(f"Under white noise ask `{kind.noise_twin}`.")
+    if kind.transient_twin:
+        facts.append(f"Of what comes once ask `{kind.transient_twin}`.")
     if not kind.of_mount:
         facts.append(IN_SPACE[kind.in_space])
     return " ".join(facts)

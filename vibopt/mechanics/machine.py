@@ -76,6 +76,20 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
+class Course:
+    """Motion in time.
+
+    points
+        Displacement, velocity and acceleration of bodies and bases at each time, (3, n_times) [m, m/s, m/s^2].
+    forces
+        External force per body [N], (n_times,).
+    """
+
+    points: Mapping[str, FloatArray]
+    forces: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
 class Tuned:
     """What an absorber is compared with: a mass [kg] or [kg m^2], and a frequency [rad/s], 0 where there is none."""
 
@@ -278,6 +292,12 @@ class Machine:
         if point == GROUND or point not in motion.points:
             return np.zeros(motion.omega.shape, dtype=complex)
         return motion.points[point]
+
+    def joint_course(self, joint: Joint, course: Course) -> FloatArray:
+        """Force of the whole joint on its second end in time [N], (n_times,); positive along the coordinate."""
+        first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
+        apart = second - first
+        return np.asarray(-(joint.stiffness * apart[0] + joint.damping * apart[1] + joint.inertance * apart[2]))
 
     def force_into(self, place: str, motion: Motion) -> ComplexArray:
         """Dynamic force of all joints into a body, base or the ground [N].

@@ -224,6 +224,7 @@ class Convex:
         "ModeDamping": "is a damping ratio of several modes, which is not convex in stiffness and damping",
         "DecayRate": "is a decay rate, which is not convex in stiffness and damping",
         "RootMeanSquare": "is a mean square under white noise, which is not convex in stiffness and damping",
+        "PeakInTime": "is a peak in time, which is not convex in stiffness and damping",
         "StaticLoad": "is a part of a rated load",
         "EnergyShare": "is a share of the energy of a mode, which is not convex in the stiffnesses",
         "ModeGap": "is a gap between natural frequencies, which is not convex in the stiffnesses",

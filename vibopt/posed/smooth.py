@@ -89,6 +89,7 @@ _WORDS = {
     "ModeGap": "is the least gap between neighbouring natural frequencies, which has a kink where two gaps are equal",
     "EnergyShare": "is the greatest share of several modes, which jumps where modes change places",
     "RootMeanSquare": "is a mean square under white noise: not a row for each speed but a matrix equation",
+    "PeakInTime": "is a peak in time: its instant is found by a search, and jumps from one peak to another",
     "StaticForce": "is a static force with its sign, which is no power of the variables and may be zero",
 }
 

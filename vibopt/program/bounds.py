@@ -18,6 +18,7 @@ from vibopt.forms import (
     ModeGap,
     Modulus,
     Monomials,
+    PeakInTime,
     RootMeanSquare,
     StaticForce,
     StaticLoad,
@@ -53,7 +54,7 @@ class FormBounds:
         if isinstance(self.form, Modulus):
             several = sum(len(drive.lines) for drive in self.form.drives) > 1
             return not (self.form.combine == "peak" and several)
-        if isinstance(self.form, RootMeanSquare | DecayRate | StaticForce | ModeGap | EnergyShare):
+        if isinstance(self.form, RootMeanSquare | PeakInTime | DecayRate | StaticForce | ModeGap | EnergyShare):
             return False
         return not isinstance(self.form, ModeDamping) or self.model.n_free == 1
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Form, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.forms import Drive, FloatArray, Form, Modulus, Monomials, PeakInTime, StaticLoad, StaticRow
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.program.reduce import reduced
-from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
-from vibopt.scene.drives import combine_for, drives_for, noises_for
+from vibopt.scene.drives import combine_for, drives_for, noises_for, signals_for
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
@@ -139,6 +139,9 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         return response.form(model, drives, combine_for(scene, response))
     if isinstance(response, RandomResponse):
         return response.noise_form(model, noises_for(scene, response, model.points))
+    if isinstance(response, TransientResponse):
+        loads, segments = signals_for(scene, response, model.points, model.n_free)
+        return PeakInTime(response.output(model), loads, segments)
     return response.form(model, (), "sum")
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus, Output, RootMeanSquare, StaticForce, StaticRow
+from vibopt.forms import FloatArray, Form, Modulus, Output, PeakInTime, RootMeanSquare, StaticForce, StaticRow
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.records import dataclass
 
@@ -28,7 +28,7 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
-    if n == 1 or not isinstance(form, Modulus | StaticRow | StaticForce | RootMeanSquare):
+    if n == 1 or not isinstance(form, Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime):
         return model
     if isinstance(form, Modulus) and form.rigid_link:
         return model
@@ -69,7 +69,7 @@ _reached_last: dict[tuple[int, bool, bytes], _Reached] = {}
 """Of the last models: the loads of many limits are the same."""
 
 
-def _reached(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> _Reached:
+def _reached(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime) -> _Reached:
     static = isinstance(form, StaticRow | StaticForce)
     loads = _table(model, _loads(model, form))
     key = id(model), static, loads.tobytes()
@@ -99,7 +99,7 @@ def _table(model: Model, rows: list[FloatArray]) -> FloatArray:
     return np.array(rows).reshape(-1, model.n_coords).T[: model.n_free]
 
 
-def _read(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> list[FloatArray]:
+def _read(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime) -> list[FloatArray]:
     if isinstance(form, StaticRow):
         return [form.row]
     if isinstance(form, StaticForce):
@@ -107,11 +107,13 @@ def _read(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare
     return rows_of(model, form.output)
 
 
-def _loads(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare) -> list[FloatArray]:
+def _loads(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime) -> list[FloatArray]:
     if isinstance(form, StaticRow | StaticForce):
         return [term.vector for term in model.terms if term.kind == INERTIA and term.static_scale]
     if isinstance(form, RootMeanSquare):
         loads = [noise.vector for noise in form.noises]
+    elif isinstance(form, PeakInTime):
+        loads = list(form.loads.T)
     else:
         lines = [line.vector for drive in form.drives for line in drive.lines]
         loads = [part for one in lines for part in (one.real, one.imag) if part.any()]

@@ -24,6 +24,7 @@ from vibopt.forms import (
     Modulus,
     Monomials,
     Output,
+    PeakInTime,
     RootMeanSquare,
     StaticLoad,
     StaticRow,
@@ -120,6 +121,12 @@ def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
         return _static_slope(model, form.row, x) + plain_slope(model, form.factor, x)
     if isinstance(form, RootMeanSquare):
         return root_mean_square_slope(model, form, x)
+    if isinstance(form, PeakInTime):
+        from vibopt.program.in_time import peak_slope
+
+        found = peak_slope(model, form, x)
+        if found is not None:
+            return found
     pieces = pole_pieces(model, form, x) if isinstance(form, DecayRate | ModeDamping) else []
     if pieces and pieces[0][0] > 0.0:
         return pieces[0][1] / pieces[0][0]

@@ -22,6 +22,7 @@ from vibopt.forms import (
     Modulus,
     Monomials,
     Output,
+    PeakInTime,
     RootMeanSquare,
     StaticForce,
     StaticLoad,
@@ -80,6 +81,10 @@ def plain_value(model: Model, form: Form, x: FloatArray) -> float:
         from vibopt.program.mean_square import root_mean_square
 
         return root_mean_square(model, form, x)
+    if isinstance(form, PeakInTime):
+        from vibopt.program.in_time import peak_value
+
+        return peak_value(model, form, x)
     if isinstance(form, DecayRate):
         return float(decay_rates(model, p).min(initial=np.inf))
     assert isinstance(form, ModeDamping)

@@ -157,7 +157,7 @@ def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
 
     asked = {key: one for key, one in scene.limits.items() if isinstance(one, Stroke) and one.of == name}
     for excitation, table in scene.excitations.items():
-        if table.random or name not in _shaken(scene, table.on):
+        if table.sort != "steady" or name not in _shaken(scene, table.on):
             continue
         limit = next((key for key, one in asked.items() if excitation in names_for(scene, one)), "")
         response = asked.get(limit)
@@ -213,7 +213,7 @@ def strokes(design: Design) -> Strokes | None:
 def modes(design: Design) -> Modes | None:
     """Natural frequencies without and with absorbers; None without steady excitations."""
     scene = design.scene
-    steady = {name: one for name, one in scene.excitations.items() if not one.random}
+    steady = {name: one for name, one in scene.excitations.items() if one.sort == "steady"}
     if not has_absorbers(design) or not steady:
         return None
     chosen = chosen_in(design)

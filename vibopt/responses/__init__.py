@@ -15,7 +15,7 @@ A new response:
 both routes; `tests/generator` asks it of random scenes.
 """
 
-from vibopt.responses.response import HarmonicResponse, RandomResponse, Response
+from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.values.kinds import Kinds
 
 KINDS: Kinds[Response] = Kinds(
@@ -65,7 +65,12 @@ KINDS: Kinds[Response] = Kinds(
         "rms_acceleration": "random.RmsAcceleration",
         "rms_relative_displacement": "random.RmsRelativeDisplacement",
         "rms_force": "random.RmsForce",
+        "peak_displacement": "in_time.PeakDisplacement",
+        "peak_velocity": "in_time.PeakVelocity",
+        "peak_acceleration": "in_time.PeakAcceleration",
+        "peak_relative_displacement": "in_time.PeakRelativeDisplacement",
+        "peak_force": "in_time.PeakForce",
     },
 )
 
-__all__ = ["KINDS", "HarmonicResponse", "RandomResponse", "Response"]
+__all__ = ["KINDS", "HarmonicResponse", "RandomResponse", "Response", "TransientResponse"]

@@ -49,6 +49,7 @@ class Displacement(MotionOf):
     in_space: ClassVar[str] = "direction"
     twin: ClassVar[str] = "rotation"
     noise_twin: ClassVar[str] = "rms_displacement"
+    transient_twin: ClassVar[str] = "peak_displacement"
 
     def output(self, model: Model) -> Output:
         if self.direction is None:
@@ -70,6 +71,7 @@ class Velocity(Displacement):
     dimension: ClassVar[str] = "velocity"
     power: ClassVar[int] = 1
     noise_twin: ClassVar[str] = "rms_velocity"
+    transient_twin: ClassVar[str] = "peak_velocity"
 
 
 class Acceleration(Displacement):
@@ -78,6 +80,7 @@ class Acceleration(Displacement):
     dimension: ClassVar[str] = "acceleration"
     power: ClassVar[int] = 2
     noise_twin: ClassVar[str] = "rms_acceleration"
+    transient_twin: ClassVar[str] = "peak_acceleration"
 
 
 class RelativeDisplacement(HarmonicResponse):
@@ -94,6 +97,7 @@ class RelativeDisplacement(HarmonicResponse):
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "twist"
     noise_twin: ClassVar[str] = "rms_relative_displacement"
+    transient_twin: ClassVar[str] = "peak_relative_displacement"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"across": (self.across, "link")}

@@ -7,8 +7,20 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Band, Combine, ComplexArray, Drive, Form, Modulus, Noise, Output, RootMeanSquare
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.forms import (
+    Band,
+    Combine,
+    ComplexArray,
+    Drive,
+    FloatArray,
+    Form,
+    Modulus,
+    Noise,
+    Output,
+    RootMeanSquare,
+    Sort,
+)
+from vibopt.mechanics.machine import Course, Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.units import Quantity, plain, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
@@ -64,8 +76,11 @@ class Response(Table):
 
     moves
         "line" or "axis": it speaks of what moves along one, or about one; "" of either.
-    twin, noise_twin
-        The same question of what moves in the other way, and under white noise; "" where there is none.
+    twin, noise_twin, transient_twin
+        The same question of what moves in the other way, under white noise, and of what comes once; "" where there is
+        none.
+    sort
+        Of which excitations it speaks.
     in_space
         Asked of a body in space: "direction" or "axis" of a body or point, that must be said; "whole", of a body that
         says so itself; "place" of a body or point; "body" of a body alone; "" not at all.
@@ -104,12 +119,13 @@ class Response(Table):
     complement: ClassVar[bool] = False
     less_is_worse: ClassVar[bool] = False
     harmonic: ClassVar[bool] = False
-    random: ClassVar[bool] = False
+    sort: ClassVar[Sort] = "steady"
     signed: ClassVar[bool] = False
     unit_without: ClassVar[str] = ""
     moves: ClassVar[str] = ""
     twin: ClassVar[str] = ""
     noise_twin: ClassVar[str] = ""
+    transient_twin: ClassVar[str] = ""
     in_space: ClassVar[str] = ""
     of_link: ClassVar[bool] = False
     of_mount: ClassVar[str] = ""
@@ -284,7 +300,7 @@ class RandomResponse(Response):
     """
 
     due_to: tuple[str, ...] | None = None
-    random: ClassVar[bool] = True
+    sort: ClassVar[Sort] = "random"
 
     @model_validator(mode="before")
     @classmethod
@@ -322,6 +338,36 @@ class RandomResponse(Response):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         """Complex amplitude of the built machine in a given harmonic motion; another road than `output`."""
         return self.steady.measure(machine, motion)
+
+
+class TransientResponse(Response):
+    """Greatest size of a response over all time, under excitations that come once; before, the machine is at rest.
+
+    Several of them begin together and add up as they are.  `steady` is the same reading of a steady vibration.
+
+    Keys
+    ----
+    due_to: Only these excitations: `due_to = ["shock"]`. Without it all that come once.
+    """
+
+    due_to: tuple[str, ...] | None = None
+    sort: ClassVar[Sort] = "transient"
+
+    @property
+    def steady(self) -> HarmonicResponse:
+        """The same reading of a steady vibration."""
+        raise NotImplementedError
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return self.steady.places()
+
+    def output(self, model: Model) -> Output:
+        """The row that reads this response off the motion."""
+        return self.steady.output(model)
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        """The response of the built machine at the times of a course; another road than `output`."""
+        raise NotImplementedError
 
 
 def _without_rms(key: str, given: object) -> object:

@@ -77,6 +77,7 @@ class TransmittedForce(Transmitted):
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "transmitted_moment"
     noise_twin: ClassVar[str] = "rms_force"
+    transient_twin: ClassVar[str] = "peak_force"
     of_mount: ClassVar[str] = "each"
 
     def output(self, model: Model) -> Output:

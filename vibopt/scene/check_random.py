@@ -5,7 +5,7 @@ from __future__ import annotations
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.mechanics.builder import GROUND
-from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.check_speeds import reached
 from vibopt.scene.drives import names_for
@@ -14,23 +14,25 @@ from vibopt.scene.scene import Scene
 
 def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
     """Add what is wrong between a response and the noises of the scene; whether the rest is worth checking."""
-    if not isinstance(response, HarmonicResponse | RandomResponse):
+    if not isinstance(response, HarmonicResponse | RandomResponse | TransientResponse):
         return True
     if not _known(scene, path, response, mistakes, broken):
-        return not isinstance(response, RandomResponse)
-    wrong = [name for name in response.due_to or scene.excitations if scene.excitations[name].random != response.random]
+        return isinstance(response, HarmonicResponse)
+    wrong = [name for name in response.due_to or scene.excitations if scene.excitations[name].sort != response.sort]
     if wrong and (response.due_to or len(wrong) == len(scene.excitations)):
-        _misfit(path, response, wrong[0], mistakes)
+        _misfit(scene, path, response, wrong[0], mistakes)
         return False
     if isinstance(response, RandomResponse):
         _infinite(scene, path, response, mistakes, broken)
+    elif isinstance(response, TransientResponse):
+        _in_time(scene, path, response, mistakes, broken)
     return True
 
 
 def wrong_density(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     """Whether a white noise has a density of force on a base, or one of acceleration on a body; adds the mistake."""
     noise = scene.excitations[name]
-    if not noise.random:
+    if noise.sort != "random":
         return False
     force, what = noise.family == "bodies", "displacement" if noise.displaced else "acceleration"
     if noise.on not in (places.supports(scene) if force else places.moving(scene)):
@@ -47,42 +49,87 @@ def wrong_density(scene: Scene, name: str, mistakes: Mistakes) -> bool:
 
 
 def _known(
-    scene: Scene, path: Path, response: HarmonicResponse | RandomResponse, mistakes: Mistakes, broken: set[str]
+    scene: Scene,
+    path: Path,
+    response: HarmonicResponse | RandomResponse | TransientResponse,
+    mistakes: Mistakes,
+    broken: set[str],
 ) -> bool:
     """Whether there are excitations, and those of `due_to` among them; a steady response says so itself."""
-    random = isinstance(response, RandomResponse)
     hurt = any(one.startswith("excitations.") for one in broken)
-    if random and response.due_to == ():
+    if response.sort != "steady" and response.due_to == ():
         mistakes.add((*path, "due_to"), f"{dotted(path)}.due_to is an empty list. Name an excitation, or leave it out.")
-    elif random and not scene.excitations and not hurt:
+    elif response.sort != "steady" and not scene.excitations and not hurt:
+        what, kind = _ASKED[response.sort]
         mistakes.add(
             path,
-            f"{dotted(path)} is a response to white noise, but nothing shakes the machine. Add [excitations.NAME] "
-            'with kind = "white_noise".',
+            f"{dotted(path)} is a response to {what}, but nothing shakes the machine. Add [excitations.NAME] "
+            f'with kind = "{kind}".',
         )
     unknown = [name for name in response.due_to or () if name not in scene.excitations]
-    if random and unknown and not hurt:
+    if response.sort != "steady" and unknown and not hurt:
         mistakes.unknown_name((*path, "due_to"), unknown[0], "excitation", list(scene.excitations))
     return bool(scene.excitations) and response.due_to != () and not unknown and not hurt
 
 
-def _misfit(path: Path, response: HarmonicResponse | RandomResponse, name: str, mistakes: Mistakes) -> None:
-    """A steady response to white noise, or the other way round."""
-    key, twin = response.response, response.noise_twin
-    if isinstance(response, RandomResponse):
-        steady = response.steady.response
+def _misfit(
+    scene: Scene,
+    path: Path,
+    response: HarmonicResponse | RandomResponse | TransientResponse,
+    name: str,
+    mistakes: Mistakes,
+) -> None:
+    """A response of one sort of vibration that is asked of an excitation of another."""
+    sort = scene.excitations[name].sort
+    key, whose = response.response, f"excitations.{name} {_IS[sort]}"
+    steady = response if isinstance(response, HarmonicResponse) else response.steady
+    twin = {"steady": steady.response, "random": steady.noise_twin, "transient": steady.transient_twin}[sort]
+    other = _NAMED[response.sort]
+    way = (
+        f'Write response = "{twin}"{f", or name {other}" if response.sort != "steady" else ""}'
+        if twin
+        else (f"Name {other}")
+    )
+    there = "" if response.sort == "steady" and twin else " in due_to"
+    mistakes.add(path, f"{dotted(path)}: {key} is {_OF[response.sort]}, but {whose}. {way}{there}.")
+
+
+_ASKED = {"random": ("white noise", "white_noise"), "transient": ("what comes once", "pulse")}
+_OF = {
+    "steady": "of a steady vibration",
+    "random": "a root mean square under white noise",
+    "transient": "the greatest in time of what comes once",
+}
+_IS = {
+    "steady": "is a steady vibration",
+    "random": "is white noise, which has no amplitude",
+    "transient": "comes once and is over",
+}
+_NAMED = {"steady": "a steady excitation", "random": "a white noise", "transient": "a pulse, a drop or a record"}
+
+
+def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mistakes, broken: set[str]) -> None:
+    """What has no answer in time: loss factors, what turns, structures; and what no pulse reaches."""
+    check_lossy(scene, path, "greatest in time", mistakes)
+    names = names_for(scene, response)
+    if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
+        return
+    place = next((name for name, _ in response.places().values()), "")
+    ends = places.ends(scene)
+    near = {place, *ends.get(place, ())} & set(places.turning(scene))
+    if near or scene.structures:
+        what = f"looks at {min(near)}, which turns" if near else "asks in time of a machine on a structure"
+        mistakes.add(path, f"{dotted(path)} {what}. What comes once is answered for bodies on a line only, so far.")
+        return
+    if not reached(scene, path, response, names, mistakes):
+        return
+    moved = [name for name in names if scene.excitations[name].family == "bases"]
+    if moved and response.response == "peak_displacement":
         mistakes.add(
             path,
-            f"{dotted(path)}: {key} is a root mean square under white noise, but excitations.{name} is a steady "
-            f'vibration. Write response = "{steady}", or name a white noise in due_to.',
+            f"{dotted(path)} is infinite whatever the design: the base of excitations.{moved[0]}, whose acceleration "
+            f"is given, moves on behind it, and {place} with it. Ask for peak_relative_displacement across a link.",
         )
-        return
-    way = f'Write response = "{twin}"' if twin else "Name a steady excitation in due_to"
-    mistakes.add(
-        path,
-        f"{dotted(path)}: {key} is of a steady vibration, but excitations.{name} is white noise, which has no "
-        f"amplitude. {way}.",
-    )
 
 
 def check_lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None:

@@ -70,7 +70,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
         mistakes.add((*path, "worst"), f"{name} has worst, but {why} which value is the worst. Remove worst.")
     shaker = response.orders_of
     if shaker and path[0] == "limits":
-        known = [name for name, one in scene.excitations.items() if not one.random]
+        known = [name for name, one in scene.excitations.items() if one.sort == "steady"]
         said = f'"{shaker}", which is no excitation with a speed.{way_out(shaker, known)}'
         mistakes.add((*path, "outside"), f"{name}.outside speaks of orders of {said}")
     low, high = response.at_least, response.at_most
@@ -169,7 +169,7 @@ def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 
 def _find_all(scene: Scene, mistakes: Mistakes) -> None:
-    known = [f"{name}.speed" for name, one in scene.excitations.items() if not one.random]
+    known = [f"{name}.speed" for name, one in scene.excitations.items() if one.sort == "steady"]
     if scene.find_all not in known:
         mistakes.unknown_name(("goal", "find_all"), str(scene.find_all), "speed", known)
         return

@@ -11,7 +11,7 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.forms import FloatArray
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.modes import sag
-from vibopt.responses import RandomResponse, Response
+from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
@@ -191,8 +191,9 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
         return True
     way, axis = getattr(one, "direction", None), getattr(one, "axis", None)
     inside = place_in_space(scene, on)
-    if one.random and (inside or scene.mounts):
-        mistakes.add(path, f"excitations.{name} is white noise, which machines in space do not take yet. Remove it.")
+    if one.sort != "steady" and (inside or scene.mounts):
+        what = "white noise" if one.sort == "random" else f'of kind "{one.kind}"'
+        mistakes.add(path, f"excitations.{name} is {what}, which machines in space do not take yet. Remove it.")
         return True
     if one.family == "bases":
         carries = any(on in table.between for table in scene.mounts.values())
@@ -257,8 +258,9 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
     into = getattr(response, "into", None)
     ends = {end for table in scene.mounts.values() for end in table.between}
     way = getattr(response, "direction", None) or getattr(response, "axis", None)
-    if isinstance(response, RandomResponse) and (inside or group or into in ends):
-        mistakes.add(path, f"{where}: white noise is not supported for machines in space yet. Remove it.")
+    if response.sort != "steady" and (inside or group or into in ends):
+        what = "white noise" if response.sort == "random" else "what comes once"
+        mistakes.add(path, f"{where}: {what} is not supported for machines in space yet. Remove it.")
         return True
     whole = response.in_space == "whole"
     if whole and name in places.moving(scene) and name not in bodies_in_space(scene):

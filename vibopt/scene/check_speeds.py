@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path
-from vibopt.responses import HarmonicResponse, RandomResponse
+from vibopt.responses import HarmonicResponse, RandomResponse, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.scene import Scene
@@ -152,7 +152,11 @@ def _joined(scene: Scene) -> bool:
 
 
 def reached(
-    scene: Scene, path: Path, response: HarmonicResponse | RandomResponse, names: tuple[str, ...], mistakes: Mistakes
+    scene: Scene,
+    path: Path,
+    response: HarmonicResponse | RandomResponse | TransientResponse,
+    names: tuple[str, ...],
+    mistakes: Mistakes,
 ) -> bool:
     """Whether something arrives at a response; where nothing does it is a mistake, and not a limit that holds."""
     before = len(mistakes.found)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.excitations import Excitation
-from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Noise, Piece
-from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.excitations.signals import together
+from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Noise, Piece, Segment
+from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
@@ -26,16 +27,27 @@ if TYPE_CHECKING:
 UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
 
 
-def names_for(scene: Scene, response: HarmonicResponse | RandomResponse) -> tuple[str, ...]:
-    """Excitations that the response counts: those in `due_to`, else all of its sort, steady or random."""
+def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | TransientResponse) -> tuple[str, ...]:
+    """Excitations that the response counts: those in `due_to`, else all of its sort: steady, random or transient."""
     if response.due_to is not None:
         return response.due_to
-    return tuple(name for name, one in scene.excitations.items() if one.random == response.random)
+    return tuple(name for name, one in scene.excitations.items() if one.sort == response.sort)
 
 
 def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
     """The white noises that the response counts; `points` are rows of the model by name, (n_coords,) each."""
     return tuple(scene.excitations[name].noise(name, points) for name in names_for(scene, response))
+
+
+def signals_for(
+    scene: Scene, response: TransientResponse, points: Mapping[str, FloatArray], n_free: int
+) -> tuple[FloatArray, tuple[Segment, ...]]:
+    """What the response counts in time: the coordinates that it acts on, (n_coords, n_signals), and the signals."""
+    every = [scene.excitations[name] for name in names_for(scene, response)]
+    rows = np.array([row_of(one, points) for one in every]).T
+    forces = np.array([one.family == "bodies" for one in every])
+    acts = np.arange(len(rows))[:, None] < n_free
+    return np.where(acts == forces, rows, 0.0), together([one.segments() for one in every])
 
 
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:
@@ -135,7 +147,7 @@ def with_own_bounds(
 def _banded(limit: Response, excitations: Mapping[str, Excitation]) -> Response:
     """Orders stay where the excitation that they name is none, or has no speed."""
     shaker = excitations.get(limit.orders_of)
-    return limit if shaker is None or shaker.random else limit.at_orders(shaker.own_bands())
+    return limit if shaker is None or shaker.sort != "steady" else limit.at_orders(shaker.own_bands())
 
 
 def _bounded(limit: Response, mounts: Mapping[str, MountTable]) -> Response:

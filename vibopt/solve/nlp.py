@@ -18,6 +18,7 @@ from vibopt.forms import (
     ModeDamping,
     ModeGap,
     Modulus,
+    PeakInTime,
     RootMeanSquare,
     StaticForce,
 )
@@ -107,7 +108,7 @@ def _first(good: list[tuple[float, tuple[float, ...]]]) -> tuple[float, tuple[fl
 def sampleable(program: Program) -> bool:
     """Whether the sampled program says more than first slopes at one design: no poles and no mean squares in it."""
     return not any(
-        isinstance(part.form, DecayRate | RootMeanSquare | StaticForce | ModeGap | EnergyShare)
+        isinstance(part.form, DecayRate | RootMeanSquare | PeakInTime | StaticForce | ModeGap | EnergyShare)
         or (isinstance(part.form, ModeDamping) and part.model.n_free > 1)
         for part in program.parts
     )

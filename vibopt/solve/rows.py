@@ -20,6 +20,7 @@ from vibopt.forms import (
     ModeGap,
     Modulus,
     Monomials,
+    PeakInTime,
     RootMeanSquare,
     StaticForce,
     StaticLoad,
@@ -39,7 +40,7 @@ _MOST_DEGREE = 4
 def single_lines(limit: Limit) -> bool:
     """Whether a limit is one harmonic of one excitation, or knows neither speeds nor poles nor noise."""
     form = limit.form
-    if isinstance(form, DecayRate | RootMeanSquare | StaticForce | StaticLoad | ModeGap | EnergyShare):
+    if isinstance(form, DecayRate | RootMeanSquare | PeakInTime | StaticForce | StaticLoad | ModeGap | EnergyShare):
         return False
     if isinstance(form, Modulus):
         return (

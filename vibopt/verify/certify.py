@@ -20,7 +20,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.modal import WORTH
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import dataclass
-from vibopt.responses import HarmonicResponse, RandomResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
@@ -72,6 +72,11 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
         from vibopt.verify.rms import rms_of
 
         return Measured(rms_of(scene, machine, response), {}, response)
+    if isinstance(response, TransientResponse):
+        from vibopt.verify.in_time import peak_in_time
+
+        value, times = peak_in_time(scene, machine, response)
+        return Measured(value, times, response)
     if response.outside_bands:
         return Measured(_nearest_mode(machine, response.outside_bands), {}, response)
     return Measured(response.measure_static(machine), {}, response)

@@ -178,6 +178,8 @@ def _checked(scene: Scene, found: Measured, name: str, response: Response, side:
 
 def _speed(scene: Scene, name: str, omega: float) -> Entry:
     excitation = scene.excitations[name]
+    if excitation.sort == "transient":
+        return Entry(omega, "time", "")
     dimension = excitation.speed.dimension
     return Entry(excitation.from_rotation(omega), dimension, excitation.speed.unit)
 

@@ -210,6 +210,34 @@ class BaseMotionWords(Varied, total=False):
     acceleration: Bound
 
 
+class PulseWords(TypedDict, total=False):
+    """Words of a pulse."""
+
+    amplitude: Bound
+    acceleration: Bound
+    duration: Bound
+    frequency: Bound
+    damping_ratio: Bound
+    times: int
+    every: Bound
+
+
+class DropWords(TypedDict, total=False):
+    """Words of a drop."""
+
+    height: Bound
+    velocity_change: Bound
+    rebound: Bound
+
+
+class RecordWords(TypedDict, total=False):
+    """Words of a record."""
+
+    column: str
+    interval: Bound
+    factor: Bound
+
+
 class RoadWords(TypedDict, total=False):
     """Wavelength [m] or wavenumber [rad/m]."""
 
@@ -348,6 +376,20 @@ class Machine(Responses):
     def white_noise(self, name: str, *, on: str, density: Bound) -> None:
         """White noise: a force on a body ("100 N²/Hz") or the acceleration of a base, one-sided density per Hz."""
         self._add("excitations", name, {"kind": "white_noise", "on": on, "density": density})
+
+    def pulse(self, name: str, *, on: str, shape: str, **words: Unpack[PulseWords]) -> None:
+        """A pulse of force on a body or of acceleration of a base.  Words: amplitude or acceleration; duration, or
+        frequency and damping_ratio of a decaying sine; times, every.
+        """
+        self._add("excitations", name, dict(kind="pulse", on=on, shape=shape, **words))
+
+    def drop(self, name: str, *, on: str, **words: Unpack[DropWords]) -> None:
+        """The velocity of a base changes at once.  Words: height and rebound, or velocity_change."""
+        self._add("excitations", name, dict(kind="drop", on=on, **words))
+
+    def record(self, name: str, *, on: str, file: str, **words: Unpack[RecordWords]) -> None:
+        """A record of force on a body or of acceleration of a base, a CSV file.  Words: column, interval, factor."""
+        self._add("excitations", name, dict(kind="record", on=on, file=file, **words))
 
     def device(self, family: str, name: str, **words: object) -> None:
         """A device of any family, by the words of a file: what `[FAMILY.NAME]` and its keys say."""

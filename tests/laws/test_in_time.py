@@ -1,0 +1,299 @@
+"""What comes once: closed forms of the literature, a Runge-Kutta route, and laws of peaks in time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.errors import InputError
+from vibopt.excitations.pulse import Pulse, Shape
+from vibopt.excitations.signals import line, sine, together
+from vibopt.forms import FloatArray, Segment
+from vibopt.mechanics.transient import Reading, Transient
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
+NOTHING = np.zeros(1)
+
+
+def lone(k: float, c: float, *segments: Segment) -> Transient:
+    """1 kg on a spring and a damper, pushed."""
+    return Transient(np.eye(1), np.array([[c]]), np.array([[k]]), 1, np.eye(1), segments)
+
+
+def place(n: int = 1, power: int = 0) -> Reading:
+    return Reading(np.eye(n)[0], np.zeros(n), np.zeros(n), power)
+
+
+@pytest.mark.parametrize("turns", [0.1, 0.4, 0.75, 1.5, 3.3, 12.0])
+def test_a_half_sine_on_an_undamped_mass_is_as_in_the_books(turns: float) -> None:
+    """Peak over static displacement with w / w_n = 1 / (2 turns), primary or residual (Harris, chapter 8)."""
+    length = 2.0 * np.pi * turns
+    r = np.pi / length
+    residual = 2.0 * r * abs(np.cos(0.5 * length)) / abs(1.0 - r * r)
+    times = np.linspace(0.0, length, 200_001)
+    primary = np.abs((np.sin(r * times) - r * np.sin(times)) / (1.0 - r * r)).max()
+    found = lone(1.0, 0.0, sine(length, 1.0, 0.0, np.pi)).peak(place()).value
+    assert abs(found) == pytest.approx(max(residual, primary), rel=1e-8)
+
+
+def test_the_greatest_of_all_half_sines_and_rectangles() -> None:
+    """1.768 at 0.81 periods (Harris); 2 for a rectangle of half a period or longer, 2 sin(pi t / T) for a shorter."""
+    most = max(
+        abs(lone(1.0, 0.0, sine(2.0 * np.pi * turns, 1.0, 0.0, np.pi)).peak(place()).value)
+        for turns in np.linspace(0.7, 0.9, 81)
+    )
+    assert most == pytest.approx(1.768, abs=5e-4)
+    for turns in (0.05, 0.3, 0.5, 2.2):
+        found = lone(1.0, 0.0, line(2.0 * np.pi * turns, 1.0, 1.0)).peak(place()).value
+        assert abs(found) == pytest.approx(2.0 if turns >= 0.5 else 2.0 * np.sin(np.pi * turns), rel=1e-10)
+
+
+@few
+@given(seed=st.integers(0, 10_000), count=st.integers(1, 4), shape=st.sampled_from(get_args(Shape)), free=st.booleans())
+def test_no_simulation_finds_a_higher_peak(seed: int, count: int, shape: str, free: bool) -> None:
+    """Chains under any pulse: a fine trapezoidal rule comes near the peak and never beyond; slopes are differences."""
+    rng = np.random.default_rng(seed)
+    mass = np.diag(10.0 ** rng.uniform(-1, 1, count))
+    table = np.eye(count) - np.eye(count, k=-1)
+    springs, dampers = 10.0 ** rng.uniform(1, 3, count), 10.0 ** rng.uniform(-2, 0.7, count)
+    if free and count > 1:
+        springs[0] = dampers[0] = 0.0
+    stiff, damped = ((table.T * one) @ table for one in (springs, dampers))
+    rate = float(np.sqrt(np.linalg.eigvalsh(np.linalg.solve(mass, stiff)).max()))
+    length = 10.0 ** rng.uniform(-1.0, 1.0) * 2.0 * np.pi / rate
+    words = {"frequency": f"{0.2 * rate} rad/s", "damping_ratio": 0.3} if "decaying" in shape else {}
+    pulse = Pulse(kind="pulse", on="a", shape=shape, amplitude="1 N", **(words or {"duration": f"{length!r} s"}))
+    row = table[-1] if free and count > 1 else np.eye(count)[-1]
+    machine = Transient(mass, damped, stiff, count, np.eye(count)[:, :1], pulse.segments())
+    reading = Reading(row, np.zeros(count), np.zeros(count))
+    found = machine.peak(reading)
+    end = pulse.length + 12.0 * np.pi / rate
+    values = simulated(mass, damped, stiff, pulse, row, end)
+    assert np.abs(values).max() <= abs(found.value) * (1.0 + 1e-4)
+    if not found.held and found.time < end:
+        assert np.abs(values).max() >= abs(found.value) * (1.0 - 1e-3)
+    other = [
+        Transient(mass, damped, stiff * (1.0 + step), count, np.eye(count)[:, :1], pulse.segments()).peak(reading).value
+        for step in (-1e-5, 1e-5)
+    ]
+    slope = Transient(mass, damped, stiff * (1.0 + 1e-30j), count, np.eye(count)[:, :1], pulse.segments()).at(
+        reading, found
+    )
+    if not found.held and abs(sum(np.abs(other)) - 2.0 * abs(found.value)) < 1e-8 * abs(found.value):
+        assert slope.imag / 1e-30 == pytest.approx((other[1] - other[0]) / 2e-5, rel=1e-3, abs=1e-6 * abs(found.value))
+
+
+def simulated(
+    mass: FloatArray, damped: FloatArray, stiff: FloatArray, pulse: Pulse, row: FloatArray, end: float
+) -> FloatArray:
+    """Newmark's average acceleration with 10 000 steps of one length."""
+    count = len(mass)
+    times, step = np.linspace(0.0, end, 10_001, retstep=True)
+    loads = pulse.signal(times)
+    whole = np.linalg.inv(mass + 0.5 * step * damped + 0.25 * step**2 * stiff)
+    x, v = np.zeros(count), np.zeros(count)
+    push = np.eye(count)[0]
+    a = np.linalg.solve(mass, push * loads[0])
+    found = np.zeros(len(times))
+    for i, load in enumerate(loads[1:], start=1):
+        x_next, v_next = x + step * v + 0.25 * step**2 * a, v + 0.5 * step * a
+        a = whole @ (push * load - damped @ v_next - stiff @ x_next)
+        x, v = x_next + 0.25 * step**2 * a, v_next + 0.5 * step * a
+        found[i] = row @ x
+    return found
+
+
+@few
+@given(parts=st.lists(st.floats(0.05, 2.0), min_size=1, max_size=5), k=st.floats(0.1, 50.0), c=st.floats(0.0, 20.0))
+def test_a_ramp_cut_into_pieces_is_the_same_ramp(parts: list[float], k: float, c: float) -> None:
+    total = sum(parts)
+    ends = np.concatenate([[0.0], np.cumsum(parts)]) / total
+    cut = [line(one, low, high) for one, low, high in zip(parts, ends, ends[1:], strict=False)]
+    whole, pieces = lone(k, c, line(total, 0.0, 1.0)).peak(place()), lone(k, c, *cut).peak(place())
+    assert pieces.value == pytest.approx(whole.value, rel=1e-9)
+    assert pieces.time == pytest.approx(whole.time, rel=1e-4, abs=1e-4 * total)
+
+
+def test_extremes_of_length_damping_and_count_keep_their_digits() -> None:
+    """A pulse of a millionth of a period is a blow, one of a thousand is static; 1 000 times critical damping."""
+    blow = lone(1.0, 0.0, sine(1e-6, 1.0, 0.0, np.pi)).peak(place())
+    assert abs(blow.value) == pytest.approx(2e-6 / np.pi, rel=1e-9)
+    slow = lone(1.0, 1e-3, sine(2e3 * np.pi, 1.0, 0.0, np.pi)).peak(place())
+    assert abs(slow.value) == pytest.approx(1.0, rel=1e-3)
+    stiff = lone(1.0, 2e3, line(1.0, 1.0, 1.0)).peak(place())
+    assert abs(stiff.value) == pytest.approx((1.0 - 1.0 / 2e3) / 2e3, rel=1e-3)
+
+
+def test_several_signals_begin_together_and_add_up() -> None:
+    long, short = (sine(2.0, 3.0, 0.0, np.pi),), (line(0.3, 0.0, 5.0), line(0.4, 5.0, 0.0))
+    both = Transient(np.eye(1), np.eye(1), 9.0 * np.eye(1), 1, np.ones((1, 2)), together([long, short]))
+    times = np.linspace(0.0, 6.0, 61)
+    alone = [
+        Transient(np.eye(1), np.eye(1), 9.0 * np.eye(1), 1, np.eye(1), one).history(place(), times)
+        for one in (long, short)
+    ]
+    assert both.history(place(), times) == pytest.approx(sum(alone), rel=1e-10, abs=1e-14)
+
+
+BOX: dict[str, Any] = {
+    "title": "instrument in its box",
+    "bases": {"box": {}},
+    "bodies": {"instrument": {"mass": "10 kg"}},
+    "links": {"foam": {"between": ["instrument", "box"], "stiffness": "30 kN/m", "damping": "300 N s/m"}},
+    "excitations": {"fall": {"kind": "drop", "on": "box", "height": "0.3 m"}},
+    "measures": {
+        "acceleration": {"response": "peak_acceleration", "of": "instrument"},
+        "rattle": {"response": "peak_relative_displacement", "across": "foam"},
+        "force": {"response": "peak_force", "through": "foam"},
+        "whole": {"response": "peak_force", "into": "instrument"},
+    },
+}
+
+
+def told(document: dict[str, Any]) -> dict[str, float]:
+    """Values of the measures; both routes agree on them."""
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    return {name: one.value.value for name, one in answer.measures.items()}
+
+
+def test_an_undamped_drop_turns_all_its_speed_into_the_spring() -> None:
+    foam = {"between": ["instrument", "box"], "stiffness": "30 kN/m"}
+    found = told({**BOX, "links": {"foam": foam}})
+    speed, omega = np.sqrt(2.0 * 9.80665 * 0.3), np.sqrt(3e3)
+    assert found["acceleration"] == pytest.approx(speed * omega, rel=1e-9)
+    assert found["rattle"] == pytest.approx(speed / omega, rel=1e-9)
+    assert found["force"] == pytest.approx(found["whole"], rel=1e-9)
+    document = {**BOX, "links": {"foam": foam}, "excitations": {"fall": {**BOX["excitations"]["fall"], "rebound": 0.4}}}
+    assert told(document)["rattle"] == pytest.approx(1.4 * speed / omega, rel=1e-9)
+
+
+@pytest.mark.parametrize("shape", get_args(Shape))
+def test_every_pulse_has_one_value_by_both_routes(shape: str) -> None:
+    words = {"frequency": "12 Hz", "damping_ratio": 0.2} if "decaying" in shape else {"duration": "25 ms"}
+    pulse = {"kind": "pulse", "on": "box", "shape": shape, "acceleration": "30 m/s²", **words}
+    again = {} if "decaying" in shape else {"times": 2, "every": "60 ms"}
+    found = told({**BOX, "excitations": {"shock": {**pulse, **again}}})
+    assert 0.0 < found["rattle"] < 1.0
+
+
+def test_a_record_of_straight_lines_is_the_pulse_of_straight_lines(tmp_path: Path) -> None:
+    file = tmp_path / "record.csv"
+    file.write_text("time [ms];acceleration [g]\n0;0\n10;2\n20;0\n", encoding="utf-8")
+    record = {"kind": "record", "on": "box", "file": str(file), "factor": 1.5}
+    pulse = {"kind": "pulse", "on": "box", "shape": "triangle", "acceleration": "3 g", "duration": "20 ms"}
+    one, other = (told({**BOX, "excitations": {"shock": shock}}) for shock in (record, pulse))
+    assert one == pytest.approx(other, rel=1e-9)
+
+
+def test_the_best_spring_and_damper_for_a_drop_are_those_of_the_books() -> None:
+    """Least peak acceleration for a rattle space: a d / v^2 = 0.521 at a damping ratio of 0.404 (Sevin and Pilkey)."""
+    document = {
+        **BOX,
+        "links": {
+            "foam": {
+                "between": ["instrument", "box"],
+                "stiffness": {"from": "1 kN/m", "to": "1 MN/m"},
+                "damping": {"from": "10 N s/m", "to": "10 kN s/m"},
+            }
+        },
+        "limits": {"rattle": {"response": "peak_relative_displacement", "across": "foam", "at_most": "40 mm"}},
+        "goal": {"minimise": "peak_acceleration", "of": "instrument"},
+    }
+    del document["measures"]
+    answer = vo.solve(vo.from_dict(document), explain=False)
+    assert answer.status in ("optimal", "feasible")
+    k, c = (answer.variables[f"links.foam.{word}"].value.value for word in ("stiffness", "damping"))
+    assert c / (2.0 * np.sqrt(10.0 * k)) == pytest.approx(0.404, abs=2e-3)
+    assert answer.goal is not None
+    assert answer.goal[1].value * 0.04 / (2.0 * 9.80665 * 0.3) == pytest.approx(0.521, abs=1e-3)
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "steady": (
+        {"measures": {"a": {"response": "displacement", "of": "instrument"}}},
+        "measures.a: displacement is of a steady vibration, but excitations.fall comes once and is over. Write "
+        'response = "peak_displacement".',
+    ),
+    "infinite": (
+        {"measures": {"a": {"response": "peak_displacement", "of": "instrument"}}},
+        "measures.a is infinite whatever the design: the base of excitations.fall, whose acceleration is given, moves "
+        "on behind it, and instrument with it. Ask for peak_relative_displacement across a link.",
+    ),
+    "lossy": (
+        {"links": {"foam": {"between": ["instrument", "box"], "stiffness": "30 kN/m", "loss_factor": 0.1}}},
+        "measures.acceleration asks for the greatest in time, but links.foam has a loss_factor, which speaks of steady "
+        "harmonic motion only. Give it damping or damping_ratio instead.",
+    ),
+    "speed": (
+        {"excitations": {"fall": {"kind": "drop", "on": "box", "height": "0.3 m", "speed": "20 Hz"}}},
+        'excitations.fall.speed = "20 Hz" is a speed, but this kind of excitation has none. Leave it out.',
+    ),
+    "nothing": (
+        {"excitations": {"fall": {"kind": "drop", "on": "box"}}},
+        'excitations.fall needs one of height and velocity_change. Write height = "0.5 m".',
+    ),
+    "zero": (
+        {
+            "excitations": {
+                "s": {"kind": "pulse", "on": "box", "shape": "sine", "acceleration": "1 g", "duration": "0 s"}
+            }
+        },
+        'excitations.s.duration = "0 s" is not greater than zero. Write a positive value, for example "0.2 s".',
+    ),
+    "too often": (
+        {
+            "excitations": {
+                "s": {
+                    "kind": "pulse", "on": "box", "shape": "sine", "acceleration": "1 g", "duration": "1 s", "times": 3,
+                    "every": "0.5 s",
+                }
+            }
+        },
+        "excitations.s comes again before it is over. Write a longer every, or two excitations.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_makes_no_sense_in_time_is_refused(name: str) -> None:
+    change, message = WRONG[name]
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**BOX, **change})
+    assert f"scene: {message}" in refused.value.messages
+
+
+BAD: dict[str, tuple[str, str]] = {
+    "unit": ("time [s];acceleration\n0;1\n1;2\n2;0\n", 'record.csv, column "acceleration", says no unit. Write it into '
+        'the heading: "acceleration [m/s²]", or [g] for gravity, or [N].'),
+    "again": ("time [s];a [g]\n0;1\n1;2\n1;0\n", "record.csv row 4: the time does not rise from the row before. Sort "
+        "the rows, each time once."),
+    "nan": ("time [s];a [g]\n0;1\n1;nan\n2;0\n", 'record.csv row 3: "nan" is no number. Every sample needs its value; '
+        "remove the row or mend it."),
+    "empty": ("time [s];a [g]\n0;1\n1;\n2;0\n", "record.csv row 3: there is no number. Every sample needs its value; "
+        "remove the row or mend it."),
+    "no time": ("a [g]\n1\n2\n0\n", 'record.csv needs either a column "time [s]" or interval in the problem file, and '
+        'not both. Write interval = "5 ms" where samples are evenly spaced.'),
+    "short": ("time [s];a [g]\n0;1\n", "record.csv has no heading and two samples. Write a heading with units, and "
+        "a row a sample."),
+    "several": ("time [s];a [g];b [g]\n0;1;1\n1;2;1\n2;0;1\n", "record.csv has several columns. Write column = one of "
+        '"a", "b".'),
+    "gap": ("time [s];a [g]\n0;1\n1;2\n2;0\n3;0\n90;0\n", "record.csv row 6: more than 20 samples are missing before "
+        "it. Fill the gap, or cut the record."),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_record_that_cannot_be_used_is_refused(name: str, tmp_path: Path) -> None:
+    text, message = BAD[name]
+    (tmp_path / "record.csv").write_text(text, encoding="utf-8")
+    record = {"kind": "record", "on": "box", "file": str(tmp_path / "record.csv")}
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**BOX, "excitations": {"fall": record}})
+    assert f"scene: excitations.fall {message}" in refused.value.messages

@@ -1,0 +1,153 @@
+"""Pulses: a force on a body or the acceleration of a base that comes, once or a few times, and is over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from vibopt.excitations.excitation import Transient
+from vibopt.excitations.signals import line, sine
+from vibopt.forms import FloatArray, Segment
+from vibopt.values import Fact, number, word
+
+Shape = Literal[
+    "half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth", "decaying sine"
+]
+_MOST = 1000
+_ROUNDING = 1e-12
+_FADED = 36.0
+"""Decay after which a sine is rounding."""
+_PARTS: dict[str, Callable[[float], tuple[Segment, ...]]] = {
+    "half sine": lambda length: (sine(length, 1.0, 0.0, np.pi),),
+    "versed sine": lambda length: (sine(length, 0.5, -0.5 * np.pi, 2.0 * np.pi, offset=0.5),),
+    "sine": lambda length: (sine(length, 1.0, 0.0, 2.0 * np.pi),),
+    "rectangle": lambda length: (line(length, 1.0, 1.0),),
+    "triangle": lambda length: (line(0.5 * length, 0.0, 1.0), line(0.5 * length, 1.0, 0.0)),
+    "rising sawtooth": lambda length: (line(length, 0.0, 1.0),),
+    "falling sawtooth": lambda length: (line(length, 1.0, 0.0),),
+}
+_VALUES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "half sine": lambda part: np.sin(np.pi * part),
+    "versed sine": lambda part: np.sin(np.pi * part) ** 2,
+    "sine": lambda part: np.sin(2.0 * np.pi * part),
+    "rectangle": lambda part: np.ones(part.shape),
+    "triangle": lambda part: 1.0 - np.abs(2.0 * part - 1.0),
+    "rising sawtooth": lambda part: part,
+    "falling sawtooth": lambda part: 1.0 - part,
+}
+"""Against the part of its duration that is over: for the second route, without any segment."""
+
+
+class Pulse(Transient):
+    """`kind = "pulse"`: a force on a body, or an acceleration of a base, that comes once or a few times and is over.
+
+    Keys
+    ----
+    shape: How it rises and falls: `shape = "half sine"`.
+    amplitude: Greatest force, on a body. One of `amplitude` and `acceleration`.
+    acceleration: Greatest acceleration, of a base: `acceleration = "300 m/s²"`.
+    duration: How long one pulse takes: `duration = "11 ms"`. One of `duration` and, of a decaying sine, `frequency`.
+    frequency: Of a decaying sine: `frequency = "10 Hz"`.
+    damping_ratio: Of a decaying sine, sin(w t) e^(-damping_ratio w t): `damping_ratio = 0.1`.
+    times: How often it comes: `times = 3`.
+    every: Time from one beginning to the next: `every = "0.5 s"`.
+    """
+
+    shape: Shape
+    amplitude: Fact | None = number("force", choice=False)
+    acceleration: Fact | None = number("acceleration", choice=False)
+    duration: Fact | None = number("time", choice=False)
+    frequency: Fact | None = number("angular_rate", choice=False)
+    damping_ratio: Fact | None = number("ratio", choice=False)
+    times: int = 1
+    every: Fact | None = number("time", choice=False)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Pulse:
+        if (self.amplitude is None) == (self.acceleration is None):
+            raise word(
+                'needs one of amplitude, a force on a body, and acceleration, of a base. Write amplitude = "2 kN".'
+            )
+        fades = self.shape == "decaying sine"
+        if fades and (self.frequency is None or self.damping_ratio is None or self.duration is not None):
+            raise word(
+                "is a decaying sine, which has a frequency and a damping_ratio, and no duration. Write "
+                'frequency = "10 Hz" and damping_ratio = 0.1.'
+            )
+        if not fades and (self.duration is None or self.frequency is not None or self.damping_ratio is not None):
+            raise word(f'is a {self.shape}, which has a duration alone. Write duration = "11 ms".')
+        if not 1 <= self.times <= _MOST:
+            raise word(f"comes {self.times} times. Write a whole number from 1 to {_MOST}.")
+        if (self.times > 1) != (self.every is not None):
+            raise word('needs times and every together. Write times = 3 and every = "0.5 s".')
+        if self.every is not None and self.every.value < self.length:
+            raise word("comes again before it is over. Write a longer every, or two excitations.")
+        return self
+
+    @property
+    def length(self) -> float:
+        """How long one pulse takes [s]."""
+        if self.duration is not None:
+            return self.duration.value
+        assert self.frequency is not None
+        assert self.damping_ratio is not None
+        return _FADED / (self.frequency.value * self.damping_ratio.value)
+
+    @property
+    def size(self) -> float:
+        """Greatest force [N] or acceleration [m/s^2]."""
+        given = self.amplitude or self.acceleration
+        assert given is not None
+        return given.value
+
+    @property
+    def family(self) -> str:  # type: ignore[override]  # only the key tells force from motion
+        """Where it acts: a force on bodies, an acceleration of bases."""
+        return "bodies" if self.amplitude is not None else "bases"
+
+    @property
+    def _begins(self) -> list[float]:
+        """When each of the pulses begins [s]."""
+        return [count * self.every.value if self.every is not None else 0.0 for count in range(self.times)]
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        parts = (0.0, 0.5, 1.0) if self.shape == "triangle" else (0.0, 1.0)
+        return tuple(sorted({begin + part * self.length for begin in self._begins for part in parts}))
+
+    def segments(self) -> tuple[Segment, ...]:
+        own = _PARTS[self.shape](self.length) if self.frequency is None else (self._fading,)
+        rest = self.every.value - self.length if self.every is not None else 0.0
+        quiet = (line(rest, 0.0, 0.0),) if rest > _ROUNDING * self.length else ()
+        return tuple(_sized(one, self.size) for one in (*((*own, *quiet) * (self.times - 1)), *own))
+
+    @property
+    def _fading(self) -> Segment:
+        assert self.frequency is not None
+        return sine(self.length, 1.0, 0.0, self.frequency.value * self.length, decay=_FADED)
+
+    def signal(self, time: FloatArray) -> FloatArray:
+        total = np.zeros(time.shape)
+        for begin in self._begins:
+            own = time - begin
+            inside = (own >= 0.0) & (own <= self.length)
+            total[inside] += self._shape(own[inside])
+        return self.size * total
+
+    def _shape(self, time: FloatArray) -> FloatArray:
+        if self.frequency is None:
+            return _VALUES[self.shape](time / self.length)
+        assert self.damping_ratio is not None
+        turned = self.frequency.value * time
+        return np.asarray(np.exp(-self.damping_ratio.value * turned) * np.sin(turned))
+
+
+def _sized(one: Segment, size: float) -> Segment:
+    return replace(one, start=size * one.start)
+
+
+__all__ = ["Pulse"]

@@ -1,0 +1,206 @@
+"""A record: the acceleration of a base or a force on a body as it was measured, from a CSV file."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, WithJsonSchema, model_validator
+
+from vibopt.errors import InputError, QuantityError
+from vibopt.excitations.excitation import Transient
+from vibopt.excitations.signals import line
+from vibopt.files.reading import FileFault, stamp_of
+from vibopt.forms import FloatArray, Segment
+from vibopt.units import read_quantity
+from vibopt.values import Fact, number, word
+from vibopt.values.csv_tables import SHEET, Sheet, heading_of, sheet_of
+from vibopt.values.fields import complaint
+
+_MOST = 200_000
+_EVEN = 1e-6
+_GAP = 20.0
+"""Times the usual step beyond which samples are missing."""
+
+
+def _file(given: object, info: ValidationInfo) -> Path:
+    if isinstance(given, Path):
+        return given
+    if not isinstance(given, str):
+        raise complaint('is no file name. Write it in quotation marks: "record.csv".')
+    file = Path(getattr(given, "folder", "")) / given
+    try:
+        stamp_of(file, SHEET)
+    except FileFault as fault:
+        raise complaint(fault.text) from None
+    return file
+
+
+RecordFile = Annotated[
+    Path, BeforeValidator(_file), WithJsonSchema({"type": "string", "description": "a CSV file: time and value"})
+]
+
+
+class Record(Transient):
+    """`kind = "record"`: acceleration of a base or force on a body from a CSV file, straight between its samples.
+
+    Keys
+    ----
+    file: With a heading that says the unit, "acceleration [m/s²]" or "force [N]": `file = "record.csv"`. Times stand
+        in a column "time [s]", or the samples are one `interval` apart.
+    column: The heading of the column to take, where there are several: `column = "acceleration"`.
+    interval: Time from sample to sample, where the file has no column of times: `interval = "5 ms"`.
+    factor: By which the record is multiplied: `factor = 1.5`.
+    """
+
+    file: RecordFile
+    column: str | None = None
+    interval: Fact | None = number("time", choice=False)
+    factor: Fact | None = number("ratio", choice=False, sign="any")
+    _samples: tuple[FloatArray, FloatArray, str] = PrivateAttr()
+
+    @model_validator(mode="after")
+    def _read(self) -> Record:
+        try:
+            self._samples = _samples_of(self.file, self.column, self.interval.value if self.interval else None)
+        except InputError as error:
+            raise word(error.messages[0]) from None
+        return self
+
+    @property
+    def family(self) -> str:  # type: ignore[override]  # only the unit tells force from motion
+        """Where it acts: a force on bodies, an acceleration of bases."""
+        return "bodies" if self._samples[2] == "force" else "bases"
+
+    @property
+    def times(self) -> FloatArray:
+        """Of the samples [s], (n,), the first zero."""
+        return self._samples[0]
+
+    @cached_property
+    def values(self) -> FloatArray:
+        """Samples [N] or [m/s^2], (n,)."""
+        return self._samples[1] * (self.factor.value if self.factor is not None else 1.0)
+
+    @property
+    def length(self) -> float:
+        return float(self.times[-1])
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        return 0.0, self.length
+
+    @property
+    def step(self) -> float:
+        return float(np.diff(self.times).mean()) if self.even else float(np.diff(self.times).min())
+
+    def segments(self) -> tuple[Segment, ...]:
+        steps, values = np.diff(self.times), self.values.tolist()
+        if self.even:  # one length, which is stepped over at once
+            steps = np.full(len(steps), self.length / len(steps))
+        lengths = steps.tolist()
+        return tuple(
+            line(length, first, last) for length, first, last in zip(lengths, values, values[1:], strict=False)
+        )
+
+    @property
+    def even(self) -> bool:
+        """Whether its samples are evenly spaced, up to the digits of a file."""
+        steps = np.diff(self.times)
+        return bool(np.ptp(steps) <= _EVEN * steps.mean())
+
+    def signal(self, time: FloatArray) -> FloatArray:
+        value: FloatArray = np.asarray(np.interp(time, self.times, self.values, left=0.0, right=0.0), dtype=float)
+        return value
+
+
+def _samples_of(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
+    """Times from zero [s], values [SI], and what they are."""
+    sheet = sheet_of(file)
+    if len(sheet.rows) < 3:
+        raise InputError(f"{file.name} has no heading and two samples. Write a heading with units, and a row a sample.")
+    if len(sheet.rows) > _MOST:
+        raise InputError(f"{file.name} has {len(sheet.rows)} rows, more than the {_MOST} that are read.")
+    headings = [heading_of(one) for one in sheet.rows[0][1]]
+    names = [name.lower() for name, _ in headings]
+    at_time = next((i for i, name in enumerate(names) if name in ("time", "t")), None)
+    where = _column(file.name, headings, names, at_time, column)
+    scale, kind = _unit(file.name, headings[where])
+    values = _numbers(file.name, sheet, where) * scale
+    if (at_time is None) == (interval is None):
+        raise InputError(
+            f'{file.name} needs either a column "time [s]" or interval in the problem file, and not both. Write '
+            'interval = "5 ms" where samples are evenly spaced.'
+        )
+    if at_time is None:
+        return np.linspace(0.0, (len(values) - 1) * float(interval or 0.0), len(values)), values, kind
+    return _times(file.name, sheet, at_time, headings[at_time][1]), values, kind
+
+
+def _column(
+    file: str, headings: list[tuple[str, str]], names: list[str], at_time: int | None, column: str | None
+) -> int:
+    others = [i for i in range(len(headings)) if i != at_time]
+    if column is None and len(others) == 1:
+        return others[0]
+    if column is not None and column.lower() in names:
+        return names.index(column.lower())
+    known = ", ".join(f'"{headings[i][0]}"' for i in others)
+    said = f'has no column "{column}"' if column is not None else "has several columns"
+    raise InputError(f"{file} {said}. Write column = one of {known}.")
+
+
+def _unit(file: str, heading: tuple[str, str]) -> tuple[float, str]:
+    """SI value of one, and what it is."""
+    name, unit = heading
+    for kind in ("acceleration", "force"):
+        try:
+            return read_quantity(f"1 {unit}", kind).value, kind
+        except QuantityError:
+            continue
+    said = f'has the unit "{unit}", of neither an acceleration nor a force' if unit else "says no unit"
+    raise InputError(
+        f'{file}, column "{name}", {said}. Write it into the heading: "{name} [m/s²]", or [g] for gravity, or [N].'
+    )
+
+
+def _numbers(file: str, sheet: Sheet, where: int) -> FloatArray:
+    found = np.empty(len(sheet.rows) - 1)
+    for i, (row, cells) in enumerate(sheet.rows[1:]):
+        cell = cells[where] if where < len(cells) else ""
+        try:
+            value = float(sheet.number(cell))
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            said = f'"{cell[:30]}" is no number' if cell else "there is no number"
+            raise InputError(f"{file} row {row}: {said}. Every sample needs its value; remove the row or mend it.")
+        found[i] = value
+    return found
+
+
+def _times(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:
+    try:
+        scale = read_quantity(f"1 {unit}", "time").value
+    except QuantityError:
+        raise InputError(f'{file}, column "time", needs a unit of time. Write the heading "time [s]".') from None
+    times = _numbers(file, sheet, where) * scale
+    steps: Any = np.diff(times)
+    if (steps <= 0.0).any():
+        row = sheet.rows[2 + int(np.argmax(steps <= 0.0))][0]
+        raise InputError(
+            f"{file} row {row}: the time does not rise from the row before. Sort the rows, each time once."
+        )
+    wide = steps > _GAP * np.median(steps)
+    if wide.any():
+        row = sheet.rows[2 + int(np.argmax(wide))][0]
+        raise InputError(
+            f"{file} row {row}: more than {_GAP:g} samples are missing before it. Fill the gap, or cut the record."
+        )
+    return np.asarray(times - times[0])
+
+
+__all__ = ["Record"]

@@ -1,0 +1,338 @@
+"""Motion under loads that change with time, from rest, exactly; and its greatest value.
+
+Between two joints the load itself answers a linear system (a ramp, a sine, a decaying one), so that motion and load
+together follow z' = A z.  Behind the last joint the machine vibrates freely: the search goes on until its energy
+cannot lift the reading above what was found, and undamped modes that never fall in step count as in phase.
+
+Displacements are counted in mass-normalised coordinates and time in the inverse of the fastest rate, so that
+exponentials keep their digits.  States and readings take complex coefficients, too: an imaginary part is a slope.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from vibopt.forms import FloatArray, Segment
+from vibopt.mechanics.panels import Numbers, exponential, greatest
+from vibopt.records import dataclass
+
+_NOTHING = 1e-12
+"""Part of its size below which a state, a reading or a damping is rounding."""
+_SURE = 1e-13
+_FIRST, _WINDOWS = 4.0, 14
+"""Periods of the slowest motion in the first window behind the load; each further one is twice as long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """Greatest size of a reading: `value` with its sign [SI] at `time` [s]; infinite where it grows without end.
+
+    within, part
+        Index of the segment in which it lies, one past the last in the free vibration behind, and seconds from its
+        beginning.
+    held
+        Whether it is an upper bound: several undamped modes taken in phase.
+    """
+
+    value: float
+    time: float
+    within: int = 0
+    part: float = 0.0
+    held: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """row . u + rates . u' + inertia . u'', differentiated `power` times; rows (n_coords,), real or complex."""
+
+    row: Numbers
+    rates: Numbers
+    inertia: Numbers
+    power: int = 0
+
+
+@dataclass(frozen=True)
+class Transient:
+    """A linear machine at rest, and the load that then comes.
+
+    mass, damping, stiffness
+        Of all coordinates, those of the bases last, (n_coords, n_coords) [kg, N s/m, N/m].
+    n_free
+        Number of free coordinates.
+    loads
+        (n_coords, n_signals): force on free coordinates [N], acceleration of bases [m/s^2], for a signal of one.
+    segments
+        The signals.
+    """
+
+    mass: Numbers
+    damping: Numbers
+    stiffness: Numbers
+    n_free: int
+    loads: FloatArray
+    segments: tuple[Segment, ...]
+
+    def peak(self, reading: Reading) -> Peak:
+        """Greatest size of a reading from the beginning on, for ever."""
+        found = Peak(0.0, 0.0)
+        begun = 0
+        state, ended = np.zeros(self.size), 0.0
+        for alike in self._runs:
+            starts, state = self._through(alike, state)
+            a, length = self._whole(alike[0]), alike[0].length
+            best = greatest(a, self._row(reading, a / (self.rate * length)), starts, abs(found.value))
+            if best is not None:
+                part = best.at * length
+                found = Peak(best.value, ended + best.start * length + part, begun + best.start, part)
+            begun, ended = begun + len(alike), ended + len(alike) * length
+        return _Free(self, reading, state).peak(found, begun, ended)
+
+    def at(self, reading: Reading, peak: Peak) -> complex:
+        """The reading where a peak of the like machine lies."""
+        state, begun = np.zeros(self.size), 0
+        for alike in self._runs:
+            starts, after = self._through(alike, state)
+            if begun <= peak.within < begun + len(alike):
+                a, length = self._whole(alike[0]), alike[0].length
+                row = self._row(reading, a / (self.rate * length))
+                return complex(row @ exponential(a, peak.part / length) @ starts[peak.within - begun])
+            state, begun = after, begun + len(alike)
+        return complex(self._row(reading, self.own) @ exponential(self.own * (self.rate * peak.part)) @ state)
+
+    def history(self, reading: Reading, times: FloatArray) -> FloatArray:
+        """The reading at times [s] that rise, (n,)."""
+        found = np.zeros(len(times))
+        state, ended = np.zeros(self.size), 0.0
+        for alike in self._runs:
+            starts, state = self._through(alike, state)
+            a, length = self._whole(alike[0]), alike[0].length
+            row = self._row(reading, a / (self.rate * length))
+            for start in starts:
+                for i in np.flatnonzero((times >= ended) & (times < ended + length)):
+                    found[i] = row @ exponential(a, (times[i] - ended) / length) @ start
+                ended += length
+        for i in np.flatnonzero(times >= ended):
+            found[i] = self._row(reading, self.own) @ exponential(self.own * self.rate * (times[i] - ended)) @ state
+        return found
+
+    @cached_property
+    def root(self) -> Numbers:
+        """Free coordinates from mass-normalised ones, (n_free, n_free); complex where any coefficient is."""
+        kind = np.result_type(self.mass, self.damping, self.stiffness)
+        return np.asarray(np.linalg.inv(_cholesky(self.mass[: self.n_free, : self.n_free])).T, dtype=kind)
+
+    @cached_property
+    def rate(self) -> float:
+        """A rate [1/s] that none of the machine's exceeds."""
+        n = self.n_free
+        stiff, damped = (self.root.T @ one[:n, :n] @ self.root for one in (self.stiffness, self.damping))
+        fast = float(np.sqrt(np.abs(stiff.real).sum(axis=1).max()) + np.abs(damped.real).sum(axis=1).max())
+        return fast or 1.0 / sum(one.length for one in self.segments)
+
+    @property
+    def size(self) -> int:
+        """Number of states without those of the signals: all motions, those of the bases last, and their rates."""
+        return 2 * len(self.mass)
+
+    @cached_property
+    def scale(self) -> float:
+        """Unit of the states."""
+        return float(np.abs(self._pushed_by_one).max(initial=0.0)) or 1.0
+
+    @cached_property
+    def places(self) -> Numbers:
+        """All coordinates from the first half of the states, (n_coords, n_coords)."""
+        n, whole = self.n_free, np.zeros(self.mass.shape, dtype=self.root.dtype)
+        whole[:n, :n] = self.root
+        own = np.arange(n, len(whole))
+        whole[own, own] = 1.0 / np.sqrt(np.trace(self.mass[:n, :n]).real)
+        return whole
+
+    @cached_property
+    def own(self) -> Numbers:
+        """A of the machine by itself, (size, size), time in 1 / rate."""
+        n, half = self.n_free, len(self.mass)
+        a = np.zeros((self.size, self.size), dtype=self.root.dtype)
+        a[:half, half:] = np.eye(half)
+        a[half : half + n, :half] = -self.root.T @ self.stiffness[:n] @ self.places / self.rate**2
+        a[half : half + n, half:] = -self.root.T @ self.damping[:n] @ self.places / self.rate
+        return a
+
+    @cached_property
+    def _pushed_by_one(self) -> Numbers:
+        """What signals of one add to the rates of the states, (size, n_signals), time in 1 / rate."""
+        n, half = self.n_free, len(self.mass)
+        b = np.zeros((self.size, self.loads.shape[1]), dtype=self.root.dtype)
+        b[half : half + n] = self.root.T @ (self.loads[:n] - self.mass[:n, n:] @ self.loads[n:])
+        b[half + n :] = self.loads[n:] * np.sqrt(np.trace(self.mass[:n, :n]))
+        return b / self.rate**2
+
+    @cached_property
+    def _pushed(self) -> Numbers:
+        return self._pushed_by_one / self.scale
+
+    def _whole(self, segment: Segment) -> Numbers:
+        """A of machine and signal together, time from 0 to 1 on a segment."""
+        size, span = self.size, self.rate * segment.length
+        a = np.zeros((size + len(segment.start),) * 2, dtype=self.own.dtype)
+        a[:size, :size] = self.own * span
+        a[:size, size:] = self._pushed @ segment.read * span
+        a[size:, size:] = segment.rates
+        return a
+
+    def _row(self, reading: Reading, a: Numbers) -> Numbers:
+        """Row over the states that a reading is, where z' = a z, time in 1 / rate."""
+        places = np.zeros((len(self.mass), len(a)), dtype=self.root.dtype)
+        places[:, : len(self.mass)] = self.places
+        rates = places @ a * self.rate
+        row = reading.row @ places + reading.rates @ rates + reading.inertia @ rates @ a * self.rate
+        for _ in range(reading.power):
+            row = row @ a * self.rate
+        return np.asarray(row * self.scale)
+
+    @cached_property
+    def _runs(self) -> list[list[Segment]]:
+        """Segments of one length and one kind that follow each other."""
+        return [
+            list(run)
+            for _, run in groupby(self.segments, lambda one: (one.length, one.rates.tobytes(), one.read.tobytes()))
+        ]
+
+    def _through(self, alike: list[Segment], state: Numbers) -> tuple[Numbers, Numbers]:
+        """States at the beginning of each of a run of segments, (n, N), and behind the last, (size,)."""
+        size = self.size
+        step = exponential(self._whole(alike[0]))
+        signals = np.array([one.start for one in alike])
+        blows = np.array([one.blows for one in alike]) @ self._pushed.T * self.rate
+        states = np.empty((len(alike) + 1, size), dtype=np.result_type(state, self.own))
+        states[0] = state + blows[0]
+        states[1:] = signals @ step[:size, size:].T
+        states[1:-1] += blows[1:]
+        reach, power = 1, step[:size, :size]
+        while reach < len(states):  # each state takes up what came before it, over twice the distance every time
+            states[reach:] += states[:-reach] @ power.T
+            reach, power = 2 * reach, power @ power
+        return np.hstack([states[:-1], signals]), states[-1]
+
+
+def _cholesky(matrix: Numbers) -> Numbers:
+    """L with L L^T = matrix, without a conjugate."""
+    if not np.iscomplexobj(matrix):
+        return np.asarray(np.linalg.cholesky(matrix))
+    lower = np.linalg.cholesky(matrix.real)
+    inner = np.linalg.solve(lower, np.linalg.solve(lower, matrix.imag).T)
+    half = np.tril(inner, -1) + 0.5 * np.diag(np.diag(inner))
+    return np.asarray(lower + 1j * lower @ half)
+
+
+def _drifts(a: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
+    """Motions that no spring calls back, and what reads them off a state: right and left vectors of A^2 = 0, (size, k).
+
+    Bodies that are loose stay where they are or, where no damper holds them, go on; bases go on, and bodies with them.
+    """
+    half = len(a) // 2
+    stiff, damped = -a[half : half + n, :half], -a[half : half + n, half:]
+    values, shapes = np.linalg.eigh(0.5 * (stiff[:, :n] + stiff[:, :n].T))
+    held = values > _NOTHING * max(float(values.max(initial=0.0)), 1e-300)
+    loose, back = shapes[:, ~held], (shapes[:, held] / values[held]) @ shapes[:, held].T
+    dragged = loose.T @ damped[:, :n] @ loose
+    drag, ways = np.linalg.eigh(0.5 * (dragged + dragged.T))
+    braked = drag > _NOTHING * max(float(np.abs(damped).max(initial=0.0)), 1e-300)
+    free = loose @ ways[:, ~braked]
+    ride = -back @ stiff[:, n:]
+    slip = -(ways[:, braked] / drag[braked]) @ ways[:, braked].T @ loose.T @ (damped[:, :n] @ ride + damped[:, n:])
+    along = ride + loose @ slip
+    lag = -back @ (damped[:, :n] @ along + damped[:, n:])
+    unit = np.eye(half)[:, n:]
+
+    def state(places: FloatArray, speeds: FloatArray) -> FloatArray:
+        return np.vstack([places, speeds])
+
+    def whole(bodies: FloatArray, bases: FloatArray) -> FloatArray:
+        return np.vstack([bodies, bases])
+
+    nothing = np.zeros((half, half))
+    still = nothing[:, : loose.shape[1]]
+    right = [
+        state(whole(loose, still[n:]), still),
+        state(nothing[:, : free.shape[1]], whole(free, nothing[n:, : free.shape[1]])),
+        state(whole(ride, unit[n:]), nothing[:, n:]),
+        state(whole(lag, 0.0 * unit[n:]), whole(along, unit[n:])),
+    ]
+    left = [
+        state(damped.T @ loose, whole(loose, still[n:])),
+        state(whole(free, nothing[n:, : free.shape[1]]), nothing[:, : free.shape[1]]),
+        state(unit, nothing[:, n:]),
+        state(nothing[:, n:], unit),
+    ]
+    return np.hstack(right), np.hstack(left)
+
+
+class _Free:
+    """Free vibration behind the load: rigid motion apart, the rest with an energy that only falls."""
+
+    def __init__(self, machine: Transient, reading: Reading, state: FloatArray) -> None:
+        self.a, self.rate, self.n = machine.own, machine.rate, len(machine.mass)
+        self.row = machine._row(reading, self.a)
+        right, left = _drifts(self.a, machine.n_free)
+        self.basis = np.linalg.svd(left)[0][:, left.shape[1] :]
+        self.drifting = right @ np.linalg.solve(left.T @ right, left.T @ state)
+        self.moving = state - self.drifting
+        self.size = float(np.abs(self.row) @ np.abs(state))
+
+    def peak(self, found: Peak, begun: int, ended: float) -> Peak:
+        """The greater of what was found and of what follows."""
+        away = float(self.row @ self.a @ self.drifting)
+        if abs(away) > _NOTHING * self.size:
+            return Peak(float(np.copysign(np.inf, away)), float("inf"), begun)
+        still, state = float(self.row @ self.drifting), self.drifting + self.moving
+        found = found if abs(found.value) >= abs(still) else Peak(still, ended, begun)
+        length, gone = _FIRST * 2.0 * np.pi / self._slowest, 0.0
+        for _ in range(_WINDOWS):
+            energy, modes = self._reach(self.moving)
+            if abs(still) + min(energy, modes) <= abs(found.value) * (1.0 + _SURE):
+                return found
+            best = greatest(self.a * length, self.row, state[None, :], abs(found.value))
+            if best is not None:
+                part = (gone + best.at * length) / self.rate
+                found = Peak(best.value, ended + part, begun, part)
+            step = exponential(self.a * length)
+            self.moving, state, gone = step @ self.moving, step @ state, gone + length
+            length *= 2.0
+        energy, modes = self._reach(self.moving)
+        above = abs(still) + min(energy, modes)
+        if above <= abs(found.value) * (1.0 + _SURE):
+            return found
+        return Peak(above, float("inf"), begun, held=True)
+
+    @cached_property
+    def _inner(self) -> FloatArray:
+        """A on the motions that are not rigid."""
+        return np.asarray(self.basis.T @ self.a @ self.basis)
+
+    @cached_property
+    def _modes(self) -> tuple[Numbers, Numbers]:
+        values, vectors = np.linalg.eig(self._inner)
+        return values, vectors
+
+    @cached_property
+    def _slowest(self) -> float:
+        rates = np.abs(self._modes[0])
+        return float(rates.min(initial=np.inf)) if rates.size else 1.0
+
+    def _reach(self, moving: FloatArray) -> tuple[float, float]:
+        """What the row may still reach: by the energy, and by all modes in phase."""
+        if not self.basis.shape[1]:
+            return 0.0, 0.0
+        n = self.n
+        stored = np.zeros_like(self.a)
+        stored[:n, :n] = -self.a[n : 2 * n, :n]
+        stored[n : 2 * n, n : 2 * n] = np.eye(n)
+        stored = self.basis.T @ stored @ self.basis
+        inner, row = self.basis.T @ moving, self.row @ self.basis
+        energy = float(np.sqrt(max(inner @ stored @ inner, 0.0) * max(row @ np.linalg.solve(stored, row), 0.0)))
+        shares = (row @ self._modes[1]) * np.linalg.solve(self._modes[1], inner.astype(complex))
+        return energy, float(np.abs(shares).sum())

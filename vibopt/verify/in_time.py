@@ -1,0 +1,251 @@
+"""Greatest response in time of the machine as built, by a Runge-Kutta method of eighth order.
+
+The other road to a peak in time: bodies and joints with their positions and velocities, and the signals as functions
+of time; no exponential of a matrix, and no segment.  Behind the load it goes on until the motion has faded, or over
+enough periods; undamped modes that never fall in step count as in phase.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from vibopt.excitations.excitation import Excitation, Transient
+from vibopt.forms import FloatArray
+from vibopt.mechanics.machine import Course, Machine
+from vibopt.records import dataclass
+from vibopt.responses import TransientResponse
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Scene
+
+_RELATIVE, _ABSOLUTE, _ROUGH = 1e-11, 1e-13, 1e-4
+_STIFF = 1e5
+"""Fastest rate times the time to go beyond which an implicit method is used."""
+_SAMPLES, _BEST, _POINTS = 24, 6, 100
+"""Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period."""
+_PERIODS, _LOOKS = 3.0, 12
+"""Periods of the slowest mode in a look behind the load, and how many looks there are."""
+_INSIDE = 1e-9
+"""Part of a stretch by which signals are read inside it: they may jump at its ends."""
+_EVEN = 1e-9
+"""Part by which a later peak must be greater to be told."""
+_UNDAMPED = 1e-9
+"""Damping of a mode below which it is taken to go on for ever."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A built machine, and what comes over it once; simulated as far as it is asked for."""
+
+    machine: Machine
+    excitations: tuple[Transient, ...]
+
+    def peak(self, response: TransientResponse) -> tuple[float, float]:
+        """Greatest size of a response, and when [s]."""
+        best, loaded = (0.0, 0.0), len(self._spans) - _LOOKS
+        for number in range(len(self._spans)):
+            found = self._greatest(number, response)
+            if number >= loaded and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1)):
+                break  # of one body every later turn is no greater
+            best = found if found[0] > best[0] * (1.0 + _EVEN) else best
+        together = self._in_phase(response)
+        return (together, float("inf")) if together > best[0] * (1.0 + 1e-6) else best
+
+    @cached_property
+    def _spans(self) -> list[tuple[float, float]]:
+        """Stretches of time without joints, those behind the load last [s]."""
+        joints = sorted({joint for one in self.excitations for joint in one.joints})
+        poles = np.abs(self.machine.poles())
+        slow = float(poles[poles > 1e-9 * poles.max(initial=0.0)].min(initial=np.inf))
+        look = _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else joints[-1]
+        return [*pairwise(joints), *((joints[-1] + i * look, joints[-1] + (i + 1) * look) for i in range(_LOOKS))]
+
+    @cached_property
+    def _runs(self) -> list[Any]:
+        """Stretches simulated so far, each as a function of time."""
+        return []
+
+    @cached_property
+    def _places(self) -> list[str]:
+        """Bodies, and bases behind them."""
+        return [*self.machine.masses, *self.machine.bases]
+
+    @cached_property
+    def _fast(self) -> float:
+        """Fastest rate [1/s]: of the machine, or of the signals."""
+        shortest = min(one.length if one.step == np.inf else 2.0 * one.step for one in self.excitations)
+        return max(float(np.abs(self.machine.poles()).max(initial=0.0)), 2.0 * np.pi / shortest)
+
+    @cached_property
+    def _matrices(self) -> tuple[FloatArray, FloatArray]:
+        """Accelerations from positions and velocities, (n, 2 n), and from the signals, (n, n_signals)."""
+        machine, count, bodies = self.machine, len(self._places), len(self.machine.masses)
+        mass, damping, stiffness, _ = machine.matrices()
+        pulled, pushed = np.zeros((bodies, 2 * count)), np.zeros((count, len(self.excitations)))
+        pulled[:, :bodies], pulled[:, count : count + bodies] = -stiffness, -damping
+        for column, one in enumerate(self.excitations):
+            pushed[self._places.index(one.on), column] = 1.0
+        for joint in machine.joints:
+            for here, there in (joint.ends, joint.ends[::-1]):
+                if here in machine.masses and there in machine.bases:
+                    row, base = self._places.index(here), self._places.index(there)
+                    pulled[row, base] += joint.stiffness
+                    pulled[row, count + base] += joint.damping
+                    pushed[row] += joint.inertance * pushed[base]
+        moved = np.zeros((count, 2 * count))
+        moved[:bodies] = np.linalg.solve(mass, pulled)
+        pushed[:bodies] = np.linalg.solve(mass, pushed[:bodies])
+        return moved, pushed
+
+    def _signals(self, time: FloatArray) -> FloatArray:
+        return np.array([one.signal(time) for one in self.excitations])
+
+    @cached_property
+    def _start(self) -> FloatArray:
+        """Positions and velocities of bodies and bases, when it begins."""
+        state = np.zeros((2, len(self._places)))
+        for one in self.excitations:
+            state[1, self._places.index(one.on)] += one.kick / self.machine.masses.get(one.on, 1.0)
+        return state.ravel()
+
+    @property
+    def _step(self) -> float:
+        """Longest step while a load acts: not over a sample of a record [s]."""
+        return min(one.step for one in self.excitations)
+
+    def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
+        """Rates of the states on a stretch of time."""
+        edge, (moved, pushed) = _INSIDE * (high - low), self._matrices
+
+        def rates(time: float, now: FloatArray) -> FloatArray:
+            shaken = pushed @ self._signals(np.array([min(max(time, low + edge), high - edge)]))[:, 0]
+            return np.concatenate([now[len(now) // 2 :], moved @ now + shaken])
+
+        return rates
+
+    def _run(self, number: int) -> Any:
+        """States against time on a stretch, (2 n, n_times)."""
+        from scipy import integrate
+
+        while len(self._runs) <= number:
+            low, high = self._spans[len(self._runs)]
+            start = self._runs[-1](low) if self._runs else self._start
+            if len(self.excitations) == 1 and self.excitations[0].even and not self._runs:
+                self._runs.append(self._sampled(high, start))
+                continue
+            rates = self._rates(low, high)
+            rough: Any = integrate.solve_ivp(
+                rates, (low, high), start, method="LSODA", rtol=_ROUGH, atol=_ROUGH**2 * (np.abs(start).max() or 1e-6)
+            )
+            size = np.abs(rough.y).reshape(2, -1).max(axis=1).repeat(len(start) // 2)
+            way: Any = "LSODA" if self._fast * (high - low) > _STIFF else "DOP853"
+            exact: Any = integrate.solve_ivp(
+                rates, (low, high), start, method=way, rtol=_RELATIVE,
+                atol=_ABSOLUTE * np.where(size > 0.0, size, 1.0), dense_output=True,
+                max_step=self._step if low < self._spans[-_LOOKS][0] else np.inf,
+            )  # fmt: skip
+            self._runs.append(exact.sol)
+        return self._runs[number]
+
+    def _sampled(self, high: float, start: FloatArray) -> Any:
+        """States against time through a record: exact at many points from sample to sample, cubic between them."""
+        from scipy.interpolate import CubicHermiteSpline
+        from scipy.signal import lsim
+
+        moved, pushed = self._matrices
+        count, step = len(self._places), self.excitations[0].step
+        system = np.vstack([np.eye(count, 2 * count, count), moved])
+        loads = np.vstack([np.zeros_like(pushed), pushed])
+        fine = int(np.ceil(_POINTS * self._fast * step / (2.0 * np.pi)))
+        times = np.linspace(0.0, high, round(high / step) * fine + 1)
+        signals = self._signals(times).T
+        matrices = (system, loads, np.eye(2 * count), np.zeros((2 * count, loads.shape[1])))
+        states = np.atleast_2d(lsim(matrices, signals, times, X0=start)[1].reshape(len(times), -1))
+        spline: Any = CubicHermiteSpline(times, states, states @ system.T + signals @ loads.T)
+        return lambda at: spline(at).T
+
+    def _greatest(self, number: int, response: TransientResponse) -> tuple[float, float]:
+        """Greatest size on a stretch, and when."""
+        from scipy.optimize import minimize_scalar
+
+        (low, high), run = self._spans[number], self._run(number)
+        edge = _INSIDE * (high - low)
+
+        def value(time: Any) -> FloatArray:
+            at = np.clip(np.atleast_1d(time), low + edge, high - edge)
+            return np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
+
+        count = int(np.clip(_SAMPLES * self._fast * (high - low) / (2.0 * np.pi), _SAMPLES, 50_000))
+        times = np.linspace(low, high, count)
+        values = value(times)
+        tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
+        found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
+        for i in tops[np.argsort(-values[tops])[:_BEST]]:
+            at = minimize_scalar(
+                lambda time: -float(value(time)[0]),
+                bounds=(times[i - 1], times[i + 1]),
+                method="bounded",
+                options={"xatol": 1e-6 * (times[1] - times[0])},
+            )
+            found = max(found, (-float(at.fun), float(at.x)))
+        return found
+
+    def _course(self, time: FloatArray, states: FloatArray) -> Course:
+        signals, (moved, pushed) = self._signals(time), self._matrices
+        faster, count = moved @ states + pushed @ signals, len(self._places)
+        points = {name: np.array([states[i], states[count + i], faster[i]]) for i, name in enumerate(self._places)}
+        forces = dict.fromkeys(self.machine.masses, np.zeros(len(time)))
+        for one, signal in zip(self.excitations, signals, strict=True):
+            if one.on in forces:
+                forces[one.on] = forces[one.on] + signal
+        return Course(points, forces)
+
+    def _in_phase(self, response: TransientResponse) -> float:
+        """What several undamped modes reach together behind the load; 0 where the rest is damped, or there is one."""
+        mass, damping, stiffness, _ = self.machine.matrices()
+        size = float(np.sqrt(np.abs(np.linalg.solve(mass, stiffness)).max(initial=0.0)))
+        if len(mass) < 2 or np.abs(np.linalg.solve(mass, damping)).max(initial=0.0) > _UNDAMPED * size:
+            return 0.0
+        omega, shapes = self.machine.mode_shapes()
+        low = self._spans[-_LOOKS][0]
+        count, bodies = len(self._places), len(mass)
+        state = self._run(len(self._spans) - _LOOKS)(low)
+        ridden = [np.zeros(bodies), np.zeros(bodies)]
+        base, speeds = state[bodies:count], state[count + bodies :]
+        if len(base):  # bodies ride on the bases, which move on evenly
+            moved = self._matrices[0][:bodies]
+            ride = -np.linalg.solve(moved[:, :bodies], moved[:, bodies:count])
+            ridden = [ride @ base, ride @ speeds]
+        own = shapes.T @ mass @ np.array([state[:bodies] - ridden[0], state[count : count + bodies] - ridden[1]]).T
+        total = 0.0
+        for rate, shape, (place, speed) in zip(omega, shapes.T, own, strict=True):
+            if rate <= _UNDAMPED * size:
+                continue
+            reach = float(np.hypot(place, speed / rate))
+            turned = np.zeros((2 * count, 2))
+            turned[:bodies, 0], turned[count : count + bodies, 1] = shape * reach, shape * reach * rate
+            at = np.full(2, low + 10.0 * (self._spans[-1][1] - low))
+            total += float(np.hypot(*(response.trace(self.machine, self._course(at, turned)) * np.ones(2))))
+        return total
+
+
+def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) -> tuple[float, dict[str, float]]:
+    """Greatest size of a response of the built machine [SI], and when [s] after the beginning of its excitation."""
+    names = names_for(scene, response)
+    known: dict[tuple[str, ...], Simulated] = vars(machine).setdefault("simulated", {})
+    if names not in known:
+        known[names] = Simulated(machine, tuple(_once(scene.excitations[name]) for name in names))
+    value, time = known[names].peak(response)
+    return value, {names[0]: time} if len(names) == 1 else {}
+
+
+def _once(excitation: Excitation) -> Transient:
+    assert isinstance(excitation, Transient)
+    return excitation
+
+
+__all__ = ["Simulated", "peak_in_time"]
