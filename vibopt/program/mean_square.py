@@ -12,6 +12,7 @@ A base whose displacement is white has a state of its own (`displaced`).
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -265,8 +266,13 @@ def _lyapunov(a: Numbers, b: Numbers) -> Numbers:
     if not (np.isfinite(size).all() and size.min() > 0.0):
         return found
     load = b / size
-    scaled = solve_continuous_lyapunov(a * size / size[:, None], -np.outer(load, load.conj()))
-    return np.asarray(scaled * np.outer(size, size))  # once more, each state by its own size
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:  # once more, each state by its own size, where those do not make it singular
+            scaled = solve_continuous_lyapunov(a * size / size[:, None], -np.outer(load, load.conj()))
+        except RuntimeWarning:
+            return found
+    return np.asarray(scaled * np.outer(size, size))
 
 
 def _by_modes(frame: _Frame, p: FloatArray) -> float:
