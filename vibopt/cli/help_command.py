@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 import click
 
@@ -38,7 +38,8 @@ def help_(words: tuple[str, ...], as_json: bool) -> int:
     say(rendered(text, width(), colour()))
     if isinstance(found, Section) and found.level > 1:
         say(f"\nFrom: vibopt help {found.topic}")
-    say("\n".join(["", others(more, width())]) if more else "")
+    if more:
+        say(f"\n{others(more, width())}")
     return 0
 
 
@@ -64,23 +65,23 @@ def whole_book() -> Book:
 
     context = click.Context(vibopt, info_name="vibopt")
     pages = []
-    for verb, (_, line) in VERBS.items():
-        command = vibopt.get_command(context, verb)
-        assert command is not None
-        pages.append(Topic(verb, COMMANDS, _page(verb, line, command, context)))
+    for verb in VERBS:
+        pages.append(Topic(verb, COMMANDS, partial(_page, verb, vibopt, context)))
     topics = list(the_book().topics.values())
     after = max((k + 1 for k, one in enumerate(topics) if one.group in ("Begin", "Guides")), default=0)
     return Book([*topics[:after], *pages, *topics[after:]])
 
 
-def _page(verb: str, line: str, command: click.Command, above: click.Context) -> str:
+def _page(verb: str, group: click.Group, above: click.Context) -> str:
     """What a verb does, its words and its options."""
+    command = group.get_command(above, verb)
+    assert command is not None
     context = click.Context(command, info_name=verb, parent=above)
     usage = " ".join(command.collect_usage_pieces(context))
     options = [one.get_help_record(context) for one in command.get_params(context)]
     rows = [f"| `{names}` | {text} |" for names, text in filter(None, options)]
     table = "\n".join(["| option | |", "| --- | --- |", *rows])
-    text = "\n\n".join(" ".join(part.split()) for part in (command.help or line).split("\n\n"))
+    text = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
     return "\n\n".join([f"# {verb}", text, f"```text\nvibopt {verb} {usage}\n```", table])
 
 

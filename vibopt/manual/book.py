@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 
 from vibopt.errors import InputError, way_out
@@ -58,7 +58,7 @@ class Book:
         return found
 
     def find(self, asked: str) -> tuple[Topic | Section, tuple[Section, ...]]:
-        """What answers best, and other places.
+        """What answers best; and where it was searched for, other places.
 
         Parameters
         ----------
@@ -70,11 +70,11 @@ class Book:
         InputError
             Nothing has any of these words.
         """
-        name = "_".join(re.findall(r"[\w-]+", asked.lower().removesuffix(".name")))
-        hits = self.index.hits(asked)
+        name = "_".join(re.findall(r"\w+", asked.lower().removesuffix(".name")))
         topic = self.topics.get(name) or self.topics.get(f"{name}s")
         if topic is not None:
-            return topic, tuple(one for one in hits if one.topic != topic.name)[:_MOST]
+            return topic, ()
+        hits = self.index.hits(asked)
         if not hits:
             raise InputError(f'the manual has nothing on "{asked}".{way_out(name, self.topics)} vibopt help lists all.')
         return hits[0], hits[1 : _MOST + 1]
@@ -83,12 +83,13 @@ class Book:
 @cache
 def the_book() -> Book:
     """The manual, but for the pages of the commands, which the command line adds."""
-    written = {name: _guide(group, name) for group, names in GROUPS.items() for name in names}
+    written = {
+        name: Topic(name, group, partial(_guide_text, name)) for group, names in GROUPS.items() for name in names
+    }
     made = [*reference.devices(), *reference.excitations(), *reference.responses(), *reference.balancing()]
     for one in [one for one in made if one.name in written]:
         guide = written[one.name]
-        keys = f"{guide.text.rstrip()}\n\n## Keys\n\n{one.text.split(chr(10), 1)[1].strip()}\n"
-        written[one.name] = Topic(guide.name, guide.group, keys.replace("\n## Refused", "\n### Refused"))
+        written[one.name] = Topic(guide.name, guide.group, partial(_with_keys, guide, one))
         made.remove(one)
     groups = list(GROUPS)
     first = [topic for topic in written.values() if topic.group in groups[:2]]
@@ -96,11 +97,16 @@ def the_book() -> Book:
     return Book([*first, *made, *last])
 
 
-def _guide(group: str, name: str) -> Topic:
+def _with_keys(guide: Topic, table: Topic) -> str:
+    """A guide and below it the keys of the table of the same name."""
+    keys = table.text.split("\n", 1)[1].strip().replace("\n## Refused", "\n### Refused")
+    return f"{guide.text.rstrip()}\n\n## Keys\n\n{keys}\n"
+
+
+def _guide_text(name: str) -> str:
     file = _CONTRIBUTING if name == "contributing" else _FOLDER / f"{name}.md"
     tables = reference.tables()
-    text = _TABLE.sub(lambda found: tables[found[1]](), file.read_text(encoding="utf-8"))
-    return Topic(name, group, text)
+    return _TABLE.sub(lambda found: tables[found[1]](), file.read_text(encoding="utf-8"))
 
 
 __all__ = ["GROUPS", "Book", "the_book"]

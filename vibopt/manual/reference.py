@@ -7,6 +7,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from vibopt.answer.answer import EXIT_CODES
@@ -38,61 +39,81 @@ _ONES = {"bodies": "a body", "bases": "a base"}
 
 def devices() -> Iterator[Topic]:
     """A page for each family of devices."""
-    for name, kind in FAMILIES.items():
-        yield Topic(
-            name, FILE, "\n\n".join([f"# {name}", _said(kind), *_body(kind, f"[{name}.NAME]", method_of(name), {})])
-        )
+    for name in FAMILIES:
+        yield Topic(name, FILE, partial(_device, name))
 
 
 def excitations() -> Iterator[Topic]:
     """A page for each kind of excitation."""
-    for name, kind in EXCITATIONS.items():
-        facts = [f"It acts on {_ONES.get(str(kind.family), 'a body or a base')}."]
-        if kind.inherent and kind.sort == "steady":
-            facts.append("It is known at every speed: no `varies`.")
-        if kind.sort == "random":
-            facts.append("It has no `speed`: it shakes at every frequency at once.")
-        if kind.sort == "transient":
-            facts.append("It has no `speed`: it comes once, over a machine at rest, and is over.")
-        words = [
-            f"# {name}",
-            _said(kind),
-            " ".join(facts),
-            *_body(kind, "[excitations.NAME]", method_of(name), {"kind": name}),
-        ]
-        yield Topic(name, SHAKES, "\n\n".join(words))
+    for name in EXCITATIONS:
+        yield Topic(name, SHAKES, partial(_excitation, name))
+
+
+def _device(name: str) -> str:
+    kind = FAMILIES[name]
+    return "\n\n".join([f"# {name}", _said(kind), *_body(kind, f"[{name}.NAME]", method_of(name), {})])
+
+
+def _excitation(name: str) -> str:
+    kind = EXCITATIONS[name]
+    facts = [f"It acts on {_ONES.get(str(kind.family), 'a body or a base')}."]
+    if kind.inherent and kind.sort == "steady":
+        facts.append("It is known at every speed: no `varies`.")
+    if kind.sort == "random":
+        facts.append("It has no `speed`: it shakes at every frequency at once.")
+    if kind.sort == "transient":
+        facts.append("It has no `speed`: it comes once, over a machine at rest, and is over.")
+    words = [
+        f"# {name}",
+        _said(kind),
+        " ".join(facts),
+        *_body(kind, "[excitations.NAME]", method_of(name), {"kind": name}),
+    ]
+    return "\n\n".join(words)
 
 
 def responses() -> Iterator[Topic]:
     """A page for each response."""
-    for name, kind in RESPONSES.items():
-        own = [key for key in keys_of(kind) if key.name not in COMMON]
-        common = sorted({one.name for one in keys_of(kind)} & COMMON - {"response"})
-        example = example_of(kind, {"response": name})
-        words = [f"# {name}", _said(kind), _facts(kind), _fenced("toml", [f"[{_family(kind)}.NAME]", *example])]
-        words += [_table(own), "With the keys that many have ([limits](limits.md)): " + _listed(common) + "."]
-        if not kind.signed:
-            words.append(f"In Python: `{python_of(name, kind)}`")
-        yield Topic(name, ASKED, "\n\n".join([*words, *_refusals([kind])]))
+    for name in RESPONSES:
+        yield Topic(name, ASKED, partial(_response, name))
+
+
+def _response(name: str) -> str:
+    kind = RESPONSES[name]
+    own = [key for key in keys_of(kind) if key.name not in COMMON]
+    common = sorted({one.name for one in keys_of(kind)} & COMMON - {"response"})
+    example = example_of(kind, {"response": name})
+    words = [f"# {name}", _said(kind), _facts(kind), _fenced("toml", [f"[{_family(kind)}.NAME]", *example])]
+    words += [_table(own), "With the keys that many have ([limits](limits.md)): " + _listed(common) + "."]
+    if not kind.signed:
+        words.append(f"In Python: `{python_of(name, kind)}`")
+    return "\n\n".join([*words, *_refusals([kind])])
 
 
 def balancing() -> Iterator[Topic]:
     """A page for each kind of balancing file."""
     from vibopt.balancing.table_schemas import SCHEMAS
 
+    for name in SCHEMAS:
+        yield Topic(f"{name}_file", BALANCE, partial(_balancing_file, name))
+
+
+def _balancing_file(name: str) -> str:
+    from vibopt.balancing.table_schemas import SCHEMAS
+
+    made = SCHEMAS[name]
     titles = {"rotor": "a measured rotor", "known": "known masses on a shaft", "engine": "an engine"}
-    for name, made in SCHEMAS.items():
-        words = [
-            f"# {name}_file: tables of {titles.get(name, name)}",
-            f"The guide is [{_GUIDE[name]}]({_GUIDE[name]}.md).",
-        ]
-        shapes = made(lambda kind: {"kind": kind, "properties": {}}, lambda one: {"named": one})["properties"]
-        words += ["## Above all tables", _described({key: one for key, one in shapes.items() if _is_text(one)})]
-        for key, (heading, kinds) in balancing_tables(made).items():
-            words += [f"## {heading}", "" if kinds else _described(shapes[key]["properties"])]
-            for kind in kinds:
-                words += [_said(kind), _table(keys_of(kind)), *_inner(kind), *_refusals([kind], "###")]
-        yield Topic(f"{name}_file", BALANCE, "\n\n".join(one for one in words if one))
+    words = [
+        f"# {name}_file: tables of {titles.get(name, name)}",
+        f"The guide is [{_GUIDE[name]}]({_GUIDE[name]}.md).",
+    ]
+    shapes = made(lambda kind: {"kind": kind, "properties": {}}, lambda one: {"named": one})["properties"]
+    words += ["## Above all tables", _described({key: one for key, one in shapes.items() if _is_text(one)})]
+    for key, (heading, kinds) in balancing_tables(made).items():
+        words += [f"## {heading}", "" if kinds else _described(shapes[key]["properties"])]
+        for kind in kinds:
+            words += [_said(kind), _table(keys_of(kind)), *_inner(kind), *_refusals([kind], "###")]
+    return "\n\n".join(one for one in words if one)
 
 
 _GUIDE = {"rotor": "balancing", "known": "known_masses", "engine": "engines"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 
 from vibopt.records import dataclass
@@ -25,11 +25,16 @@ class Section:
 
 @dataclass(frozen=True)
 class Topic:
-    """One page: `name` as it is asked for, `group` of the contents, `text` in Markdown that begins with its title."""
+    """One page: `name` as it is asked for, `group` of the contents, and its Markdown or what makes it when read."""
 
     name: str
     group: str
-    text: str
+    source: str | Callable[[], str]
+
+    @cached_property
+    def text(self) -> str:
+        """Markdown that begins with the title."""
+        return self.source if isinstance(self.source, str) else self.source()
 
     @property
     def title(self) -> str:
