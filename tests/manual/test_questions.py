@@ -48,6 +48,7 @@ QUESTIONS = {
     "static deflection under weight": "static_deflection",
     "is a response to vibration, but nothing shakes the machine": "Add [excitations.NAME].",
     "no correction plane": 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".',
+    "a box is dropped from half a metre": "peak_",
     "same answer on another computer": "--against",
 }
 
