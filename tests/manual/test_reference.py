@@ -17,8 +17,9 @@ from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import VERBS
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
+from vibopt.manual.key_examples import example_of, method_of, python_of, python_table
 from vibopt.manual.keys import keys_of, refusals_of, said_of, tables_in
-from vibopt.manual.reference import COMMON, balancing_tables, example_of, method_of, python_of, python_table
+from vibopt.manual.reference import COMMON, balancing_tables
 from vibopt.manual.schema import schema_of
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import inspect
-import re
 import sys
-import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
-from vibopt.excitations import Excitation
-from vibopt.manual.keys import Key, keys_of, refusals_of, tables_in, told
+from vibopt.manual.key_examples import example_of, method_of, python_of, python_table
+from vibopt.manual.keys import keys_of, refusals_of, tables_in, told
+from vibopt.manual.markdown_rows import described, fenced, key_table, listed, rows_of
 from vibopt.manual.refusals import whole_file_refusals
 from vibopt.manual.topic import Topic
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
-from vibopt.scene.language import Machine
 from vibopt.solve.method import METHODS, OWN
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
@@ -83,8 +81,8 @@ def _response(name: str) -> str:
     own = [key for key in keys_of(kind) if key.name not in COMMON]
     common = sorted({one.name for one in keys_of(kind)} & COMMON - {"response"})
     example = example_of(kind, {"response": name})
-    words = [f"# {name}", _said(kind), _facts(kind), _fenced("toml", [f"[{_family(kind)}.NAME]", *example])]
-    words += [_table(own), "With the keys that many have ([limits](limits.md)): " + _listed(common) + "."]
+    words = [f"# {name}", _said(kind), _facts(kind), fenced("toml", [f"[{_family(kind)}.NAME]", *example])]
+    words += [key_table(own), "With the keys that many have ([limits](limits.md)): " + listed(common) + "."]
     if not kind.signed:
         words.append(f"In Python: `{python_of(name, kind)}`")
     return "\n\n".join([*words, *_refusals([kind])])
@@ -108,11 +106,11 @@ def _balancing_file(name: str) -> str:
         f"The guide is [{_GUIDE[name]}]({_GUIDE[name]}.md).",
     ]
     shapes = made(lambda kind: {"kind": kind, "properties": {}}, lambda one: {"named": one})["properties"]
-    words += ["## Above all tables", _described({key: one for key, one in shapes.items() if _is_text(one)})]
+    words += ["## Above all tables", described({key: one for key, one in shapes.items() if _is_text(one)})]
     for key, (heading, kinds) in balancing_tables(made).items():
-        words += [f"## {heading}", "" if kinds else _described(shapes[key]["properties"])]
+        words += [f"## {heading}", "" if kinds else described(shapes[key]["properties"])]
         for kind in kinds:
-            words += [_said(kind), _table(keys_of(kind)), *_inner(kind), *_refusals([kind], "###")]
+            words += [_said(kind), key_table(keys_of(kind)), *_inner(kind), *_refusals([kind], "###")]
     return "\n\n".join(one for one in words if one)
 
 
@@ -135,26 +133,26 @@ def tables() -> Mapping[str, Callable[[], str]]:
     """Tables that guides put in, by the name in their text: `<!-- table: units -->`."""
     return {
         "refusals": whole_file_refusals,
-        "python": lambda: _rows(("name", ""), [_public(name) for name in sorted(_PACKAGE._HOME_OF)]),
-        "limits": lambda: _table([key for one in ("base", "harmonic") for key in keys_of(_MODELS[one])]),
-        "excitations": lambda: _rows(
+        "python": lambda: rows_of(("name", ""), [_public(name) for name in sorted(_PACKAGE._HOME_OF)]),
+        "limits": lambda: key_table([key for one in ("base", "harmonic") for key in keys_of(_MODELS[one])]),
+        "excitations": lambda: rows_of(
             ("kind", ""), [(f"[{name}]({name}.md)", _said(kind)) for name, kind in EXCITATIONS.items()]
         ),
-        "responses": lambda: _rows(
+        "responses": lambda: rows_of(
             ("response", ""),
             [(f"[{name}]({name}.md)", _said(kind).split("\n\n")[0]) for name, kind in RESPONSES.items()],
         ),
-        "devices": lambda: _rows(
+        "devices": lambda: rows_of(
             ("table", ""), [(f"[{name}]({name}.md)", _said(kind).split("\n\n")[0]) for name, kind in FAMILIES.items()]
         ),
-        "methods": lambda: _rows(("method", "how"), [(f"`{name}`", METHODS[name]().summary) for name in OWN]),
-        "rivals": lambda: _rows(
+        "methods": lambda: rows_of(("method", "how"), [(f"`{name}`", METHODS[name]().summary) for name in OWN]),
+        "rivals": lambda: rows_of(
             ("method", "how"), [(f"`{name}`", make().summary) for name, make in METHODS.items() if name not in OWN]
         ),
-        "exit codes": lambda: _rows(
+        "exit codes": lambda: rows_of(
             ("status", "exit code"), [(f"`{name}`", str(code)) for name, code in EXIT_CODES.items()]
         ),
-        "units": lambda: _rows(
+        "units": lambda: rows_of(
             ("what", "for example", "units", "SI"),
             [(one.noun, f"`{one.example}`", ", ".join(one.units), one.si) for one in DIMENSIONS.values()],
         ),
@@ -175,49 +173,6 @@ def _public(name: str) -> tuple[str, str]:
     return f"`vo.{name}{words}`", " ".join(first.split())
 
 
-def example_of(kind: type[Table], fixed: Mapping[str, str]) -> list[str]:
-    """Lines of a table with what it must have: needed keys, and of several ways to say a thing the first."""
-    lines = [f'{key} = "{value}"' for key, value in fixed.items()]
-    for key in keys_of(kind):
-        first = f"One of `{key.name}`" in key.says
-        if key.name not in fixed and key.example and (key.needed or first):
-            lines.append(key.example)
-    return lines + ([_bound(kind)] if issubclass(kind, Response) and not kind.signed else [])
-
-
-def python_of(name: str, kind: type[Response]) -> str:
-    """A limit in Python."""
-    *place, bound = example_of(kind, {})
-    side, value = bound.split(" = ", 1)
-    sign = {"at_most": "<=", "at_least": ">="}[side]
-    words = ", ".join(one.replace(" = ", "=", 1) for one in place)
-    return f"machine.{name}({words}) {sign} {value}"
-
-
-def python_table(method: str, lines: Iterable[str]) -> str:
-    """A device or an excitation in Python, from its lines in a file."""
-    words = tomllib.loads("\n".join(lines))
-    words.pop("kind", None)
-    return "\n".join([f"machine.{method}", *(f"    {key}={_python(one)}," for key, one in words.items()), ")"])
-
-
-def method_of(family: str) -> str:
-    """The method of a machine that adds a device of a family, or an excitation of a kind, up to the name."""
-    for method in (family, family.removesuffix("s"), re.sub("ies$", "y", family)):
-        if hasattr(Machine, method):
-            return f'{method}(\n    "NAME",'
-    return f'device(\n    "{family}",\n    "NAME",'
-
-
-def _python(value: object) -> str:
-    """A value of a file as Python code."""
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{_python(key)}: {_python(one)}' for key, one in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_python, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)
-
-
 COMMON = frozenset(key.name for kind in _MODELS.values() for key in keys_of(kind))
 
 
@@ -229,12 +184,6 @@ def _said(kind: type[Table]) -> str:
 
 def _family(kind: type[Response]) -> str:
     return "measures" if kind.signed else "limits"
-
-
-def _bound(kind: type[Response]) -> str:
-    example = DIMENSIONS[kind.dimension].example
-    side = "at_least" if kind.less_is_worse else "at_most"
-    return f"{side} = {example}" if kind.dimension == "count" else f'{side} = "{example}"'
 
 
 def _facts(kind: type[Response]) -> str:
@@ -266,13 +215,13 @@ def _body(kind: type[Table], heading: str, twin: str, fixed: Mapping[str, str]) 
     example = example_of(kind, fixed)
     keys = [key for key in keys_of(kind) if key.name not in fixed]
     python = python_table(twin, example_of(kind, {}))
-    shown = [_fenced("toml", [heading, *example]), "In Python:", _fenced("python", [python])]
-    return [*shown, _table(keys), *_inner(kind), *_refusals([kind, *tables_in(kind)])]
+    shown = [fenced("toml", [heading, *example]), "In Python:", fenced("python", [python])]
+    return [*shown, key_table(keys), *_inner(kind), *_refusals([kind, *tables_in(kind)])]
 
 
 def _inner(kind: type[Table]) -> list[str]:
     """Tables that stand as values in it."""
-    return [part for one in tables_in(kind) for part in (_heading(one), told(one), _table(keys_of(one)))]
+    return [part for one in tables_in(kind) for part in (_heading(one), told(one), key_table(keys_of(one)))]
 
 
 def _heading(kind: type[Table]) -> str:
@@ -282,35 +231,6 @@ def _heading(kind: type[Table]) -> str:
 def _refusals(kinds: list[type[Table]], level: str = "##") -> list[str]:
     said = [one for kind in kinds for one in refusals_of(kind)]
     return [f"{level} Refused, with these words", "\n".join(f"- {one}" for one in said)] if said else []
-
-
-def _table(keys: Iterable[Key]) -> str:
-    return _rows(("key", "what it says"), [(f"`{key.name}`", _sentences(key)) for key in keys])
-
-
-def _sentences(key: Key) -> str:
-    """All that is known of a key, in a row."""
-    needed = "Needed. " if key.needed else ""
-    shown = f", for example `{key.example}`" if f"`{key.example}`" not in key.says and key.example and key.value else ""
-    value = f" *{key.value[0].upper()}{key.value[1:]}{shown}.*" if key.value else ""
-    default = f" Without it {key.default}." if key.default else ""
-    refused = f" Refused: {key.refused}." if key.refused else ""
-    return f"{needed}{key.says}{value}{default}{refused}"
-
-
-def _rows(heads: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """A table in Markdown; "" without rows."""
-    lines = [" | ".join(heads), " | ".join("---" for _ in heads)]
-    lines += [" | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in row) for row in rows]
-    return "\n".join(f"| {line} |" for line in lines) if rows else ""
-
-
-def _fenced(language: str, lines: list[str]) -> str:
-    return "\n".join([f"```{language}", *lines, "```"])
-
-
-def _listed(names: list[str]) -> str:
-    return ", ".join(f"`{name}`" for name in names)
 
 
 def _kinds_in(shape: Any) -> Iterator[type[Table]]:
@@ -328,25 +248,4 @@ def _is_text(shape: Mapping[str, Any]) -> bool:
     return shape.get("type") == "string" or "anyOf" in shape
 
 
-def _described(shapes: Mapping[str, Mapping[str, Any]]) -> str:
-    """Keys that are read one by one, as their schema describes them."""
-    rows = []
-    for key, shape in shapes.items():
-        listed = [f'"{one}"' for one in shape.get("enum", ())]
-        texts = [one.get("description", "") for one in (shape, *shape.get("anyOf", ()))]
-        says = "; ".join([*filter(None, texts), *([f"one of {', '.join(listed)}"] if listed else [])])
-        rows += [(f"`{key}`", f"{says[:1].upper()}{says[1:]}.")] if says else []
-    return _rows(("key", "what it says"), rows)
-
-
-__all__ = [
-    "COMMON",
-    "Excitation",
-    "balancing",
-    "devices",
-    "example_of",
-    "excitations",
-    "python_of",
-    "responses",
-    "tables",
-]
+__all__ = ["COMMON", "balancing", "balancing_tables", "devices", "excitations", "responses", "tables"]
