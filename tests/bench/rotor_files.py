@@ -1,6 +1,6 @@
 """Measured rotors from their file to the verified plan, against cvxpy: `python tests/bench/rotor_files.py [--profile]`.
 
-The rival reads the same file as plainly as can be (csv or tomllib, one unit, one trial weight a plane), builds the
+The rival reads the same file as plainly as can be (csv or tomli, one unit, one trial weight a plane), builds the
 program anew and solves it by Clarabel; nothing is checked.  One BLAS thread, processor time, ratios within one run.
 """
 
@@ -20,13 +20,13 @@ import pstats
 import sys
 import tempfile
 import time
-import tomllib
 from collections.abc import Callable
 from math import radians
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli
 
 import vibopt as vo
 
@@ -103,7 +103,7 @@ def _as_toml(runs: list[Any], trials: Numbers) -> str:
 
 def rival(file: Path, goal: str) -> float:
     """The same plan by a plain reading and a fresh cvxpy program [goal in m]."""
-    document = tomllib.loads(file.read_text())
+    document = tomli.loads(file.read_text())
     planes = list(document["planes"])
     caps = np.array([float(document["planes"][one]["weight"]["to"].split()[0]) * 1e-3 for one in planes])
     rows = (

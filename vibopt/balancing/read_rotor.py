@@ -91,7 +91,7 @@ def read_rotor(
     Parameters
     ----------
     document
-        The file as `tomllib` gives it.
+        The file as `tomli` gives it.
     mistakes
         Collects what is wrong, with lines; rows and columns of a CSV file come behind.
     folder

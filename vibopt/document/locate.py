@@ -1,11 +1,12 @@
 """Lines of keys in a TOML text, for messages; the TOML readers themselves forget them."""
 
 import re
-import tomllib
 from bisect import bisect_right
 from contextlib import suppress
 from dataclasses import field
 from functools import cached_property, lru_cache
+
+import tomli
 
 from vibopt.records import dataclass
 
@@ -20,10 +21,8 @@ _STRING = re.compile(
     r""""{3}(?:\\.|[^\\])*?"{3,5}|'{3}.*?'{3,5}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*\'""",
     re.DOTALL,
 )
-_MANY_POINTS = re.compile(
-    rf"""(?:\.[ \t]*[\w"'-][^\n.=@]*){{{DEEPEST}}}|"[^"\n=@]*[=@][^"\n]*"[ \t]*\.|'[^'\n=@]*[=@][^'\n]*'[ \t]*\."""
-)
-"""So many points in a line, without a sign of equality between, as no other key has; or a quoted part that has one."""
+_APART = re.compile(r"[\n=@]")
+_BEHIND_QUOTE = re.compile(r"""["'][ \t]*\.""")
 _BARE = re.compile(r"[^,\]}\n#]*")
 
 
@@ -81,8 +80,11 @@ class Locator:
 
 
 def may_be_too_deep(text: str) -> bool:
-    """Whether a key may have more than `DEEPEST` parts; told by its points, without following the text."""
-    return _MANY_POINTS.search(text) is not None
+    """Whether a key may have more than `DEEPEST` parts; told by its points, without following the text.
+
+    No other key has so many between signs of equality, or one behind a quotation mark.
+    """
+    return any(one.count(".") >= DEEPEST for one in _APART.split(text)) or _BEHIND_QUOTE.search(text) is not None
 
 
 @lru_cache(maxsize=4)
@@ -222,6 +224,6 @@ def _plain(key: str) -> str:
     if key[0] not in "\"'":
         return key
     try:
-        return str(tomllib.loads(f"key = {key}")["key"])
-    except tomllib.TOMLDecodeError:
+        return str(tomli.loads(f"key = {key}")["key"])
+    except tomli.TOMLDecodeError:
         return key

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import copy
 import re
-import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path as FilePath
 from typing import Any
+
+import tomli
 
 from vibopt.document.locate import DEEPEST, located, may_be_too_deep
 from vibopt.errors import InputError, shortened, way_out
@@ -29,17 +29,6 @@ _TABLE = re.compile(
     re.MULTILINE,
 )
 """A heading that tells a problem file from any other text."""
-_KEY, _TEXT = "[A-Za-z0-9_-]+", r"[^\"\\\x00-\x08\x0a-\x1f\x7f]*"
-_PAIR = rf'[ \t]*{_KEY}[ \t]*=[ \t]*"{_TEXT}"[ \t]*'
-_STATEMENT = re.compile(
-    rf'[ \t]*(?:({_KEY})[ \t]*=[ \t]*(?:"({_TEXT})"|\{{({_PAIR}(?:,{_PAIR})*)\}}|(.+))'
-    rf"|(\[?)\[({_KEY}(?:\.{_KEY})*)\](\]?))?[ \t]*(?:#.*)?"
-)
-"""A line of TOML that is a statement by itself: key and its text, table of texts or other value; or a heading."""
-_TEXTS = re.compile(r'([A-Za-z0-9_-]+)[ \t]*=[ \t]*"([^"]*)"')
-_LOOKS = 20
-"""Lines with a closing sign at which a value may end."""
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
 _HINTS = {
     "Expected newline or end of document after a statement": ' A text stands in quotation marks: mass = "300 kg".',
@@ -117,7 +106,7 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     """The document of a TOML text; `name` stands in front of each message."""
     try:
         document = toml_of(text)
-    except tomllib.TOMLDecodeError as error:
+    except tomli.TOMLDecodeError as error:
         raise InputError(_broken(text, name, str(error))) from None
     except ValueError:
         raise InputError(f"{name}: holds a whole number with more digits than any machine has. Write fewer.") from None
@@ -138,10 +127,9 @@ def toml_of(text: str) -> dict[str, Any]:
     ValueError
         It is no TOML, or a number in it has more digits than a float can have.
     """
-    document = _by_lines(text)
-    if document is None and may_be_too_deep(text) and located(text).too_deep:
+    if may_be_too_deep(text) and located(text).too_deep:
         raise RecursionError
-    document = tomllib.loads(text) if document is None else document
+    document = tomli.loads(text)
     level: list[Any] = [document]
     depth = 0
     while level:
@@ -154,84 +142,6 @@ def toml_of(text: str) -> dict[str, Any]:
     if depth > DEEPEST and located(text).too_deep:
         raise RecursionError
     return document
-
-
-def _by_lines(text: str) -> dict[str, Any] | None:
-    """What `tomllib` makes of a text, where each line is a statement by itself and no table is opened twice; else None.
-
-    Lines that are complete statements are read by it one after the other, so what one line says does not depend on the
-    others; a text or a list over several lines begins with a line that is none.
-    """
-    text = text.replace("\r\n", "\n")
-    if _CONTROL.search(text):
-        return None
-    document: dict[str, Any] = {}
-    here, opened = document, {id(document)}
-    lines = iter(text.split("\n"))
-    for line in lines:
-        found = _STATEMENT.fullmatch(line)
-        if found is None:
-            return None
-        key, plain, table, other, double, heading, closed = found.groups()
-        if heading is not None:
-            inner = _headed(document, heading, bool(double), opened) if double == closed.replace("]", "[") else None
-            if inner is None:
-                return None
-            here = inner
-        elif key is not None:
-            value = plain if plain is not None else _texts(table) if table is not None else _value(key, other, lines)
-            if value is None or key in here:
-                return None
-            here[key] = value
-    return document
-
-
-def _headed(document: dict[str, Any], heading: str, repeated: bool, opened: set[int]) -> dict[str, Any] | None:
-    """The new table of a heading; None where one of that name is there, or it lies in what no heading opened."""
-    here: Any = document
-    *way, last = heading.split(".")
-    for step in way:
-        if step not in here:
-            here[step] = {}
-            opened.add(id(here[step]))
-        here = here[step]
-        if id(here) not in opened or type(here) is not dict:
-            return None
-    new: dict[str, Any] = {}
-    if not repeated:
-        if here.setdefault(last, new) is not new:
-            return None
-    elif last not in here:
-        here[last] = [new]
-        opened.add(id(here[last]))
-    elif id(here[last]) in opened and type(here[last]) is list:
-        here[last].append(new)
-    else:
-        return None
-    opened.add(id(new))
-    return new
-
-
-def _texts(table: str) -> dict[str, str] | None:
-    """A table of texts; None where a key stands in it twice."""
-    pairs = _TEXTS.findall(table)
-    found = dict(pairs)
-    return found if len(found) == len(pairs) else None
-
-
-def _value(key: str, other: str, lines: Iterator[str]) -> Any:
-    """Any other value; one that its line leaves open goes on to the first line with which it is whole, else None."""
-    close = next((sign for sign in ('"""', "'''", "[") if other.startswith(sign)), "").replace("[", "]")
-    for _ in range(_LOOKS):
-        with suppress(tomllib.TOMLDecodeError, RecursionError, ValueError):
-            return tomllib.loads(f"{key} = {other}")[key]
-        while close and (line := next(lines, None)) is not None:
-            other += f"\n{line}"
-            if close in line:
-                break
-        else:
-            return None
-    return None
 
 
 def _broken(text: str, name: str, complaint: str) -> str:

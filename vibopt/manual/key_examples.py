@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
+
+import tomli
 
 from vibopt.manual.keys import keys_of
 from vibopt.responses import Response
@@ -34,7 +35,7 @@ def python_of(name: str, kind: type[Response]) -> str:
 
 def python_table(method: str, lines: Iterable[str]) -> str:
     """A device or an excitation in Python, from its lines in a file."""
-    words = tomllib.loads("\n".join(lines))
+    words = tomli.loads("\n".join(lines))
     words.pop("kind", None)
     return "\n".join([f"machine.{method}", *(f"    {key}={_python(one)}," for key, one in words.items()), ")"])
 

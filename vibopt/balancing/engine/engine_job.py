@@ -180,7 +180,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     Parameters
     ----------
     document
-        The file as `tomllib` gives it.
+        The file as `tomli` gives it.
     mistakes
         Collects what is wrong, with lines.
 

@@ -119,7 +119,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     Parameters
     ----------
     document
-        The file as `tomllib` gives it.
+        The file as `tomli` gives it.
     mistakes
         Collects what is wrong, with lines.
 
