@@ -183,6 +183,42 @@ def test_every_pulse_has_one_value_by_both_routes(shape: str) -> None:
     assert 0.0 < found["rattle"] < 1.0
 
 
+def test_an_inerter_hands_a_blow_on_at_once() -> None:
+    """The body starts with b / (m + b) of the speed of its base, so the rest of it is left between them."""
+    wheel = {"flywheel": {"between": ["instrument", "box"], "inertance": "2 kg"}}
+    foam = {"foam": {"between": ["instrument", "box"], "stiffness": "10 kN/m"}}
+    document = {**BOX, "links": foam, "inerters": wheel, "measures": {"rattle": BOX["measures"]["rattle"]}}
+    speed = np.sqrt(2.0 * 9.80665 * 0.3)
+    assert told(document)["rattle"] == pytest.approx(speed * 10.0 / 12.0 / np.sqrt(1e4 / 12.0), rel=1e-9)
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**document, "measures": BOX["measures"]})
+    assert (
+        "scene: measures.acceleration is infinite whatever the design: inerters.flywheel hands the blow of "
+        "excitations.fall on at once. Write a pulse with a duration instead." in refused.value.messages
+    )
+
+
+def test_what_drifts_apart_is_infinite_on_both_routes() -> None:
+    between = {"left": ["instrument", "box"], "right": ["instrument", "ground"]}
+    links = {name: {"between": two, "stiffness": "9 kN/m", "damping": "50 N s/m"} for name, two in between.items()}
+    pulse = {"kind": "pulse", "on": "box", "shape": "half sine", "acceleration": "1 g", "duration": "9 ms"}
+    rattle = {"rattle": {"response": "peak_relative_displacement", "across": "left"}}
+    document = {**BOX, "links": links, "excitations": {"shock": pulse}, "measures": rattle}
+    assert told(document)["rattle"] == np.inf
+    free = {"title": "free", "bodies": {"puck": {"mass": "2 kg"}, "other": {"mass": "1 kg"}}}
+    free["links"] = {"spring": {"between": ["puck", "other"], "stiffness": "1 kN/m", "damping": "1 N s/m"}}
+    free["excitations"] = {"hit": {**pulse, "on": "puck", "amplitude": "90 N"}}
+    del free["excitations"]["hit"]["acceleration"]
+    free["measures"] = {
+        "gone": {"response": "peak_displacement", "of": "puck"},
+        "speed": {"response": "peak_velocity", "of": "other"},
+        "apart": {"response": "peak_relative_displacement", "across": "spring"},
+    }
+    found = told(free)
+    assert found["gone"] == np.inf
+    assert 0.0 < found["apart"] < found["speed"] < 1.0
+
+
 def test_a_record_of_straight_lines_is_the_pulse_of_straight_lines(tmp_path: Path) -> None:
     file = tmp_path / "record.csv"
     file.write_text("time [ms];acceleration [g]\n0;0\n10;2\n20;0\n", encoding="utf-8")
@@ -190,6 +226,18 @@ def test_a_record_of_straight_lines_is_the_pulse_of_straight_lines(tmp_path: Pat
     pulse = {"kind": "pulse", "on": "box", "shape": "triangle", "acceleration": "3 g", "duration": "20 ms"}
     one, other = (told({**BOX, "excitations": {"shock": shock}}) for shock in (record, pulse))
     assert one == pytest.approx(other, rel=1e-9)
+
+
+def test_times_with_few_digits_are_evenly_spaced(tmp_path: Path) -> None:
+    values = np.sin(np.arange(200) / 9.0) * np.arange(200)
+    for name, digits in (("few", 3), ("many", 9)):
+        rows = "".join(f"{i / 256:.{digits}f};{value:.5f}\n" for i, value in enumerate(values))
+        (tmp_path / f"{name}.csv").write_text(f"t [s];a [m/s²]\n{rows}", encoding="utf-8")
+    few, many = (
+        told({**BOX, "excitations": {"s": {"kind": "record", "on": "box", "file": str(tmp_path / f"{name}.csv")}}})
+        for name in ("few", "many")
+    )
+    assert few == pytest.approx(many, rel=2e-3)
 
 
 def test_the_best_spring_and_damper_for_a_drop_are_those_of_the_books() -> None:

@@ -21,7 +21,7 @@ from vibopt.values.csv_tables import SHEET, Sheet, heading_of, sheet_of
 from vibopt.values.fields import complaint
 
 _MOST = 200_000
-_EVEN = 1e-6
+_EVEN, _DIGITS, _ROUNDED = 1e-6, 9, 0.51
 _GAP = 20.0
 """Times the usual step beyond which samples are missing."""
 
@@ -200,7 +200,17 @@ def _times(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:
         raise InputError(
             f"{file} row {row}: more than {_GAP:g} samples are missing before it. Fill the gap, or cut the record."
         )
-    return np.asarray(times - times[0])
+    return _evened(times - times[0], scale)
+
+
+def _evened(times: FloatArray, scale: float) -> FloatArray:
+    """Times that are evenly spaced but for the digits that a file writes, evenly spaced."""
+    even = np.linspace(0.0, times[-1], len(times))
+    for digits in range(_DIGITS):
+        step = scale * 10.0**-digits
+        if np.abs(times - step * np.round(times / step)).max() <= _EVEN * step:
+            return even if np.abs(times - even).max() <= _ROUNDED * step else times
+    return times
 
 
 __all__ = ["Record"]

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Monomials
+from vibopt.forms import FloatArray, Form, Monomials, PeakInTime
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 
@@ -160,4 +160,6 @@ class Program:
 
 def _cost(model: Model, form: Form) -> float:
     """As seen: sums of powers cost nothing, an eigenproblem grows with the square of the coordinates at first."""
+    if isinstance(form, PeakInTime):
+        return 3.0 + 0.02 * len(form.segments)
     return 0.02 if isinstance(form, Monomials) else 0.3 + 0.01 * model.n_free**2

@@ -123,6 +123,19 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         return
     if not reached(scene, path, response, names, mistakes):
         return
+    struck = [name for name in names if scene.excitations[name].kind == "drop"]
+    wheels = [
+        link
+        for link, two in ends.items()
+        if _passes(scene, link) > 1 and {scene.excitations[one].on for one in struck} & set(two)
+    ]
+    if wheels and response.dimension in ("acceleration", "force"):
+        mistakes.add(
+            path,
+            f"{dotted(path)} is infinite whatever the design: inerters.{wheels[0]} hands the blow of "
+            f"excitations.{struck[0]} on at once. Write a pulse with a duration instead.",
+        )
+        return
     moved = [name for name in names if scene.excitations[name].family == "bases"]
     if moved and response.response == "peak_displacement":
         mistakes.add(

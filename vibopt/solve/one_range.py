@@ -40,7 +40,8 @@ _FLOOR = 1e-12
 _SAFETY = 4.0
 _NARROW = 1e-12
 """Part of the range below which nothing is halved."""
-_PIECES = 20_000
+_PIECES, _FEWEST, _WORK = 20_000, 500, 1e5
+"""Most pieces, and how many where each is dear: work of all of them [nominal ms]."""
 _GAP = 1e-9
 _SLOW = 1e-2
 """Part of the goal that it may still gain towards an open end and yet come near to a best value there."""
@@ -121,7 +122,8 @@ class _Run:
 
     def __post_init__(self) -> None:
         self.judge = Judge(self.program)
-        self.budget = Budget(_PIECES, "pieces", _DEGREE * self.program.cost)
+        most = int(np.clip(_WORK / (_DEGREE * self.program.cost), _FEWEST, _PIECES))
+        self.budget = Budget(most, "pieces", _DEGREE * self.program.cost)
         axis = self.program.axes[0]
         low, high = float(axis.low), float(axis.high)
         self.bend = low if low > 0.0 else high * (1e-15 if axis.open_high else 1e-6)

@@ -33,6 +33,8 @@ _INSIDE = 1e-9
 """Part of a stretch by which signals are read inside it: they may jump at its ends."""
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
+_SLOW, _AWAY = 1e-5, 1e-6
+"""Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count."""
 _UNDAMPED = 1e-9
 """Damping of a mode below which it is taken to go on for ever."""
 
@@ -47,6 +49,8 @@ class Simulated:
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
         best, loaded = (0.0, 0.0), len(self._spans) - _LOOKS
+        if self._runs_away(response):
+            return float("inf"), float("inf")
         for number in range(len(self._spans)):
             found = self._greatest(number, response)
             if number >= loaded and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1)):
@@ -55,13 +59,36 @@ class Simulated:
         together = self._in_phase(response)
         return (together, float("inf")) if together > best[0] * (1.0 + 1e-6) else best
 
+    def _runs_away(self, response: TransientResponse) -> bool:
+        """Whether a reading grows without end behind the load: s^2 / (s - A) of the state is what drifts, as s -> 0."""
+        moved, low = self._matrices[0], self._spans[-_LOOKS][0]
+        count = len(self._places)
+        system = np.vstack([np.eye(count, 2 * count, count), moved])
+        s = _SLOW / self._look
+        state = self._run(len(self._spans) - _LOOKS)(low)
+        drift = s**2 * np.linalg.solve(s * np.eye(2 * count) - system, state)
+        drift[count:] = 0.0
+        quiet = np.array([self._spans[-1][1] * 2.0])
+        alone = np.where(np.arange(2 * count) < len(self.machine.masses), drift, 0.0)
+        rate, cancelled = (
+            float(np.abs(response.trace(self.machine, self._course(quiet, one[:, None]))).max())
+            for one in (drift, alone)
+        )
+        most = max(self._greatest(number, response)[0] for number in range(len(self._spans) - _LOOKS + 1))
+        return rate > _AWAY * cancelled and rate * self._look > _AWAY * most
+
+    @cached_property
+    def _look(self) -> float:
+        """How long a look behind the load is [s]: some periods of the slowest mode."""
+        poles = np.abs(self.machine.poles())
+        slow = float(poles[poles > 1e-9 * poles.max(initial=0.0)].min(initial=np.inf))
+        return _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else max(one.length for one in self.excitations)
+
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:
         """Stretches of time without joints, those behind the load last [s]."""
         joints = sorted({joint for one in self.excitations for joint in one.joints})
-        poles = np.abs(self.machine.poles())
-        slow = float(poles[poles > 1e-9 * poles.max(initial=0.0)].min(initial=np.inf))
-        look = _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else joints[-1]
+        look = self._look
         return [*pairwise(joints), *((joints[-1] + i * look, joints[-1] + (i + 1) * look) for i in range(_LOOKS))]
 
     @cached_property
@@ -107,10 +134,8 @@ class Simulated:
     @cached_property
     def _start(self) -> FloatArray:
         """Positions and velocities of bodies and bases, when it begins."""
-        state = np.zeros((2, len(self._places)))
-        for one in self.excitations:
-            state[1, self._places.index(one.on)] += one.kick / self.machine.masses.get(one.on, 1.0)
-        return state.ravel()
+        kicked = self._matrices[1] @ np.array([one.kick for one in self.excitations])
+        return np.concatenate([np.zeros(len(kicked)), kicked])
 
     @property
     def _step(self) -> float:
