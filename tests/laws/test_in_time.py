@@ -16,6 +16,7 @@ from vibopt.excitations.pulse import Pulse, Shape
 from vibopt.excitations.signals import line, sine, together
 from vibopt.forms import FloatArray, Segment
 from vibopt.mechanics.transient import Reading, Transient
+from vibopt.report.curves import panels
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
 NOTHING = np.zeros(1)
@@ -261,6 +262,23 @@ def test_the_best_spring_and_damper_for_a_drop_are_those_of_the_books() -> None:
     assert c / (2.0 * np.sqrt(10.0 * k)) == pytest.approx(0.404, abs=2e-3)
     assert answer.goal is not None
     assert answer.goal[1].value * 0.04 / (2.0 * 9.80665 * 0.3) == pytest.approx(0.521, abs=1e-3)
+
+
+def test_a_history_stays_below_the_mark_of_its_greatest_value_and_reaches_it() -> None:
+    document = {**BOX, "limits": {"room": {**BOX["measures"]["rattle"], "at_most": "50 mm"}}}
+    design = vo.solve(vo.from_dict(document))
+    drawn = panels(design)
+    assert [one.title for one in drawn] == [
+        "Peak relative displacement across foam", "Peak acceleration of instrument", "Peak force through foam",
+        "Peak force into instrument",
+    ]  # fmt: skip
+    for panel in drawn:
+        [curve], [mark] = panel.curves, panel.marks
+        assert np.abs(curve.y).max() == pytest.approx(abs(mark.y), rel=1e-9)
+        assert curve.y[curve.x.searchsorted(mark.x)] == pytest.approx(mark.y, rel=1e-6)
+        assert np.abs(curve.y).max() < panel.y_span[1]
+    assert drawn[0].y_label == "relative displacement [mm]"
+    assert [(zone.bound, zone.above) for zone in drawn[0].zones] == [(50.0, True), (-50.0, False)]
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {

@@ -17,6 +17,7 @@ from vibopt.program.worst import DriveResponse, drive_extreme
 from vibopt.program.worst import worst as worst_of
 from vibopt.records import dataclass
 from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
+from vibopt.report.histories import histories
 from vibopt.report.series import Curve, Mark, Panel, Zone, heights
 from vibopt.responses import HarmonicResponse
 from vibopt.responses.response import place_of
@@ -57,7 +58,7 @@ def panels(design: Design) -> list[Panel]:
         panel = _Drawing(design, model, without, excitation, entries).panel()
         if panel is not None:
             drawn.append(panel)
-    return drawn
+    return drawn + histories(design, model)
 
 
 def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:

@@ -1,0 +1,112 @@
+"""Responses against time, under what comes once: what a figure draws, before anything is drawn."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+import numpy as np
+
+from vibopt.answer.blocks import spoken, value_at
+from vibopt.answer.entry import Checked
+from vibopt.forms import FloatArray, PeakInTime
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.transient import Peak
+from vibopt.program.in_time import peak_in_time, transient_of
+from vibopt.program.mean_square import share_of
+from vibopt.program.pose import form_of
+from vibopt.records import dataclass
+from vibopt.report.series import Curve, Mark, Panel, Zone
+from vibopt.responses import TransientResponse
+from vibopt.responses.response import place_of
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Design
+from vibopt.units import best_unit, show, to_unit
+
+_POINTS, _PERIODS = 600, 4.0
+"""Points of a curve; periods of the slowest mode that are shown behind the load."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A limit or measure in time, or the goal, which has no row in the answer."""
+
+    name: str
+    response: TransientResponse
+    row: Checked | None
+    bound: float | None
+
+
+def histories(design: Design, model: Model) -> list[Panel]:
+    """Every limit, measure and goal of what comes once as a history, its greatest value marked."""
+    scene = design.scene
+    asked = [
+        _Asked(name, one, rows[name], one.at_most.value if one.at_most is not None else None)
+        for given, rows in ((scene.limits, design.limits), (scene.measures, design.measures))
+        for name, one in given.items()
+        if isinstance(one, TransientResponse) and name in rows
+    ]
+    if scene.goal is not None and isinstance(scene.goal.response, TransientResponse):
+        asked.append(_Asked("goal", scene.goal.response, None, None))
+    alike = {
+        (one.response.response, place_of(one.response), names_for(scene, one.response)): one for one in asked[::-1]
+    }
+    drawn = [_panel(design, model, one) for one in reversed(alike.values())]
+    return [one for one in drawn if one is not None]
+
+
+def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
+    x, form = np.array(design.x), form_of(design.scene, model, asked.response)
+    assert isinstance(form, PeakInTime)
+    peak = peak_in_time(model, form, x)
+    if not isfinite(peak.value):
+        return None
+    machine, reading = transient_of(model, form, model.values(x))
+    times = np.linspace(0.0, _end(model, form, peak, x), _POINTS)
+    if isfinite(peak.time):
+        times = np.sort(np.append(times, peak.time))
+    values = machine.history(reading, times) / share_of(model, form.output, x)
+    most = abs(peak.value) / share_of(model, form.output, x)
+    dimension = asked.response.dimension
+    unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
+    slow = "ms" if times[-1] < 1.0 else "s"
+    factor, per = to_unit(1.0, unit, dimension), to_unit(1.0, slow, "time")
+    top = factor * max(most, asked.bound or 0.0)
+    found = f"{show(most, unit, dimension)} at {show(peak.time, best_unit(peak.time, 'time'), 'time')}"
+    words = value_at(asked.row) if asked.row is not None else found
+    marks = [Mark(asked.name, f"{asked.name} {words}", per * peak.time, float(np.copysign(factor * most, peak.value)))]
+    span = (0.0, per * float(times[-1]))
+    return Panel(
+        title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}",
+        x_label=f"time [{slow}]",
+        y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
+        curves=(Curve("", per * times, factor * values, np.ones(len(times), dtype=bool)),),
+        zones=tuple(_zones(asked, factor, span, unit)),
+        marks=tuple(marks) if isfinite(peak.time) else (),
+        own=(),
+        excitation=", ".join(names_for(design.scene, asked.response)),
+        log_x=False,
+        log_y=False,
+        x_span=span,
+        y_span=(-1.3 * top, 1.3 * top) if values.min() < -0.02 * most else (0.0, 1.3 * top),
+        notes=() if not peak.held else (f"{show(most, unit, dimension)}: undamped modes in phase",),
+    )
+
+
+def _end(model: Model, form: PeakInTime, peak: Peak, x: FloatArray) -> float:
+    """To where a history is shown [s]: the load, some periods behind it, and the peak."""
+    load = sum(one.length for one in form.segments)
+    modes = natural_frequencies(model, model.values(x))
+    slow = modes[modes > 0.0].min(initial=np.inf)
+    behind = _PERIODS * 2.0 * np.pi / float(slow) if np.isfinite(slow) else load
+    return max(min(load, 1e3 * behind) + behind, 1.3 * peak.time if isfinite(peak.time) else 0.0)
+
+
+def _zones(asked: _Asked, factor: float, span: tuple[float, float], unit: str) -> list[Zone]:
+    if asked.bound is None:
+        return []
+    words = f"{asked.name}: at most {show(asked.bound, unit, asked.response.dimension)}"
+    return [Zone(asked.name, words, *span, sign * factor * asked.bound, sign > 0.0) for sign in (1.0, -1.0)]
+
+
+__all__ = ["histories"]
