@@ -48,10 +48,10 @@ def histories(design: Design, model: Model) -> list[Panel]:
     ]
     if scene.goal is not None and isinstance(scene.goal.response, TransientResponse):
         asked.append(_Asked("goal", scene.goal.response, None, None))
-    alike = {
-        (one.response.response, place_of(one.response), names_for(scene, one.response)): one for one in asked[::-1]
-    }
-    drawn = [_panel(design, model, one) for one in reversed(alike.values())]
+    first: dict[tuple[str, str, tuple[str, ...]], _Asked] = {}
+    for one in asked:
+        first.setdefault((one.response.response, place_of(one.response), names_for(scene, one.response)), one)
+    drawn = [_panel(design, model, one) for one in first.values()]
     return [one for one in drawn if one is not None]
 
 
