@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
@@ -14,6 +15,7 @@ import click
 from vibopt.answer.answer import Answer
 from vibopt.cli.options import Once, as_json, force, limited, method
 from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from vibopt.study.verify import Verification
 
 DIFFERENT, INTERRUPTED = 6, 130
+README, PAGES = "README.md", (".md",)
 MOST_DIFFERENCES = 5
 """Of one file, that are said in words; JSON has them all."""
 
@@ -40,6 +43,8 @@ MOST_DIFFERENCES = 5
 )
 @click.option("--save", metavar="FILE", help="Keep the answers, without their timings (.json).")
 @click.option("--against", metavar="FILE", help="Compare with answers that were kept, here or on another machine.")
+@click.option("--report", is_flag=True, help="Write a page of all answers, README.md in the folder that is verified.")
+@click.option("-o", "--output", metavar="FILE", help="Write that page to another file (.md).")
 @force
 @as_json
 def verify(
@@ -48,6 +53,8 @@ def verify(
     workers: int | None,
     save: str | None,
     against: str | None,
+    report: bool,
+    output: str | None,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -55,7 +62,8 @@ def verify(
 
     The answers are the same with any number of workers, and come in the order of the files.  With --save
     they are kept; with --against they are compared with kept ones, file by file: byte-equal, equal to 1e-9,
-    or what differs.
+    or what differs.  With --report each problem has a line on a page: what was asked, ours, what was printed and
+    whether that is right, and the proof.
 
     Exit code 6 unless every file gives what it recorded, and what was kept.
     """
@@ -65,7 +73,8 @@ def verify(
     from vibopt.study.workers import usual_number
 
     kept = _kept(against) if against is not None else None
-    target = _target(paths, save, force=force) if save is not None else None
+    target = _target(paths, save, (".json",), force=force) if save is not None else None
+    page = _target(paths, output or _beside(paths), PAGES, force=force) if report or output is not None else None
     keep = None if kept is None and target is None else kept_answer
     try:
         with Bar() as bar:
@@ -73,20 +82,36 @@ def verify(
     except KeyboardInterrupt:
         return _stopped(as_json)
     comparisons = _compared(result, kept) if kept is not None else []
-    written = _save(result, target) if target is not None else None
+    written = [_save(result, target)] if target is not None else []
+    written += [_report(result, page)] if page is not None else []
     if as_json:
         _say_json(result, comparisons, written)
     else:
         _tell(result)
         if kept is not None:
             _tell_comparisons(comparisons, kept, str(against))
-        if written is not None:
-            _tell_written(result, written)
+        if target is not None:
+            _tell_missing(result)
+        for one in written:
+            say(f"Written: {one}")
     alike = all(one.verdict != "differs" for one in comparisons)
     return 0 if result.ok and alike else DIFFERENT
 
 
-def _target(paths: tuple[str, ...], save: str, *, force: bool) -> Path:
+def _beside(paths: tuple[str, ...]) -> str:
+    """The page beside the files, where a single folder is named."""
+    from vibopt.study.verify import problem_files
+
+    problem_files(paths)  # what is not there is said first
+    if len(paths) != 1 or not os.path.isdir(paths[0]):
+        named = f"{len(paths)} paths are" if len(paths) != 1 else "a single file is"
+        raise InputError(
+            f"--report writes {README} into the folder that is verified, and {named} named. Add -o FILE.md."
+        )
+    return os.path.join(paths[0], README)
+
+
+def _target(paths: tuple[str, ...], name: str, endings: tuple[str, ...], *, force: bool) -> Path:
     """Where answers will be kept; the problem files are inputs, though other processes read them."""
     from vibopt.files.reading import FileFault, Kind, stamp_of
     from vibopt.study.verify import problem_files
@@ -94,7 +119,7 @@ def _target(paths: tuple[str, ...], save: str, *, force: bool) -> Path:
     for file, _ in problem_files(paths):
         with suppress(FileFault):
             stamp_of(file, Kind("a problem file", 1_000_000_000, "", ""))
-    return checked_target(save, (".json",), force=force)
+    return checked_target(name, endings, force=force)
 
 
 def _kept(against: str) -> dict[str, Any]:
@@ -116,7 +141,14 @@ def _save(result: Verification, target: Path) -> Path:
     return target
 
 
-def _say_json(result: Verification, comparisons: Sequence[Comparison], written: Path | None) -> None:
+def _report(result: Verification, page: Path) -> Path:
+    from vibopt.study.gallery import gallery
+
+    write_file(page, gallery(result.results, page.parent).encode())
+    return page
+
+
+def _say_json(result: Verification, comparisons: Sequence[Comparison], written: Sequence[Path]) -> None:
     alike = result.ok and all(one.verdict != "differs" for one in comparisons)
     say_json(
         {
@@ -124,7 +156,7 @@ def _say_json(result: Verification, comparisons: Sequence[Comparison], written: 
             "files": result.files,
             "records": result.rows,
             **({"compared": comparisons} if comparisons else {}),
-            **({"written": [str(written)]} if written is not None else {}),
+            **({"written": [str(one) for one in written]} if written else {}),
         }
     )
 
@@ -149,9 +181,8 @@ def _tell_comparisons(comparisons: Sequence[Comparison], kept: Mapping[str, Any]
         say(f"{words}.")
 
 
-def _tell_written(result: Verification, written: Path) -> None:
+def _tell_missing(result: Verification) -> None:
     missing = [one.name for one in result.results if one.kept is None]
-    say(f"Written: {written}")
     if missing:
         complain(f"Without an answer, so not kept: {', '.join(missing)}.")
 

@@ -19,6 +19,7 @@ FIGURES: dict[str, dict[str, Any]] = {
 """What matplotlib writes into a figure of each format."""
 _INSIDE = (GENERATOR.encode(), b"<dc:title>vibopt</dc:title>", b"tEXtSoftware\0vibopt", b"/Creator (vibopt)")
 _CHECK = re.compile(r"# vibopt ([0-9a-f]{16}): [^\n]*\n\Z")
+_MARKDOWN_CHECK = re.compile(r"<!-- vibopt ([0-9a-f]{16}): [^\n]* -->\n\Z")
 _JSON_CHECK = re.compile(r',\n "vibopt": "([0-9a-f]{16})"\n}\n\Z')
 _ENDS = 20_000
 """Bytes at either end of a file in which a mark stands."""
@@ -30,6 +31,12 @@ _STATUSES = {
 def with_check(text: str) -> str:
     """A problem file with a last line that tells whether anything above it has been changed."""
     return f"{text}# vibopt {_digest(text)}: vibopt writes over this file as long as nothing above is changed.\n"
+
+
+def with_markdown_check(text: str) -> str:
+    """A page in Markdown with a last line, not shown, that does the same."""
+    kept = "vibopt writes over this file as long as nothing above is changed."
+    return f"{text}\n<!-- vibopt {_digest(text + chr(10))}: {kept} -->\n"
 
 
 def with_json_check(text: str) -> str:
@@ -49,7 +56,7 @@ def is_ours(content: bytes) -> bool:
         text = content.decode()
     except UnicodeDecodeError:
         return False
-    found = _CHECK.search(text) or _JSON_CHECK.search(text)
+    found = _CHECK.search(text) or _MARKDOWN_CHECK.search(text) or _JSON_CHECK.search(text)
     return _digest(text[: found.start()]) == found[1] if found else _is_table(text)
 
 
@@ -70,4 +77,4 @@ def _is_table(text: str) -> bool:
     return head[1:2] == ["status"] and all(row[1] in _STATUSES for row in rows)
 
 
-__all__ = ["FIGURES", "GENERATOR", "PDF_MARK", "is_ours", "with_check", "with_json_check"]
+__all__ = ["FIGURES", "GENERATOR", "PDF_MARK", "is_ours", "with_check", "with_json_check", "with_markdown_check"]

@@ -28,17 +28,43 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, slots=True)
+class About:
+    """What a page says of one problem file beside its rows.
+
+    file
+        Where it lies.
+    status, proven, method
+        Of the answer; `input_error` or `internal_error` where there is none.
+    title, source
+        As the file says; "" where it does not.
+    reasons
+        Why each record has its verdict, in the order of the rows; "" where it does not say.
+    """
+
+    file: Path
+    status: str
+    title: str = ""
+    source: str = ""
+    proven: bool = False
+    method: str = ""
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class FileResult:
     """What became of one problem file.
 
     rows
         Its records against the answer; one row that is not ok where there is no answer.
+    about
+        File, title, source and proof.
     kept
         What is kept of the answer, where that was asked for; None where there is no answer.
     """
 
     name: str
     rows: tuple[Row, ...]
+    about: About
     kept: Mapping[str, Any] | None = None
 
 
@@ -94,9 +120,8 @@ def verify(
     done(0)
     if workers:
         found = each(work, files, workers, done)
-        results = [
-            _lost(name, one) if isinstance(one, Lost) else one for (_, name), one in zip(files, found, strict=True)
-        ]
+        pairs = zip(files, found, strict=True)
+        results = [_lost(*given, one) if isinstance(one, Lost) else one for given, one in pairs]
     else:
         results = []
         for one in files:
@@ -145,23 +170,35 @@ def verify_file(
     try:
         job = open_job(file)
     except InputError as error:
-        return FileResult(name, (_no_answer(name, "the file", "no mistakes", "input_error", str(error)),))
+        row = _no_answer(name, "the file", "no mistakes", "input_error", str(error))
+        return FileResult(name, (row,), About(file, "input_error"))
     try:
         with each_answer_within(seconds):
             found = solve(job)
             kept = keep(file, job, found) if keep is not None else None
     except Exception as error:
-        text = " ".join(f"{type(error).__name__}: {error}".split())
-        return FileResult(name, (_no_answer(name, "the answer", "an answer", "internal_error", text),))
+        row = _no_answer(name, *_NOTHING, " ".join(f"{type(error).__name__}: {error}".split()))
+        return FileResult(name, (row,), _about(file, job, None))
     rows = [compare(found, record, name) for record in job.expected]
     recorded = any(record.get("path") == "status" for record in job.expected)
     if found.status in ("check_failed", "unproven") and not recorded:
         rows.append(_no_answer(name, "status", "a checked answer", found.status, found.claim))
-    return FileResult(name, tuple(rows), kept)
+    return FileResult(name, tuple(rows), _about(file, job, found), kept)
 
 
-def _lost(name: str, lost: Lost) -> FileResult:
-    return FileResult(name, (_no_answer(name, "the answer", "an answer", "internal_error", f"{lost.why}."),))
+_NOTHING = ("the answer", "an answer", "internal_error")
+
+
+def _about(file: Path, job: Job, found: Answer[Any] | None) -> About:
+    source = str(job.document.get("source", ""))
+    if found is None:
+        return About(file, "internal_error", job.title, source)
+    reasons = tuple(str(record.get("why", "")) for record in job.expected)
+    return About(file, found.status, job.title, source, found.proven, found.method, reasons)
+
+
+def _lost(file: Path, name: str, lost: Lost) -> FileResult:
+    return FileResult(name, (_no_answer(name, *_NOTHING, f"{lost.why}."),), About(file, "internal_error"))
 
 
 def _no_answer(name: str, what: str, right: str, ours: str, why: str) -> Row:
