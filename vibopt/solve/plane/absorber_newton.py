@@ -81,11 +81,12 @@ def _den_hartog(plane: LinkPlane, aim: Aim) -> FloatArray | None:
     mass, _, stiffness, _ = free_matrices(model, np.where(of_link, 0.0, model.values(x)))
     values, vectors = np.linalg.eigh(stiffness)
     loose, locked = vectors[:, 0], np.array([b[1], -b[0]])
-    if abs(values[0]) > _HELD * values[1] or not (along := float(b @ loose)):
+    held = float(locked @ stiffness @ locked)
+    if abs(values[0]) > _HELD * values[1] or held <= 0.0 or not (along := float(b @ loose)):
         return None
     own = float(loose @ mass @ loose) / along**2
     free = float(np.trace(np.linalg.solve(mass, stiffness)))
-    ratio = free * float(locked @ mass @ locked) / float(locked @ stiffness @ locked) - 1.0
+    ratio = free * float(locked @ mass @ locked) / held - 1.0
     if not (0.0 < ratio < np.inf and free > 0.0):
         return None
     tuned = np.sqrt(free) / (1.0 + ratio)
