@@ -10,7 +10,7 @@ import pytest
 from vibopt.devices.link import LinkTable
 from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.lone import LoneMachine
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 
@@ -69,8 +69,8 @@ def test_a_damper_that_only_one_route_has_is_caught_in_an_analysis(monkeypatch: 
 
 def test_a_spring_that_one_route_counts_twice_is_caught_in_what_is_static(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = from_dict(pump(measures=MEASURES))
-    sag = Machine.sag
-    monkeypatch.setattr(Machine, "sag", lambda self: {name: 0.5 * down for name, down in (sag(self) or {}).items()})
+    sag = LoneMachine.sag
+    monkeypatch.setattr(LoneMachine, "sag", lambda self: {name: 0.5 * down for name, down in (sag(self) or {}).items()})
     design = solve(scene)
     assert design.status == "check_failed"
     assert design.claim.endswith(

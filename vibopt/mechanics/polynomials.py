@@ -19,7 +19,8 @@ def roots(ascending: FloatArray) -> ComplexArray:
     rows = ascending[used[0] : used[-1] + 1]
     n = len(rows) - 1
     companion = np.zeros((n, n))
-    companion[0] = -rows[-2::-1] / rows[-1]
+    with np.errstate(over="ignore"):
+        companion[0] = -rows[-2::-1] / rows[-1]
     companion[np.arange(1, n), np.arange(n - 1)] = 1.0
     if not np.isfinite(companion).all():
         return np.full(n, np.nan, dtype=complex)
@@ -42,11 +43,12 @@ def real_roots(ascending: FloatArray, near: float, steps: int, least: float = 0.
     """
     every = roots(ascending)
     real = every[np.abs(every.imag) <= near * np.maximum(np.abs(every.real), least)].real
-    for _ in range(steps):
-        value, slope = np.zeros(len(real)), np.zeros(len(real))
-        for one in ascending[::-1].tolist():
-            value, slope = value * real + one, slope * real + value
-        real = real - np.divide(value, slope, out=np.zeros(len(real)), where=slope != 0.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(steps):
+            value, slope = np.zeros(len(real)), np.zeros(len(real))
+            for one in ascending[::-1].tolist():
+                value, slope = value * real + one, slope * real + value
+            real = real - np.divide(value, slope, out=np.zeros(len(real)), where=slope != 0.0)
     if len(ascending) > 1 and ascending[0] == 0.0 and ascending.any():
         real = np.append(real, 0.0)
     found: FloatArray = real

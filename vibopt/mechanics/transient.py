@@ -2,7 +2,7 @@
 
 Between two joints the load itself answers a linear system (a ramp, a sine, a decaying one), so that motion and load
 together follow z' = A z.  Behind the last joint the machine vibrates freely: the search goes on until its energy
-cannot lift the reading above what was found, and undamped modes that never fall in step count as in phase.
+cannot lift the reading above what was found, or over a thousand periods of what is next to undamped.
 
 Displacements are counted in mass-normalised coordinates and time in the inverse of the fastest rate, so that
 exponentials keep their digits.  States and readings take complex coefficients, too: an imaginary part is a slope.
@@ -10,20 +10,21 @@ exponentials keep their digits.  States and readings take complex coefficients, 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
 
 import numpy as np
 
 from vibopt.forms import FloatArray, Segment
-from vibopt.mechanics.panels import Numbers, exponential, greatest
+from vibopt.mechanics.panels import Numbers, TooLongError, exponential, greatest
 from vibopt.records import dataclass
 
 _NOTHING = 1e-12
 """Part of its size below which a state, a reading or a damping is rounding."""
 _SURE = 1e-13
-_FIRST, _WINDOWS = 4.0, 14
-"""Periods of the slowest motion in the first window behind the load; each further one is twice as long."""
+_FIRST, HORIZON = 4.0, 1000.0
+"""Periods of the slowest motion in the first window behind the load, each further one twice as long, and in all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,15 +34,15 @@ class Peak:
     within, part
         Index of the segment in which it lies, one past the last in the free vibration behind, and seconds from its
         beginning.
-    held
-        Whether it is an upper bound: several undamped modes taken in phase.
+    open
+        Whether something greater may come later: what is next to undamped is followed over `HORIZON` periods alone.
     """
 
     value: float
     time: float
     within: int = 0
     part: float = 0.0
-    held: bool = False
+    open: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,23 +291,22 @@ class _Free:
             return Peak(float(np.copysign(np.inf, away)), float("inf"), begun)
         still, state = float(self.row @ self.drifting), self.drifting + self.moving
         found = found if abs(found.value) >= abs(still) else Peak(still, ended, begun)
-        length, gone = _FIRST * 2.0 * np.pi / self._slowest, 0.0
-        for _ in range(_WINDOWS):
-            energy, modes = self._reach(self.moving)
-            if abs(still) + min(energy, modes) <= abs(found.value) * (1.0 + _SURE):
+        period, gone = 2.0 * np.pi / self._slowest, 0.0
+        length = _FIRST * period
+        while gone < HORIZON * period * (1.0 - _SURE):
+            if abs(still) + min(self._reach(self.moving)) <= abs(found.value) * (1.0 + _SURE):
                 return found
-            best = greatest(self.a * length, self.row, state[None, :], abs(found.value))
+            try:
+                best = greatest(self.a * length, self.row, state[None, :], abs(found.value))
+            except TooLongError:
+                break
             if best is not None:
                 part = (gone + best.at * length) / self.rate
                 found = Peak(best.value, ended + part, begun, part)
             step = exponential(self.a * length)
             self.moving, state, gone = step @ self.moving, step @ state, gone + length
-            length *= 2.0
-        energy, modes = self._reach(self.moving)
-        above = abs(still) + min(energy, modes)
-        if above <= abs(found.value) * (1.0 + _SURE):
-            return found
-        return Peak(above, float("inf"), begun, held=True)
+            length = min(2.0 * length, HORIZON * period - gone)
+        return replace(found, open=True)
 
     @cached_property
     def _inner(self) -> FloatArray:

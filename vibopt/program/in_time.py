@@ -43,9 +43,9 @@ def peak_value(model: Model, form: PeakInTime, x: FloatArray) -> float:
 
 
 def peak_slope(model: Model, form: PeakInTime, x: FloatArray) -> FloatArray | None:
-    """Slope of its log in log x, shape (n_vars,); None where it is infinite, nothing, or an upper bound."""
+    """Slope of its log in log x, shape (n_vars,); None where it is infinite or nothing."""
     peak, p = peak_in_time(model, form, x), model.values(x)
-    if peak.held or not 0.0 < abs(peak.value) < np.inf:
+    if not 0.0 < abs(peak.value) < np.inf:
         return None
     slope = np.zeros(model.n_vars)
     for i in range(model.n_vars):

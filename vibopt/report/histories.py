@@ -89,7 +89,6 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
         log_y=False,
         x_span=span,
         y_span=(-1.3 * top, 1.3 * top) if values.min() < -0.02 * most else (0.0, 1.3 * top),
-        notes=() if not peak.held else (f"{show(most, unit, dimension)}: undamped modes in phase",),
     )
 
 

@@ -28,6 +28,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
+    notes += ringing_notes(scene, chosen)
     return tuple(notes)
 
 
@@ -116,6 +117,20 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
                 "it moves too, and the answer counts with it; on a rigid floor it would be another."
             )
     return notes
+
+
+def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """What is said of peaks in time of a machine without any damping, which rings on for ever."""
+    once = [one for one in (*scene.limits.values(), *scene.measures.values()) if one.sort == "transient"]
+    if scene.goal is not None and scene.goal.response.sort == "transient":
+        once.append(scene.goal.response)
+    if not once:
+        return []
+    machine = machine_of(scene, chosen)
+    damping = machine.matrices()[1]
+    if len(damping) < 2 or damping.any():
+        return []
+    return ["Nothing is damped: what rings on is followed over a thousand periods of its slowest mode, and no further."]
 
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

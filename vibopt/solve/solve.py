@@ -311,6 +311,11 @@ def _used_by(scene: Scene, program: Program) -> Used:
     return _used_of(program.model, max(used, program.used_dof))
 
 
+def _measured_how(scene: Scene) -> str:
+    sorts = {one.sort for one in (*scene.limits.values(), *scene.measures.values())}
+    return "followed through time" if sorts == {"transient"} else "measured at every speed of each range"
+
+
 def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     """Everything measured; a goal, where only places were open, on the machine that is worst for it."""
     robust, worst_of_goal = None, scene
@@ -335,7 +340,7 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     design = Design(
         job=scene,
         status="check_failed" if doubt else "met" if good else "violated",
-        claim=doubt or f"{claim} (measured at every speed of each range)",
+        claim=doubt or f"{claim} ({_measured_how(scene)})",
         goal=None if goal is None else (goal.name, goal.value),
         variables={},
         x=(),

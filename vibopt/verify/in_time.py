@@ -2,7 +2,7 @@
 
 The other road to a peak in time: bodies and joints with their positions and velocities, and the signals as functions
 of time; no exponential of a matrix, and no segment.  Behind the load it goes on until the motion has faded, or over
-enough periods; undamped modes that never fall in step count as in phase.
+a thousand periods of what is next to undamped.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ _STIFF = 1e5
 """Fastest rate times the time to go beyond which an implicit method is used."""
 _SAMPLES, _BEST, _POINTS = 24, 6, 100
 """Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period."""
-_PERIODS, _LOOKS = 3.0, 12
-"""Periods of the slowest mode in a look behind the load, and how many looks there are."""
+_PERIODS, _LOOKS, _HORIZON = 3.0, 6, 1000.0
+"""Periods of the slowest mode in a look behind the load, how many looks there are, and periods in all."""
 _INSIDE = 1e-9
 """Part of a stretch by which signals are read inside it: they may jump at its ends."""
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
-_SLOW, _AWAY = 1e-5, 1e-6
+_SLOW, _AWAY = 1e-8, 1e-6
 """Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count."""
-_UNDAMPED = 1e-9
-"""Damping of a mode below which it is taken to go on for ever."""
+_DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
+"""Condition beyond which modes are no use; samples at once; part to which modes fade before nothing more is seen."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,9 @@ class Simulated:
         for number in range(len(self._spans)):
             found = self._greatest(number, response)
             if number >= loaded and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1)):
-                break  # of one body every later turn is no greater
+                return best if best[0] >= found[0] else found  # of one body every later turn is no greater
             best = found if found[0] > best[0] * (1.0 + _EVEN) else best
-        together = self._in_phase(response)
-        return (together, float("inf")) if together > best[0] * (1.0 + 1e-6) else best
+        return self._ringing(best, response)
 
     def _runs_away(self, response: TransientResponse) -> bool:
         """Whether a reading grows without end behind the load: s^2 / (s - A) of the state is what drifts, as s -> 0."""
@@ -80,8 +79,8 @@ class Simulated:
     @cached_property
     def _look(self) -> float:
         """How long a look behind the load is [s]: some periods of the slowest mode."""
-        poles = np.abs(self.machine.poles())
-        slow = float(poles[poles > 1e-9 * poles.max(initial=0.0)].min(initial=np.inf))
+        modes = self.machine.natural_frequencies()
+        slow = float(modes[modes > 1e-9 * modes.max(initial=0.0)].min(initial=np.inf))
         return _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else max(one.length for one in self.excitations)
 
     @cached_property
@@ -229,33 +228,46 @@ class Simulated:
                 forces[one.on] = forces[one.on] + signal
         return Course(points, forces)
 
-    def _in_phase(self, response: TransientResponse) -> float:
-        """What several undamped modes reach together behind the load; 0 where the rest is damped, or there is one."""
-        mass, damping, stiffness, _ = self.machine.matrices()
-        size = float(np.sqrt(np.abs(np.linalg.solve(mass, stiffness)).max(initial=0.0)))
-        if len(mass) < 2 or np.abs(np.linalg.solve(mass, damping)).max(initial=0.0) > _UNDAMPED * size:
-            return 0.0
-        omega, shapes = self.machine.mode_shapes()
+    def _ringing(self, best: tuple[float, float], response: TransientResponse) -> tuple[float, float]:
+        """The greater of the best so far and of what rings on behind the last look, by modes."""
+        moved, count = self._matrices[0], len(self._places)
         low = self._spans[-_LOOKS][0]
-        count, bodies = len(self._places), len(mass)
+        rates, shapes = np.linalg.eig(np.vstack([np.eye(count, 2 * count, count), moved]))
+        if np.linalg.cond(shapes) > _DEFECTIVE:
+            return best
         state = self._run(len(self._spans) - _LOOKS)(low)
-        ridden = [np.zeros(bodies), np.zeros(bodies)]
-        base, speeds = state[bodies:count], state[count + bodies :]
-        if len(base):  # bodies ride on the bases, which move on evenly
-            moved = self._matrices[0][:bodies]
-            ride = -np.linalg.solve(moved[:, :bodies], moved[:, bodies:count])
-            ridden = [ride @ base, ride @ speeds]
-        own = shapes.T @ mass @ np.array([state[:bodies] - ridden[0], state[count : count + bodies] - ridden[1]]).T
-        total = 0.0
-        for rate, shape, (place, speed) in zip(omega, shapes.T, own, strict=True):
-            if rate <= _UNDAMPED * size:
-                continue
-            reach = float(np.hypot(place, speed / rate))
-            turned = np.zeros((2 * count, 2))
-            turned[:bodies, 0], turned[count : count + bodies, 1] = shape * reach, shape * reach * rate
-            at = np.full(2, low + 10.0 * (self._spans[-1][1] - low))
-            total += float(np.hypot(*(response.trace(self.machine, self._course(at, turned)) * np.ones(2))))
-        return total
+        shares = shapes * np.linalg.solve(shapes, state.astype(complex))
+        begin, end = self._spans[-1][1] - low, self._look / _PERIODS * _HORIZON
+        step = 2.0 * np.pi / (_SAMPLES * max(float(np.abs(rates.imag).max()), 1e-300))
+        quiet = self._spans[-1][1] * 2.0
+
+        def value(times: FloatArray) -> FloatArray:
+            states = np.real(shares @ np.exp(rates[:, None] * times))
+            course = self._course(np.full(len(times), quiet), states)
+            return np.abs(response.trace(self.machine, course)) * np.ones(len(times))
+
+        while begin < end:
+            times = np.asarray(begin + step * np.arange(min(_CHUNK, int((end - begin) / step) + 2)), dtype=float)
+            values = value(times)
+            for at in _tops(values):
+                fine = np.asarray(times[at] + step * np.linspace(-1.0, 1.0, 2001), dtype=float)
+                top = value(fine)
+                if top.max() > best[0] * (1.0 + _EVEN):
+                    best = float(top.max()), low + float(fine[top.argmax()])
+            begin = float(times[-1])
+            faded = np.abs(np.exp(rates.real * begin)).max(where=np.abs(rates.imag) > 0.0, initial=0.0)
+            if faded < _FADED * np.abs(np.exp(rates.real * (self._spans[-1][1] - low))).max():
+                break
+        return best
+
+
+def _tops(values: FloatArray) -> list[int]:
+    """Where parabolas through three samples are greatest, a few of them."""
+    left, middle, right = values[:-2], values[1:-1], values[2:]
+    inner = np.flatnonzero((middle >= left) & (middle >= right))
+    bent = np.maximum(2.0 * middle[inner] - left[inner] - right[inner], 1e-300)
+    high = middle[inner] + (right[inner] - left[inner]) ** 2 / (8.0 * bent)
+    return [int(one) + 1 for one in inner[np.argsort(-high)[:_BEST]]]
 
 
 def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) -> tuple[float, dict[str, float]]:
@@ -265,7 +277,7 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
     if names not in known:
         known[names] = Simulated(machine, tuple(_once(scene.excitations[name]) for name in names))
     value, time = known[names].peak(response)
-    return value, {names[0]: time} if len(names) == 1 else {}
+    return value, {names[0]: time} if len(names) == 1 and np.isfinite(time) else {}
 
 
 def _once(excitation: Excitation) -> Transient:
