@@ -280,6 +280,11 @@ class Transient(Excitation):
         raise NotImplementedError
 
     @property
+    def kinks(self) -> FloatArray:
+        """All times at which its signal jumps or bends, samples among them [s]."""
+        return np.array(self.joints)
+
+    @property
     def step(self) -> float:
         """Time between its samples [s]; infinite where it has none."""
         return math.inf

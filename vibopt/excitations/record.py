@@ -22,6 +22,8 @@ from vibopt.values.fields import complaint
 
 _MOST = 200_000
 _EVEN, _DIGITS, _ROUNDED = 1e-6, 9, 0.51
+_CUT = 2000
+"""Samples up to which the second route ends a step at each."""
 _GAP = 20.0
 """Times the usual step beyond which samples are missing."""
 
@@ -91,7 +93,13 @@ class Record(Transient):
 
     @property
     def joints(self) -> tuple[float, ...]:
-        return 0.0, self.length
+        if self.even or len(self.times) > _CUT:
+            return 0.0, self.length
+        return tuple(self.times.tolist())
+
+    @property
+    def kinks(self) -> FloatArray:
+        return self.times
 
     @property
     def step(self) -> float:

@@ -321,7 +321,8 @@ class _Free:
     @cached_property
     def _slowest(self) -> float:
         rates = np.abs(self._modes[0])
-        return float(rates.min(initial=np.inf)) if rates.size else 1.0
+        moving = rates[rates > _NOTHING * rates.max(initial=0.0)]
+        return float(moving.min()) if len(moving) else 1.0
 
     def _reach(self, moving: FloatArray) -> tuple[float, float]:
         """What the row may still reach: by the energy, and by all modes in phase."""

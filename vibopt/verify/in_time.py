@@ -22,7 +22,7 @@ from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 
-_RELATIVE, _ABSOLUTE, _ROUGH = 1e-11, 1e-13, 1e-4
+_RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-11, 1e-9, 1e-13, 1e-4
 _STIFF = 1e5
 """Fastest rate times the time to go beyond which an implicit method is used."""
 _SAMPLES, _BEST, _POINTS = 24, 6, 100
@@ -162,13 +162,13 @@ class Simulated:
                 self._runs.append(self._sampled(high, start))
                 continue
             rates = self._rates(low, high)
+            way: Any = "Radau" if self._fast * (high - low) > _STIFF else "DOP853"
             rough: Any = integrate.solve_ivp(
-                rates, (low, high), start, method="LSODA", rtol=_ROUGH, atol=_ROUGH**2 * (np.abs(start).max() or 1e-6)
+                rates, (low, high), start, method=way, rtol=_ROUGH, atol=_ROUGH**2 * (np.abs(start).max() or 1e-6)
             )
             size = np.abs(rough.y).reshape(2, -1).max(axis=1).repeat(len(start) // 2)
-            way: Any = "LSODA" if self._fast * (high - low) > _STIFF else "DOP853"
             exact: Any = integrate.solve_ivp(
-                rates, (low, high), start, method=way, rtol=_RELATIVE,
+                rates, (low, high), start, method=way, rtol=_RELATIVE if way == "DOP853" else _IMPLICIT,
                 atol=_ABSOLUTE * np.where(size > 0.0, size, 1.0), dense_output=True,
                 max_step=self._step if low < self._spans[-_LOOKS][0] else np.inf,
             )  # fmt: skip
@@ -204,8 +204,9 @@ class Simulated:
             return np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
 
         count = int(np.clip(_SAMPLES * self._fast * (high - low) / (2.0 * np.pi), _SAMPLES, 50_000))
-        times = np.linspace(low, high, count)
-        values = value(times)
+        bent = np.concatenate([one.kinks for one in self.excitations])
+        times = np.union1d(np.linspace(low, high, count), bent[(bent > low) & (bent < high)])
+        values, count = value(times), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
         for i in tops[np.argsort(-values[tops])[:_BEST]]:
@@ -213,7 +214,7 @@ class Simulated:
                 lambda time: -float(value(time)[0]),
                 bounds=(times[i - 1], times[i + 1]),
                 method="bounded",
-                options={"xatol": 1e-6 * (times[1] - times[0])},
+                options={"xatol": 1e-6 * (times[i + 1] - times[i - 1])},
             )
             found = max(found, (-float(at.fun), float(at.x)))
         return found
