@@ -22,7 +22,9 @@ from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 
-_RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-11, 1e-9, 1e-13, 1e-4
+_RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
+_DENSE = 0.1
+"""Longest step of the explicit method, in the fastest motion [rad]: its interpolant is of lower order."""
 _STIFF = 1e5
 """Fastest rate times the time to go beyond which an implicit method is used."""
 _SAMPLES, _BEST, _POINTS = 24, 6, 100
@@ -100,11 +102,21 @@ class Simulated:
         """Bodies, and bases behind them."""
         return [*self.machine.masses, *self.machine.bases]
 
+    def _fastest(self, number: int) -> float:
+        """Fastest rate on a stretch [1/s]: of the machine, and of the signals while they last."""
+        return max(self._own_rate, self._signals_rate if self._loaded(number) else 0.0)
+
     @cached_property
-    def _fast(self) -> float:
-        """Fastest rate [1/s]: of the machine, or of the signals."""
+    def _own_rate(self) -> float:
+        return float(np.abs(self.machine.poles()).max(initial=0.0))
+
+    @cached_property
+    def _signals_rate(self) -> float:
         shortest = min(one.length if one.step == np.inf else 2.0 * one.step for one in self.excitations)
-        return max(float(np.abs(self.machine.poles()).max(initial=0.0)), 2.0 * np.pi / shortest)
+        return float(2.0 * np.pi / shortest)
+
+    def _loaded(self, number: int) -> bool:
+        return number < len(self._spans) - _LOOKS
 
     @cached_property
     def _matrices(self) -> tuple[FloatArray, FloatArray]:
@@ -141,6 +153,11 @@ class Simulated:
         """Longest step while a load acts: not over a sample of a record [s]."""
         return min(one.step for one in self.excitations)
 
+    def _longest(self, way: str, number: int) -> float:
+        """Longest step [s]: not over a sample, and short enough for what is read between two steps."""
+        dense = _DENSE / max(self._fastest(number), 1e-300) if way == "DOP853" else np.inf
+        return min(self._step if self._loaded(number) else np.inf, dense)
+
     def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
         """Rates of the states on a stretch of time."""
         edge, (moved, pushed) = _INSIDE * (high - low), self._matrices
@@ -156,13 +173,14 @@ class Simulated:
         from scipy import integrate
 
         while len(self._runs) <= number:
-            low, high = self._spans[len(self._runs)]
+            current = len(self._runs)
+            low, high = self._spans[current]
             start = self._runs[-1](low) if self._runs else self._start
             if len(self.excitations) == 1 and self.excitations[0].even and not self._runs:
                 self._runs.append(self._sampled(high, start))
                 continue
             rates = self._rates(low, high)
-            way: Any = "Radau" if self._fast * (high - low) > _STIFF else "DOP853"
+            way: Any = "Radau" if self._fastest(current) * (high - low) > _STIFF else "DOP853"
             rough: Any = integrate.solve_ivp(
                 rates, (low, high), start, method=way, rtol=_ROUGH, atol=_ROUGH**2 * (np.abs(start).max() or 1e-6)
             )
@@ -170,7 +188,7 @@ class Simulated:
             exact: Any = integrate.solve_ivp(
                 rates, (low, high), start, method=way, rtol=_RELATIVE if way == "DOP853" else _IMPLICIT,
                 atol=_ABSOLUTE * np.where(size > 0.0, size, 1.0), dense_output=True,
-                max_step=self._step if low < self._spans[-_LOOKS][0] else np.inf,
+                max_step=self._longest(way, current),
             )  # fmt: skip
             self._runs.append(exact.sol)
         return self._runs[number]
@@ -184,7 +202,7 @@ class Simulated:
         count, step = len(self._places), self.excitations[0].step
         system = np.vstack([np.eye(count, 2 * count, count), moved])
         loads = np.vstack([np.zeros_like(pushed), pushed])
-        fine = int(np.ceil(_POINTS * self._fast * step / (2.0 * np.pi)))
+        fine = int(np.ceil(_POINTS * self._fastest(0) * step / (2.0 * np.pi)))
         times = np.linspace(0.0, high, round(high / step) * fine + 1)
         signals = self._signals(times).T
         matrices = (system, loads, np.eye(2 * count), np.zeros((2 * count, loads.shape[1])))
@@ -203,7 +221,7 @@ class Simulated:
             at = np.clip(np.atleast_1d(time), low + edge, high - edge)
             return np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
 
-        count = int(np.clip(_SAMPLES * self._fast * (high - low) / (2.0 * np.pi), _SAMPLES, 50_000))
+        count = int(np.clip(_SAMPLES * self._fastest(number) * (high - low) / (2.0 * np.pi), _SAMPLES, 50_000))
         bent = np.concatenate([one.kinks for one in self.excitations])
         times = np.union1d(np.linspace(low, high, count), bent[(bent > low) & (bent < high)])
         values, count = value(times), len(times)
