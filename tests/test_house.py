@@ -22,12 +22,13 @@ MODULES = {
 
 FLOORS = (
     ("records",),
-    ("errors", "forms", "work"),
-    ("cones", "files", "frontier", "units"),
+    ("arrays", "errors", "work"),
+    ("cones", "files", "frontier", "signals", "units"),
     ("document",),
     ("values",),
     ("answer",),
     ("mechanics",),
+    ("forms",),
     ("devices", "excitations", "responses"),
     ("scene",),
     ("program",),

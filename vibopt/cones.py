@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
 
 LINEAR, CONE = "linear", "cone"

@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.work import Budget
 
 Columns = tuple[np.ndarray[Any, Any], ...]

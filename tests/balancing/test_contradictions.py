@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from rotor_jobs import FAN, polar, read_text, solve_text
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.contradictions import Heard, heard, held_bands
 from vibopt.balancing.influence import identify, leverage
 from vibopt.balancing.question_prices import solve_question
@@ -17,7 +18,6 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.balancing.trust import _band
-from vibopt.forms import ComplexArray, FloatArray
 
 SIGMA = 1e-6
 

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.holes import hole_options, splits
 from vibopt.balancing.question import Goal, Question, Solved, breaks
 from vibopt.balancing.question_prices import binding, by_solving_again, solve_question
 from vibopt.errors import InputError
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.work import Budget
 
 GOALS: tuple[Goal, ...] = ("rms", "worst", "sum", "huber", "correction")

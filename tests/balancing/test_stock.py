@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from rotor_jobs import FAN, messages, read_text, solve_text
 from test_rotor_plan import fan, put_back_of
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.discrete import solve_discrete
@@ -21,7 +22,6 @@ from vibopt.balancing.plane_options import Options, options_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 from vibopt.errors import InputError
-from vibopt.forms import ComplexArray, FloatArray
 
 TURN = 2.0 * np.pi
 GOALS: tuple[Goal, ...] = ("rms", "worst", "sum", "huber", "correction")

@@ -30,7 +30,7 @@ import numpy as np  # noqa: E402
 import scipy.sparse as sparse  # noqa: E402
 
 from rods import ROD, rod  # noqa: E402
-from vibopt.forms import ComplexArray, FloatArray  # noqa: E402
+from vibopt.arrays import ComplexArray, FloatArray  # noqa: E402
 from vibopt.mechanics.host import Coordinates, Matrices, reduced_host  # noqa: E402
 from vibopt.mechanics.host.matrices import Dashed, factored  # noqa: E402
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS  # noqa: E402

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question
 from vibopt.charts import runner
@@ -30,7 +31,6 @@ from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.runner import CLASSES, Chart, charted
 from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, SAYS_SO, SILENT, Trial, timed
 from vibopt.cli.chart_command import chart
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.solve.rivals import hsbalance
 
 STOCK, HARD = stock(quick=True), families(quick=True)

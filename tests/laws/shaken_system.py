@@ -8,8 +8,9 @@ import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
-from vibopt.forms import Amplitude, Band, Drive, Line, Modulus, Output, Piece
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, Term
+from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 
 Array = NDArray[np.float64]
 

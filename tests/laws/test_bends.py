@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.forms import Drive, FloatArray, ModeFrequency, Modulus, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import ModeFrequency, Modulus, Monomials
 from vibopt.program.bends import curved
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.slopes import local_extremes, plain_slope, sampled_slopes
 from vibopt.scene.read import from_text
+from vibopt.signals import Drive
 
 _STEP = 1e-5
 

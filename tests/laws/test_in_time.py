@@ -11,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.excitations.pulse import Pulse, Shape
 from vibopt.excitations.signals import line, sine, together
-from vibopt.forms import FloatArray, Segment
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.report.curves import panels
+from vibopt.signals import Segment
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
 NOTHING = np.zeros(1)

@@ -16,6 +16,7 @@ import vibopt.devices
 import vibopt.excitations
 import vibopt.responses
 from every_question import machine
+from vibopt.arrays import FloatArray
 from vibopt.devices import FAMILIES
 from vibopt.devices.device import Device
 from vibopt.devices.inerter import InerterTable
@@ -23,7 +24,6 @@ from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import InputError
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
-from vibopt.forms import FloatArray
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vibopt.forms import Band, FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import GROUND, Joint, Machine
 from vibopt.mechanics.peaks import greatest, least
+from vibopt.signals import Band
 
 sizes = st.floats(-3.0, 3.0).map(lambda power: 10.0**power)
 OMEGA = np.array([1e-3, 0.3, 1.0, 4.0, 300.0])

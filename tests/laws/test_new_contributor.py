@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.devices import FAMILIES
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.link import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
-from vibopt.forms import ComplexArray, FloatArray, Output
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.machine import Joint, Machine, Motion
@@ -24,6 +24,7 @@ from vibopt.responses import KINDS
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import link_forces
 from vibopt.scene.read import from_dict
+from vibopt.signals import Output
 from vibopt.solve import solve
 from vibopt.values import Value, number
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from vibopt.forms import Band
 from vibopt.mechanics.peaks import crossings, greatest, least
 from vibopt.program.pose import pose
 from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
+from vibopt.signals import Band
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
 NONE = np.zeros(0)

@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from absorber_routes import h_infinity, nishihara_asami
-from vibopt.forms import Amplitude, Band, Drive, FloatArray, Line, Modulus, Output, Piece
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.peaks import peaks
@@ -22,6 +23,7 @@ from vibopt.program.pose import pose
 from vibopt.program.slopes import local_extremes
 from vibopt.program.worst import DriveResponse, singularities
 from vibopt.scene.read import from_dict
+from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 from vibopt.solve.plane.discs import DiscsOfOneLink
 from vibopt.solve.ranges import closed
 

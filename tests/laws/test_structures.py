@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sparse
 
 from rods import BEAM, ROD, beam, rod, rod_receptance
-from vibopt.forms import Amplitude, Band, Drive, Line, Modulus, Output, Piece
+from vibopt.forms import Modulus
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.host import Coordinates, Matrices, digits_lost, of_modes, reduced_host
 from vibopt.mechanics.host.matrices import Dashed, negative_count
@@ -19,6 +19,7 @@ from vibopt.mechanics.receptance import Attached, Host
 from vibopt.program import slopes
 from vibopt.program.slopes import line_slope
 from vibopt.responses.response_rows import across_link, at_point, link_forces
+from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 
 FIRST = 0.5 * np.pi * np.sqrt(ROD["stiffness"] / ROD["mass"]) / ROD["length"]
 """First natural frequency of the continuous rod [rad/s]."""

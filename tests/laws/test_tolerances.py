@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.over import Cover
 from vibopt.program.pose import pose
 from vibopt.program.worst_case import around, hit

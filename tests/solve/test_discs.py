@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.branch import Judge

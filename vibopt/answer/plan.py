@@ -7,7 +7,7 @@ from math import nan
 from typing import Any
 
 from vibopt.answer.entry import Checked, Entry, Value, at_most, direction
-from vibopt.forms import ComplexArray
+from vibopt.arrays import ComplexArray
 from vibopt.records import dataclass
 
 

@@ -15,10 +15,10 @@ from math import comb
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.influence import Identified, Learnt, leverage
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.trust import Noise
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.work import Budget
 

@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.answer.plan import Plan
+from vibopt.arrays import ComplexArray
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
@@ -21,7 +22,6 @@ from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed
-from vibopt.forms import ComplexArray
 from vibopt.units import show
 
 UNJUDGED = (

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray
 from vibopt.balancing.parse_runs import Measured
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import Run
 from vibopt.document.mistakes import Mistakes
-from vibopt.forms import ComplexArray
 from vibopt.units import show
 from vibopt.units.showing import plain
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.convex_rounds import Convex, solve_convex
 from vibopt.balancing.free_planes import Free, free_planes, solve_over_arcs
 from vibopt.balancing.question import Prices, Question, Solved, breaks, relative_gap
 from vibopt.balancing.scaled import Scaled, scaled
-from vibopt.forms import ComplexArray, FloatArray
 
 RANK = 1e-13
 NOTHING = 1e-13  # residual that counts as nothing, as a share of the goal as found

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.plan import Remedy
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.agreement import Agreement, Runs, agreements, without
 from vibopt.balancing.cautions import remedy_of
 from vibopt.balancing.influence import Identified, identify
@@ -16,7 +17,6 @@ from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise, bands, noise_of, seen_noise
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 MOST_BESIDE = 6

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.scaled import Dual, Scaled, into_wedge, weak_duality
 from vibopt.cones import CONE, LINEAR, Kind, by_columns, solve_cones
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.work import worked
 

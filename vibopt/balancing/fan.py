@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 HAIR = 1e-9

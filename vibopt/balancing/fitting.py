@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.answer.entry import Entry, direction
 from vibopt.answer.plan import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.deferred import DeferredRows
 from vibopt.balancing.influence import Identified
@@ -16,7 +17,6 @@ from vibopt.balancing.plane_options import Options, neighbours
 from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import show
 
 _OWN = ("a", "an", "my", "our", "your", "its", "this", "that", "where", "zero")

@@ -9,10 +9,10 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.question import Question, Sectors, inside_arc
 from vibopt.balancing.scaled import Scaled, into_wedge
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 Wedge = tuple[float, float]

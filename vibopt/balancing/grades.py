@@ -14,7 +14,7 @@ from math import inf
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 

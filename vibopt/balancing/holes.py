@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.errors import InputError
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 MOST_OPTIONS = 3_000_000

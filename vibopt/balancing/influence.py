@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.rotor_job import RotorJob, Run
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 EXACT = 1e-13

@@ -11,13 +11,13 @@ import numpy as np
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Checked, Entry, Price, at_most
+from vibopt.arrays import ComplexArray
 from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import greatest_readings
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.balancing.question_prices import THOROUGH, Step, allowance, clash, left_out, solve_question
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
-from vibopt.forms import ComplexArray
 from vibopt.records import dataclass
 from vibopt.units import show
 from vibopt.work import Budget, is_limited, late

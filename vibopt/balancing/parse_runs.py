@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Amplitude, Conventions, read_angle, read_reading
 from vibopt.balancing.csv_runs import read_csv
 from vibopt.balancing.planes import Plane, read_weight, unit_of
@@ -19,7 +20,6 @@ from vibopt.balancing.rotor_tables import RunTable, listed_tables, read_table, r
 from vibopt.balancing.written import Written, WrittenByName, numbers, phasors
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.units.parsing import LARGEST

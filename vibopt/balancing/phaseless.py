@@ -17,6 +17,7 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.plan import Fitting
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, nothing
 from vibopt.balancing.cautions import cancelling, last_one, remedies, warning, ways_out
 from vibopt.balancing.conventions import show_angle
@@ -30,7 +31,6 @@ from vibopt.balancing.rotor_job import RotorJob, Run
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 MOST_ANSWERS = 16

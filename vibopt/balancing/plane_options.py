@@ -9,9 +9,9 @@ from math import inf, isclose, pi, tau
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.planes import Fitted, Plane
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 MOST_OPTIONS = 200_000

@@ -13,9 +13,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]

@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_reading
 from vibopt.balancing.grades import Quality
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.written import Written
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.units import Detector, show
 

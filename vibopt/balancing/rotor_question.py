@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import Options, counted, options_of
@@ -16,7 +17,6 @@ from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 

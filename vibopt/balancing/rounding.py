@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.convex_rounds import KEPT
 from vibopt.balancing.scaled import Scaled
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 NO_STOCK: FloatArray = np.empty(0)

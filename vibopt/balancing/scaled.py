@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.question import Goal, Question
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 

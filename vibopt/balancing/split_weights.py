@@ -14,10 +14,10 @@ from itertools import count
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question, Solved
 from vibopt.cones import CONE, LINEAR, solve_cones
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.work import Budget
 

@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.influence import Identified, Learnt, with_readings
 from vibopt.balancing.question import Question
 from vibopt.balancing.rotor_job import RotorJob, Scatter
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 ALIKE = 30.0

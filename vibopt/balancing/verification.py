@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import AGAINST, LAG, MARK, WITH
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import RotorJob, Sensor
 from vibopt.balancing.written import Written
 from vibopt.errors import QuantityError
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import to_unit
 from vibopt.units.spelling import split_detector
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
 
 _NUMBER = r"[^\S\n]*([-+]?[\d.]+(?:[eE][-+]?\d+)?)[^\S\n]*"

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.charts.fidelity import Fidelity, seconds
 from vibopt.charts.isolation_cases import (
     HARD_METHODS,
@@ -29,7 +30,6 @@ from vibopt.charts.isolation_cases import (
 )
 from vibopt.charts.machines import absorbed
 from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case, Table, scene_table
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.read import read
 from vibopt.scene.scene import Scene

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from vibopt.arrays import ComplexArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question, Solved
 from vibopt.charts.balancing_questions import Asked, asked, families, normal, plain, stock, worst
@@ -16,7 +17,6 @@ from vibopt.charts.balancing_rivals import GIVEN_CLARABEL, METHODS, judged_quest
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.fidelity import Fidelity, seconds
 from vibopt.charts.trial import Table
-from vibopt.forms import ComplexArray
 from vibopt.solve.rivals.hsbalance import installed
 
 ALIKE, BINDS = 1e-10, 1e-5

@@ -11,13 +11,13 @@ from functools import cached_property
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.holes import hole_options
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.rotor_file import HOLES, WEIGHTS, job_of
 from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 BUILT = "built round its answer"

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question
 from vibopt.balancing.question_prices import solve_question
@@ -19,7 +20,6 @@ from vibopt.balancing.solve_rotor import solve_job
 from vibopt.charts.balancing_questions import Asked
 from vibopt.charts.rotor_file import HOLES, WEIGHTS
 from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, Case, Said, Trial, judged
-from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.solve.rivals import hsbalance
 from vibopt.solve.rivals.balance import balanced
 

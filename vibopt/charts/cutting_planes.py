@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.question import Question
-from vibopt.forms import ComplexArray, FloatArray
 
 _CLOSE, _ROUNDS = 1e-9, 100
 _EXACT: Any = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}

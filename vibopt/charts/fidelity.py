@@ -11,8 +11,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import VibOptError
-from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason

@@ -11,13 +11,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.charts.fidelity import Fidelity, seconds
 from vibopt.charts.mount_cases import Asked, asked, families, machine_on, stock
 from vibopt.charts.mount_machine import LINE, PLANE, SPACE, Machine, Shelf, drawn
 from vibopt.charts.mount_rivals import HARD_METHODS, METHODS, Method, judged_parts
 from vibopt.charts.mount_truth import every_choice, floor_force, loads, peaks
 from vibopt.charts.trial import Table
-from vibopt.forms import FloatArray, IntArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.reduce import reason

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked
 from vibopt.charts.mount_machine import GRAVITY, Machine, Shelf
 from vibopt.charts.mount_truth import broken, every_choice, least_price, prices
 from vibopt.charts.trial import BROKEN, DEFAULT, RIGHT, SAYS_SO, Case, Said, Trial, judged
 from vibopt.errors import InputError, VibOptError
-from vibopt.forms import FloatArray, IntArray
 
 Method = Callable[[Asked], Said]
 """Its answer is the part of each group."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.charts.mount_machine import GRAVITY, Machine, Shelf
-from vibopt.forms import ComplexArray, FloatArray, IntArray
 
 _GRID, _PEAKS, _STEPS = 40, 3, 60
 _ROUNDING = 1e-9

@@ -9,6 +9,7 @@ from itertools import product
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.charts.isolation_cases import METHODS as SCENE_METHODS
 from vibopt.charts.isolation_cases import QUICK_METHODS, QUICK_RUNS, RUNS, WARM
 from vibopt.charts.mount_cases import MOUNTS
@@ -27,7 +28,6 @@ from vibopt.charts.trial import (
     timed,
 )
 from vibopt.errors import InputError
-from vibopt.forms import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.open_places import open_places

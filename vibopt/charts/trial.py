@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.records import dataclass

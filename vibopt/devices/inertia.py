@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError, way_out
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word

@@ -13,8 +13,8 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 
 MOST_ROWS = 100_000

@@ -8,13 +8,13 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import ValidationError, field_validator, model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.devices.axes import DampingAxes, Rated, StiffnessAxes, ThreeSchema, three
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.link import TwoEnds
 from vibopt.devices.part import OWN, Bound, Part
 from vibopt.devices.sites import At, Directions, Shift, Single, Sites
 from vibopt.devices.symbols import Numbers, Symbols
-from vibopt.forms import FloatArray
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial

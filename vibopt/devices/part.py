@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import BeforeValidator, ConfigDict, ValidationInfo, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, way_out
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 from vibopt.values import Choice, Fact, Table, Value, number, word
 from vibopt.values.fields import complaint

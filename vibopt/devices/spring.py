@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import way_out
-from vibopt.forms import FloatArray
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import Choice, complaint

@@ -6,8 +6,9 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
-from vibopt.forms import FloatArray, Line
+from vibopt.signals import Line
 from vibopt.values import Fact, number, word
 from vibopt.values.vectors import AXES, Direction
 

@@ -8,9 +8,10 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
-from vibopt.forms import FloatArray, Line
 from vibopt.mechanics.vectors import cross
+from vibopt.signals import Line
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.vectors import AXES, Direction, Place, Vector
 

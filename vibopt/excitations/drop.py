@@ -9,10 +9,11 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.signals import line
-from vibopt.forms import FloatArray, Segment
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 _AFTER = 1e-3

@@ -10,8 +10,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
-from vibopt.forms import Amplitude, Band, FloatArray, Line, Noise, Piece, Segment, Sort
+from vibopt.signals import Amplitude, Band, Line, Noise, Piece, Segment, Sort
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, Table, read_speeds
 from vibopt.values.fields import complaint

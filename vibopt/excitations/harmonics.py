@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed
 from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
-from vibopt.forms import FloatArray, Line
+from vibopt.signals import Line
 from vibopt.values import Fact, Table, number, word
 
 

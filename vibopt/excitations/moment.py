@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import about
 from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
-from vibopt.forms import FloatArray, Line
+from vibopt.signals import Line
 from vibopt.values import Fact, number
 from vibopt.values.vectors import Direction
 

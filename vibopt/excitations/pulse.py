@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.signals import line, sine
-from vibopt.forms import FloatArray, Segment
+from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 Shape = Literal[

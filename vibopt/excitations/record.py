@@ -10,11 +10,12 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, WithJsonSchema, model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, QuantityError
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.signals import line
 from vibopt.files.reading import FileFault, stamp_of
-from vibopt.forms import FloatArray, Segment
+from vibopt.signals import Segment
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number, word
 from vibopt.values.csv_tables import SHEET, Sheet, heading_of, sheet_of

@@ -7,8 +7,9 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Excitation, unit_line
-from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
+from vibopt.signals import Amplitude, Band, Line, Piece
 from vibopt.values import Fact, number, word
 
 

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Segment
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.panels import exponential
+from vibopt.signals import Segment
 
 
 def line(length: float, first: float, last: float) -> Segment:

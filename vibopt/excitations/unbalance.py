@@ -7,9 +7,10 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed, turned
 from vibopt.excitations.excitation import unit_line
-from vibopt.forms import Amplitude, Band, FloatArray, Line, Piece
+from vibopt.signals import Amplitude, Band, Line, Piece
 from vibopt.values import Fact, number, word
 from vibopt.values.vectors import AXES, Direction
 

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import EVERYWHERE, Excitation
-from vibopt.forms import FloatArray, Line, Noise
+from vibopt.signals import Line, Noise
 from vibopt.units import Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
 from vibopt.values.fields import complaint

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import GROUND, Joint, Machine, Tuned
 from vibopt.records import dataclass

@@ -7,7 +7,7 @@ from dataclasses import field
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass

@@ -7,7 +7,7 @@ from math import asinh, ceil, inf, sinh
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 
 REACH = 0.3
 """Half-width of a cell as a part of the distance from its middle to the nearest pole."""

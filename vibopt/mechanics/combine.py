@@ -8,7 +8,8 @@ from math import gcd, lcm
 
 import numpy as np
 
-from vibopt.forms import Combine, ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.signals import Combine
 
 
 def combined(lines: Sequence[ComplexArray] | ComplexArray, orders: tuple[float, ...], combine: Combine) -> FloatArray:

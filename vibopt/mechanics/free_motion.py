@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 
 TOGETHER = 1e-6
 """Relative distance of natural frequencies below which modes count as one."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray, Modulus, Output
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.model import Model, factors
 from vibopt.mechanics.modes import free_matrices
+from vibopt.signals import Output
 
 
 def impedances(model: Model, p: FloatArray, omega: FloatArray) -> ComplexArray:
@@ -145,9 +146,9 @@ def transfer(
     return np.where(np.isnan(value), np.inf, value)
 
 
-def mount_count(model: Model, form: Modulus, x: FloatArray) -> float:
+def mount_count(model: Model, output: Output, x: FloatArray) -> float:
     """Number of mounts by which the value is divided."""
-    if not form.output.shared_by:
+    if not output.shared_by:
         return 1.0
-    count = model.counts[form.output.shared_by]
+    count = model.counts[output.shared_by]
     return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))

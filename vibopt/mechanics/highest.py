@@ -13,7 +13,7 @@ from math import comb, inf, sqrt
 
 import numpy as np
 
-from vibopt.forms import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.cells import Stretches, cells
 from vibopt.mechanics.polynomials import Fractions, Weight, derivative_sizes, weighted
 from vibopt.records import dataclass

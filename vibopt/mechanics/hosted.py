@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices
 from vibopt.mechanics.host.matrices import Dashed

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Joint, Machine, Motion
 

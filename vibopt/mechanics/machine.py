@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.records import dataclass

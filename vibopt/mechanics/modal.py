@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 WORTH = 6

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vibopt.forms import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass
 

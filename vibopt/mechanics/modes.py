@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 

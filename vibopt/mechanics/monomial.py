@@ -6,7 +6,7 @@ from dataclasses import field
 
 import numpy as np
 
-from vibopt.forms import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.records import dataclass
 
 

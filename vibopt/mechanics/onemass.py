@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Band, ComplexArray, FloatArray, Line, Output
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.polynomials import real_roots
 from vibopt.records import dataclass
+from vibopt.signals import Band, Line, Output
 
 _DEGREE = {INERTIA: 2, STIFFNESS: 0, DAMPING: 1, HYSTERETIC: 0}
 

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.records import dataclass
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from vibopt.forms import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.records import dataclass
 
 Numbers = NDArray[Any]

@@ -12,9 +12,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibopt.forms import Band, BoolArray, ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.combine import foremost
 from vibopt.records import dataclass
+from vibopt.signals import Band
 
 _DEGREE = 10
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1)) / _DEGREE)[::-1]

@@ -10,11 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import Amplitude, ComplexArray, FloatArray, Line, Output
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.oscillator import Modes, Oscillator, oscillator_of
 from vibopt.mechanics.polynomials import Fractions
 from vibopt.records import dataclass
+from vibopt.signals import Amplitude, Line, Output
 
 _KEPT = 64
 

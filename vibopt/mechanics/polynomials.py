@@ -7,7 +7,7 @@ from math import comb
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.records import dataclass
 
 

@@ -13,9 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray, Line, Output
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
 from vibopt.records import dataclass
+from vibopt.signals import Line, Output
 
 _SAME = 1e-13
 _CHUNK = 16_000_000

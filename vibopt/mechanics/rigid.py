@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic, inverse_root
 from vibopt.mechanics.vectors import cross

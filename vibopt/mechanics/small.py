@@ -15,11 +15,12 @@ from math import comb
 
 import numpy as np
 
-from vibopt.forms import Amplitude, Band, BoolArray, ComplexArray, FloatArray, IntArray, Line, Output
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.polynomials import roots
 from vibopt.records import dataclass
+from vibopt.signals import Amplitude, Band, Line, Output
 
 MOST = 4
 """Number of free coordinates up to which a model is small."""

@@ -16,9 +16,10 @@ from itertools import groupby
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Segment
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.panels import Numbers, TooLongError, exponential, greatest
 from vibopt.records import dataclass
+from vibopt.signals import Segment
 
 _NOTHING = 1e-12
 """Part of its size below which a state, a reading or a damping is rounding."""

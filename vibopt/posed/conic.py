@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
 from vibopt.work import worked
 

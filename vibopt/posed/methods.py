@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray
 from vibopt.balancing.engine.counterweights import Box, Least, Lengths, into_box
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.errors import InputError
-from vibopt.forms import ComplexArray
 from vibopt.posed import conic
 from vibopt.posed import posed_engine as engine
 from vibopt.posed.nonlinear import ENDS, NonlinearProgram

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, way_out
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 
 OPTIONS: dict[str, Any] = {

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.choose_weights import box_of, goal_table, lengths
 from vibopt.balancing.engine.counterweights import Box, Least, Lengths, into_box
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
 from vibopt.balancing.question import relative_gap
-from vibopt.forms import FloatArray
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import NonlinearProgram
 

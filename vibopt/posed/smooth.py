@@ -12,16 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import (
-    FloatArray,
-    Form,
-    ModeDamping,
-    ModeFrequency,
-    Modulus,
-    Monomials,
-    StaticLoad,
-    StaticRow,
-)
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes
 from vibopt.posed.nonlinear import NonlinearProgram

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question
-from vibopt.forms import ComplexArray, FloatArray, IntArray
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import NonlinearProgram
 from vibopt.records import dataclass

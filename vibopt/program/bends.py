@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Amplitude, Combine, ComplexArray, Drive, FloatArray, Line, Output
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.harmonic import dynamic_stiffness
 from vibopt.mechanics.model import DAMPING, INERTIA, Model, factors
 from vibopt.records import dataclass
+from vibopt.signals import Amplitude, Combine, Drive, Line, Output
 
 _FLAT = 1e-8
 """Part that a value could still gain at the extreme beside a speed from which on that speed is no extreme."""

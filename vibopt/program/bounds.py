@@ -7,11 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.forms import (
     DecayRate,
-    Drive,
     EnergyShare,
-    FloatArray,
     Form,
     ModeDamping,
     ModeFrequency,
@@ -29,6 +28,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Mode
 from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
 from vibopt.program.worst import monomials, rigid_form
 from vibopt.records import dataclass
+from vibopt.signals import Drive
 
 MOST_GROUPS = 12
 

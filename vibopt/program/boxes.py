@@ -7,8 +7,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from vibopt.forms import FloatArray, IntArray, Line
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.records import dataclass
+from vibopt.signals import Line
 
 Numbers: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"
 """Real or complex."""

@@ -13,17 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import (
-    Drive,
-    FloatArray,
-    Form,
-    Line,
-    ModeFrequency,
-    Modulus,
-    Monomials,
-    Output,
-    StaticRow,
-)
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, ModeFrequency, Modulus, Monomials, StaticRow
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.program.program import Aim, Limit, Program
@@ -31,6 +22,7 @@ from vibopt.program.rational import Sampled, sampled, sampled_static
 from vibopt.program.slopes import plain_slope
 from vibopt.program.worst import plain_value, rigid_form
 from vibopt.records import dataclass
+from vibopt.signals import Drive, Line, Output
 
 _NEAR_ZERO = 1e-14
 """Part of |N|^2 added to |D|^2 and the other way round, so that their log stays finite."""

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibopt.forms import Noise, Output
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.signals import Noise, Output
 
 Numbers = NDArray[Any]
 _NOTHING = 1e-11

@@ -7,10 +7,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.small import MOST, Peak, Ratio, ratio_of
+from vibopt.signals import Band, Drive
 
 _MANY = 160
 _LOWEST = 0.003

@@ -11,10 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms import Band, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import DAMPING, INERTIA, Model
 from vibopt.mechanics.modes import poles
 from vibopt.program.worst import DriveResponse
+from vibopt.signals import Band
 
 _NOTHING = 1e-12
 """Part of its terms that a sum must have not to be rounding."""

@@ -6,7 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.cells import Stretches
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.highest import local_maxima
@@ -15,6 +16,7 @@ from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.pole_residue import Reading, reading_of
 from vibopt.mechanics.polynomials import Weight
 from vibopt.records import dataclass
+from vibopt.signals import Band, Drive
 
 _MOST = 40
 """Number of free coordinates up to which the poles are worth their cost."""
@@ -52,7 +54,7 @@ def highest(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: fl
             found = (_at_points if points else _found)(reading, drive.bands, x, within)
     except np.linalg.LinAlgError:
         return None
-    share = mount_count(model, form, x)
+    share = mount_count(model, form.output, x)
     if found is None or share == 1.0:
         return found
     return [Extreme(one.value / share, one.speed) for one in found]

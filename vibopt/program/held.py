@@ -8,7 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Monomials
 from vibopt.mechanics.model import Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.program.program import Aim, Limit, Program

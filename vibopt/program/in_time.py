@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Output, PeakInTime
+from vibopt.arrays import FloatArray
+from vibopt.forms import PeakInTime
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.panels import Numbers
 from vibopt.mechanics.transient import Peak, Reading, Transient
 from vibopt.program.mean_square import share_of
+from vibopt.signals import Output
 
 _STEP = 1e-30
 _KEPT = 64

@@ -12,23 +12,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibopt.forms import (
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
-    Line,
-    Modulus,
-    StaticForce,
-    StaticLoad,
-    StaticRow,
-)
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.forms import Modulus, StaticForce, StaticLoad, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, factors
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.program.boxes import Boxes, Scalar, powers_on
 from vibopt.records import dataclass
+from vibopt.signals import Line
 
 StaticForm = StaticLoad | StaticForce | StaticRow
 _POWERS = {INERTIA: 2, DAMPING: 1}

@@ -19,11 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibopt.forms import BoolArray, FloatArray, Noise, Output, RootMeanSquare
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.forms import RootMeanSquare
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.displaced import decaying, reduced
 from vibopt.program.reduce import closure
 from vibopt.records import dataclass
+from vibopt.signals import Noise, Output
 
 Numbers = NDArray[Any]
 """Real, or complex with the imaginary part as a slope."""

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vibopt.forms import FloatArray, ModeFrequency, ModeGap, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import ModeFrequency, ModeGap, Modulus
 from vibopt.program.program import Aim, Limit
 
 

@@ -12,11 +12,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibopt.forms import Amplitude, Band, BoolArray, Drive, FloatArray, Line, Modulus, Piece
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.program.program import Aim, Axis, Limit
 from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.records import dataclass
+from vibopt.signals import Amplitude, Band, Drive, Line, Piece
 from vibopt.work import Budget
 
 MARGIN = 1e-3

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, DecayRate, FloatArray, ModeDamping
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms import DecayRate, ModeDamping
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import decay_rates, free_matrices, rigid_count
 

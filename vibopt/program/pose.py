@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Form, Modulus, Monomials, PeakInTime, StaticLoad, StaticRow
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Modulus, Monomials, PeakInTime, StaticLoad, StaticRow
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
@@ -20,6 +21,7 @@ from vibopt.scene.drives import combine_for, drives_for, noises_for, signals_for
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
+from vibopt.signals import Drive
 
 _RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
 

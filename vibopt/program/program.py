@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Monomials, PeakInTime
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Monomials, PeakInTime
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import EnergyShare, FloatArray, FreeMotion, ModeGap, ModeRatio, StaticForce
+from vibopt.arrays import FloatArray
+from vibopt.forms import EnergyShare, FreeMotion, ModeGap, ModeRatio, StaticForce
 from vibopt.mechanics.free_motion import shape_ratio
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes, natural_frequencies, sag

@@ -14,11 +14,12 @@ from math import comb
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray, Line, Output
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
 from vibopt.records import dataclass
+from vibopt.signals import Line, Output
 
 
 @dataclass(frozen=True)

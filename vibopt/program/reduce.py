@@ -12,9 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus, Output, PeakInTime, RootMeanSquare, StaticForce, StaticRow
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Modulus, PeakInTime, RootMeanSquare, StaticForce, StaticRow
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.records import dataclass
+from vibopt.signals import Output
 
 _TINY = 1e-13
 

@@ -12,18 +12,14 @@ from itertools import islice, product
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import (
-    ComplexArray,
     DecayRate,
-    Drive,
-    FloatArray,
     Form,
-    Line,
     ModeDamping,
     ModeFrequency,
     Modulus,
     Monomials,
-    Output,
     PeakInTime,
     RootMeanSquare,
     StaticLoad,
@@ -41,6 +37,7 @@ from vibopt.program.mean_square import root_mean_square_slope
 from vibopt.program.poles import pole_pieces
 from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
 from vibopt.records import dataclass
+from vibopt.signals import Drive, Line, Output
 
 _STEP = 1e-6
 _BEND_STEP = 1e-5

@@ -6,22 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibopt.forms import (
-    Band,
-    BoolArray,
-    Drive,
-    FloatArray,
-    ModeFrequency,
-    Modulus,
-    StaticForce,
-    StaticLoad,
-)
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.forms import ModeFrequency, Modulus, StaticForce, StaticLoad
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.boxes import Boxes, Scalar, amplitude_on, modulus_on, powers_on
 from vibopt.program.linear import Linear, StaticForm
 from vibopt.program.over import pieces_of
 from vibopt.program.program import Aim, Axis, Limit
 from vibopt.records import dataclass
+from vibopt.signals import Band, Drive
 from vibopt.work import Budget
 
 _ROUNDING = 1e-9

@@ -7,12 +7,10 @@ from math import hypot
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import (
-    ComplexArray,
     DecayRate,
-    Drive,
     EnergyShare,
-    FloatArray,
     Form,
     FreeMotion,
     ModeDamping,
@@ -21,7 +19,6 @@ from vibopt.forms import (
     ModeRatio,
     Modulus,
     Monomials,
-    Output,
     PeakInTime,
     RootMeanSquare,
     StaticForce,
@@ -36,6 +33,7 @@ from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequenc
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import dataclass
+from vibopt.signals import Drive, Output
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +137,7 @@ def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Cur
     if model.n_free != 1 or len(drive.lines) != 1 or form.rigid_link:
         return None
     found = curve(model, model.values(x), form.output, drive.lines[0])
-    share = mount_count(model, form, x)
+    share = mount_count(model, form.output, x)
     return found if found is None or share == 1.0 else replace(found, size=found.size / share**2)
 
 
@@ -187,7 +185,9 @@ class DriveResponse:
         every = (len(lines), *[1] * speed.ndim)
         orders = np.array([line.order for line in lines]).reshape(every)
         vectors = np.array([line.vector if model is self.model else line.vector @ model.basis for line in lines])
-        size = np.array([line.amplitude.at(speed) for line in lines]) / float(mount_count(model, self.form, self.x))
+        size = np.array([line.amplitude.at(speed) for line in lines]) / float(
+            mount_count(model, self.form.output, self.x)
+        )
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             modal = self.modal if model is self.model else None
             h = transfer(model, p, output, vectors.reshape(*every, -1), orders * speed, modal)

@@ -7,9 +7,9 @@ from itertools import product
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.forms import (
     EnergyShare,
-    FloatArray,
     Form,
     ModeFrequency,
     ModeGap,

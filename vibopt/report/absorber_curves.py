@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme, peaks
 from vibopt.program.pose import form_of
@@ -13,6 +14,7 @@ from vibopt.responses import HarmonicResponse
 from vibopt.scene.assemble import bare, model_of
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
+from vibopt.signals import Drive
 
 
 def model_without(scene: Scene) -> Model | None:

@@ -10,13 +10,13 @@ import numpy as np
 from vibopt.answer.blocks import at_words
 from vibopt.answer.entry import Entry
 from vibopt.excitations import Excitation
-from vibopt.forms import Band
 from vibopt.mechanics.machine import GROUND, Machine
 from vibopt.records import dataclass
 from vibopt.scene.assemble import bare
 from vibopt.scene.drives import names_for
 from vibopt.scene.places import neighbours, supports, turning
 from vibopt.scene.scene import Design, Scene
+from vibopt.signals import Band
 from vibopt.units import best_unit, plain, show, to_unit
 from vibopt.verify.certify import machine_of, measure_on
 

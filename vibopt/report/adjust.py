@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Monomials
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.program.pose import pose
 from vibopt.program.program import Limit, Program

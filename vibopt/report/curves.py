@@ -9,7 +9,8 @@ import numpy as np
 
 from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked
-from vibopt.forms import Band, BoolArray, Drive, FloatArray, Modulus
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
@@ -24,6 +25,7 @@ from vibopt.responses.response import place_of
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.scene.space import members
+from vibopt.signals import Band, Drive
 from vibopt.units import best_unit, show, to_unit
 from vibopt.units.spelling import split_detector
 

@@ -11,7 +11,8 @@ from math import isfinite
 import numpy as np
 
 from vibopt.answer.blocks import spoken
-from vibopt.forms import FloatArray, Modulus, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus, Monomials
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Limit
 from vibopt.records import dataclass

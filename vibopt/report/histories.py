@@ -8,7 +8,8 @@ import numpy as np
 
 from vibopt.answer.blocks import spoken, value_at
 from vibopt.answer.entry import Checked
-from vibopt.forms import FloatArray, PeakInTime
+from vibopt.arrays import FloatArray
+from vibopt.forms import PeakInTime
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.transient import Peak

@@ -8,11 +8,11 @@ from math import isfinite
 from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
 from vibopt.excitations import Excitation
-from vibopt.forms import Amplitude
 from vibopt.responses.response import place_of
 from vibopt.scene.open_places import asked_positions
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MAXIMISE, Design, Scene, Variable
+from vibopt.signals import Amplitude
 from vibopt.units import plain, show
 from vibopt.units.spelling import split_detector
 from vibopt.values.fields import Fact, rule_of

@@ -7,7 +7,7 @@ from math import isfinite
 
 import numpy as np
 
-from vibopt.forms import BoolArray, FloatArray
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.units.spelling import split_detector
 

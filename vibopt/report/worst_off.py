@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Band, Drive, FloatArray, Form, IntArray, Modulus, Monomials
+from vibopt.arrays import FloatArray, IntArray
+from vibopt.forms import Form, Modulus, Monomials
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.program.rational import sampled
 from vibopt.program.worst import monomials, worst
+from vibopt.signals import Band, Drive
 
 SPEEDS = 70
 MANY_SPEEDS = 1500

@@ -6,12 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from vibopt.forms import Combine, ComplexArray, Drive, Form, Monomials, Output
+from vibopt.arrays import ComplexArray
+from vibopt.forms import Form, Monomials
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.responses.parameters import sum_of
 from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.response_rows import across_link
+from vibopt.signals import Combine, Drive, Output
 
 
 class Stroke(HarmonicResponse):

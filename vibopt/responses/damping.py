@@ -7,11 +7,13 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.forms import Combine, ComplexArray, Drive, Form, ModeDamping, Monomials
+from vibopt.arrays import ComplexArray
+from vibopt.forms import Form, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.responses.parameters import OfLink
 from vibopt.responses.response import FEW_MODES, Response
+from vibopt.signals import Combine, Drive
 from vibopt.values import word
 
 

@@ -6,10 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from vibopt.forms import Combine, DecayRate, Drive, Form
+from vibopt.forms import DecayRate, Form
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import FEW_MODES, Response
+from vibopt.signals import Combine, Drive
 
 
 class DecayRateOfModes(Response):

@@ -9,12 +9,13 @@ import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Combine, Drive, Form, FreeMotion
+from vibopt.forms import Form, FreeMotion
 from vibopt.mechanics.free_motion import propagated
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 from vibopt.responses.response import Response
+from vibopt.signals import Combine, Drive
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number
 from vibopt.values.fields import complaint

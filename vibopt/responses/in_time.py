@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.machine import Course, Machine
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
 from vibopt.responses.response import HarmonicResponse, TransientResponse

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from vibopt.forms import Combine, ComplexArray, Drive, Form, Modulus, Output
+from vibopt.arrays import ComplexArray
+from vibopt.forms import Form, Modulus
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point
+from vibopt.signals import Combine, Drive, Output
 
 
 class InsertionLoss(HarmonicResponse):

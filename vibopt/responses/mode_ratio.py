@@ -6,11 +6,12 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.forms import Combine, Drive, Form, ModeRatio
+from vibopt.forms import Form, ModeRatio
 from vibopt.mechanics.free_motion import shape_ratio
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import Response
+from vibopt.signals import Combine, Drive
 from vibopt.values import word
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from vibopt.forms import ComplexArray, Output
+from vibopt.arrays import ComplexArray
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import across_link, along, at_point
+from vibopt.signals import Output
 from vibopt.values.vectors import Direction
 
 

@@ -8,11 +8,12 @@ from typing import Any, ClassVar
 from pydantic import model_validator
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Band, Combine, Drive, Form, ModeFrequency
+from vibopt.forms import Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 from vibopt.responses.response import BoundError, Response
+from vibopt.signals import Band, Combine, Drive
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, read_speeds, word
 from vibopt.values.speeds import ROTATION, merged

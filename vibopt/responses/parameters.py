@@ -7,10 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from vibopt.forms import Combine, Drive, Form, Monomials
+from vibopt.forms import Form, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.responses.response import Response
+from vibopt.signals import Combine, Drive
 
 
 def owned_by(model: Model, owner: str, kind: int, *, weighs: bool = False) -> Monomials:

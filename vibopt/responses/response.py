@@ -6,22 +6,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.errors import QuantityError
-from vibopt.forms import (
-    Band,
-    Combine,
-    ComplexArray,
-    Drive,
-    FloatArray,
-    Form,
-    Modulus,
-    Noise,
-    Output,
-    RootMeanSquare,
-    Sort,
-)
+from vibopt.forms import Form, Modulus, RootMeanSquare
 from vibopt.mechanics.machine import Course, Machine, Motion
 from vibopt.mechanics.model import Model
+from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
 from vibopt.units import Quantity, plain, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Output
 from vibopt.mechanics.model import Model
+from vibopt.signals import Output
 from vibopt.values.vectors import AXES, Vector
 
 

@@ -8,12 +8,14 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.forms import Combine, ComplexArray, Drive, EnergyShare, Form, ModeGap, Output, StaticForce, StaticRow
+from vibopt.arrays import ComplexArray
+from vibopt.forms import EnergyShare, Form, ModeGap, StaticForce, StaticRow
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.response_rows import across_link, along_mount
+from vibopt.signals import Combine, Drive, Output
 from vibopt.values import word
 from vibopt.values.vectors import AXES, Direction, Vector
 

@@ -6,10 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from vibopt.forms import Combine, Drive, Form, StaticRow
+from vibopt.forms import Form, StaticRow
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import Response
+from vibopt.signals import Combine, Drive
 from vibopt.values.vectors import AXES, Direction
 
 

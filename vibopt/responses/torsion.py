@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from vibopt.forms import Combine, ComplexArray, Drive, Form, Output
+from vibopt.arrays import ComplexArray
+from vibopt.forms import Form
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.responses.motion import MotionOf, RelativeDisplacement
@@ -12,6 +13,7 @@ from vibopt.responses.parameters import Damping, Stiffness, owned_by
 from vibopt.responses.response import Response
 from vibopt.responses.response_rows import along
 from vibopt.responses.transmitted import Transmitted
+from vibopt.signals import Combine, Drive, Output
 from vibopt.values.vectors import Direction
 
 

@@ -7,11 +7,12 @@ from typing import ClassVar
 
 from pydantic import model_validator
 
-from vibopt.forms import ComplexArray, Output
+from vibopt.arrays import ComplexArray
 from vibopt.mechanics.machine import Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point, forces_along, link_forces
+from vibopt.signals import Output
 from vibopt.values import word
 from vibopt.values.vectors import AXES, Direction
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.devices import Device
 from vibopt.devices.symbols import Symbols
-from vibopt.forms import FloatArray
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.modes import natural_frequencies

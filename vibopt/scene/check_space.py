@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.forms import FloatArray
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.modes import sag
 from vibopt.responses import Response

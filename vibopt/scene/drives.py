@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
 from vibopt.excitations.signals import together
-from vibopt.forms import Amplitude, Band, Combine, Drive, FloatArray, Noise, Piece, Segment
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
+from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment
 from vibopt.units import Quantity
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import VEHICLE

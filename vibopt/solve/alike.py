@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.devices import Device
-from vibopt.forms import FloatArray
 from vibopt.program.program import Program
 from vibopt.scene.open_places import numbers_of
 from vibopt.scene.places import devices

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.held import held
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.forms import BoolArray, FloatArray, Form, Modulus, Monomials
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.forms import Form, Modulus, Monomials
 from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibopt.forms import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.program.program import Limit
 from vibopt.solve.closed_program import Number, Numbers, Question, machine_at
 from vibopt.solve.worst_speeds import local_extremes

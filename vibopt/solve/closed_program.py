@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import Line, ModeDamping, ModeFrequency, Modulus, Monomials, Output, StaticRow
+from vibopt.forms import ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.onemass import reading
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
+from vibopt.signals import Line, Output
 from vibopt.solve.rows import direction, single_lines
 
 Number = Any

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import BoolArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.records import dataclass
 from vibopt.solve.closed_program import Number, Numbers, Question, some
 

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vibopt.forms import BoolArray, ComplexArray, DecayRate, FloatArray, ModeDamping
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.forms import DecayRate, ModeDamping
 from vibopt.mechanics.model import Model
 from vibopt.program.poles import characteristic, rates_and_shapes
 from vibopt.program.program import Aim, Limit, Program

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.combine import FOUND, foremost
 from vibopt.program.program import Program
 from vibopt.program.worst_case import Hit, around, doubts_at, hit, measured_around, missed

@@ -9,7 +9,8 @@ from itertools import product
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import Monomials
 from vibopt.program.held import held
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge

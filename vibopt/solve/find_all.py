@@ -6,11 +6,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibopt.forms import Band, Drive, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst import DriveResponse, drive_extreme, singularities
 from vibopt.records import dataclass
+from vibopt.signals import Band, Drive
 from vibopt.solve.branch import Judge
 
 Interval = tuple[float, float]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import MOST_BOXES, Judge, Search

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.program.few import few_sampled
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge

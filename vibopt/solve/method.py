@@ -7,7 +7,7 @@ from dataclasses import field
 from importlib import import_module
 from typing import Any, Protocol
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 

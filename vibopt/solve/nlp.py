@@ -11,17 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from vibopt.forms import (
-    DecayRate,
-    EnergyShare,
-    FloatArray,
-    ModeDamping,
-    ModeGap,
-    Modulus,
-    PeakInTime,
-    RootMeanSquare,
-    StaticForce,
-)
+from vibopt.arrays import FloatArray
+from vibopt.forms import DecayRate, EnergyShare, ModeDamping, ModeGap, Modulus, PeakInTime, RootMeanSquare, StaticForce
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program

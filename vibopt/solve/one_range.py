@@ -15,7 +15,7 @@ from dataclasses import field
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.meetings import watched

@@ -9,7 +9,8 @@ from dataclasses import field
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.polynomials import real_roots
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Band, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
+from vibopt.signals import Band
 
 _MARGIN = 1e-9
 

@@ -8,8 +8,8 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.answer.entry import Chosen, Entry
+from vibopt.arrays import FloatArray
 from vibopt.document.mistakes import Mistakes
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 from vibopt.scene.check_scene import check
 from vibopt.scene.open_places import open_places, open_positions, positioned, settled

@@ -7,7 +7,7 @@ from dataclasses import field
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
 from vibopt.work import Budget
 

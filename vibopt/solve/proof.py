@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.program.over import MARGIN, Cover
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.vicinity import Vicinity

@@ -7,7 +7,8 @@ from itertools import product
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Axis, Program

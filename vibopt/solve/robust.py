@@ -12,7 +12,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.over import MARGIN
 from vibopt.program.program import Program
 from vibopt.program.worst import worst

@@ -10,11 +10,10 @@ from typing import TypeVar
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import (
-    ComplexArray,
     DecayRate,
     EnergyShare,
-    FloatArray,
     ModeDamping,
     ModeFrequency,
     ModeGap,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Modulus, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Modulus, Monomials
 from vibopt.program.few import applies, few_sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.worst import monomials, worst

@@ -7,7 +7,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.pose import asked_of
 from vibopt.program.program import Aim, Axis, Limit, Program, Tie
 from vibopt.program.worst_case import doubts_at

@@ -11,8 +11,8 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.cones import LINEAR, solve_cones
-from vibopt.forms import BoolArray, FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import Local, frequency_slopes, local_extremes
 from vibopt.records import dataclass

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 
 _TURNS = 24
 _EVEN = 1e-10

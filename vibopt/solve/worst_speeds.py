@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Form, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.program.worst import closed_form, plain_value
+from vibopt.signals import Drive
 
 
 def local_extremes(model: Model, form: Form, x: FloatArray, *, least: bool) -> list[tuple[tuple[float, ...], float]]:

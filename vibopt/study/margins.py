@@ -6,8 +6,8 @@ from dataclasses import field
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
-from vibopt.forms import FloatArray
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.meetings import watched
 from vibopt.program.pose import pose

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from vibopt.answer.entry import Entry, Word
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
 from vibopt.study.seen import chosen, goal_of, results

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, QuantityError
-from vibopt.forms import FloatArray
 from vibopt.jobs import answer, fact_at, is_open, is_scene, with_changes
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_positions

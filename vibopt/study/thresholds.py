@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from vibopt.answer.entry import Entry
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt, facts

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.errors import InputError
-from vibopt.forms import BoolArray, FloatArray
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.peaks import BETWEEN
 from vibopt.program.pose import pose

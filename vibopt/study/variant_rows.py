@@ -8,8 +8,8 @@ import numpy as np
 
 from vibopt.answer.blocks import at_words, spoken
 from vibopt.answer.entry import Checked, Entry
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
-from vibopt.forms import FloatArray
 from vibopt.report.catalogue_choices import tied
 from vibopt.responses.response import place_of
 from vibopt.scene.facts import FactAt, facts

@@ -9,9 +9,9 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.files.reading import FileFault, Stamp, shown_name, stamp_of
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 from vibopt.units.parsing import LARGEST
 from vibopt.units.scales import Scale, scale_of

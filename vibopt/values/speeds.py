@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from vibopt.errors import QuantityError
-from vibopt.forms import Band
 from vibopt.records import dataclass
+from vibopt.signals import Band
 from vibopt.units import is_range, read_quantity, read_range
 
 ROTATION, VEHICLE = "angular_rate", "velocity"

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.devices.offset import offset_of
 from vibopt.devices.symbols import Numbers
-from vibopt.forms import FloatArray
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.machine import Machine
 from vibopt.scene.assemble import bare

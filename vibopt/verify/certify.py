@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.excitations import Excitation
-from vibopt.forms import Band, Combine, ComplexArray, FloatArray, Line
 from vibopt.mechanics.combine import combined, foremost
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.modal import WORTH
@@ -24,6 +24,7 @@ from vibopt.responses import HarmonicResponse, RandomResponse, Response, Transie
 from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
+from vibopt.signals import Band, Combine, Line
 from vibopt.verify.as_built import machine_of
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Excitation, Transient
-from vibopt.forms import FloatArray
 from vibopt.mechanics.machine import Course, Machine
 from vibopt.records import dataclass
 from vibopt.responses import TransientResponse

@@ -12,9 +12,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibopt.forms import Amplitude, ComplexArray, FloatArray, IntArray, Piece
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
+from vibopt.signals import Amplitude, Piece
 
 _POINTS = 64
 _RING = 0.4

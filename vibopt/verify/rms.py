@@ -11,8 +11,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.excitations.white_noise import WhiteNoise
-from vibopt.forms import FloatArray
 from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 from vibopt.responses import RandomResponse

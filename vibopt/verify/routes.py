@@ -12,12 +12,9 @@ from math import hypot
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import (
-    Band,
-    ComplexArray,
     DecayRate,
-    Drive,
-    FloatArray,
     Form,
     FreeMotion,
     ModeDamping,
@@ -26,7 +23,6 @@ from vibopt.forms import (
     ModeRatio,
     Modulus,
     Monomials,
-    Output,
     StaticForce,
     StaticRow,
 )
@@ -39,6 +35,7 @@ from vibopt.program.pose import form_of, ratings
 from vibopt.program.worst import DriveResponse, plain_value, rigid_form
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
+from vibopt.signals import Band, Drive, Output
 from vibopt.verify.certify import Measured
 
 Numbers = FloatArray | ComplexArray
@@ -117,7 +114,7 @@ class _Modelled:
         if others or form.rigid_link or model.n_free > 1 or len(drive.lines) > 1:
             return float("nan")
         line, speed = drive.lines[0], found.speeds[drive.name]
-        size = abs(float(line.amplitude.at(np.array(speed)))) / mount_count(model, form, self.x)
+        size = abs(float(line.amplitude.at(np.array(speed)))) / mount_count(model, form.output, self.x)
         return size * abs(reading(model, model.values(self.x), form.output, line, line.order * speed))
 
     def _harmonic(self, form: Modulus, found: Measured) -> tuple[float, float]:
@@ -143,7 +140,7 @@ class _Modelled:
     def _shaken_room(self, model: Model, form: Modulus, drive: Drive, speed: float) -> float:
         """How far rounding of the coefficients moves the response to one excitation at a speed."""
         room, size = self._lines_room(model, form.output, drive, speed)
-        room /= mount_count(model, form, self.x)
+        room /= mount_count(model, form.output, self.x)
         if not form.rigid_link:
             return room
         rigid, output = rigid_form(model, form)

@@ -8,12 +8,12 @@ from math import inf
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.counterweights import Box, Least, Lengths, least
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
-from vibopt.forms import FloatArray
 from vibopt.records import dataclass
 
 Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.cones import CONE, LINEAR, solve_cones
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 from vibopt.work import worked
 

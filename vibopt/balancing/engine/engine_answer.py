@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table
 from vibopt.balancing.engine.counterweights import least
 from vibopt.balancing.engine.engine_job import EngineJob
@@ -26,7 +27,6 @@ from vibopt.balancing.engine.shaking import (
     peak,
 )
 from vibopt.balancing.question_prices import allowance
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.units import show
 from vibopt.work import metered
 

@@ -13,8 +13,8 @@ from math import comb
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob, Share
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 _SMALL = 1e-18

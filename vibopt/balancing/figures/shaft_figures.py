@@ -11,12 +11,12 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Value
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.figures.drawing import AFTER, BEFORE, Bar, Disc, bars, draw_disc, height, key, pad_more
 from vibopt.balancing.figures.drawing import Spot as Placed
 from vibopt.balancing.known.known_job import KnownJob, Spot
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, dress, sheet
 from vibopt.units import best_unit, to_unit
 from vibopt.units.showing import show_angle

@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.known.shaft_statics import (
@@ -23,7 +24,6 @@ from vibopt.balancing.known.shaft_statics import (
 from vibopt.balancing.plane_options import Options, options_of
 from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.question_prices import Solver, solve_question
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 AS_WRITTEN = Conventions("", "", WITH, "pk", "")

@@ -8,6 +8,7 @@ from math import ceil, inf, isfinite, tau
 
 from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
+from vibopt.arrays import ComplexArray
 from vibopt.balancing.known.correct import Correction, correct
 from vibopt.balancing.known.known_job import KnownJob, Spot
 from vibopt.balancing.known.known_tables import KnownLimitTable
@@ -23,7 +24,6 @@ from vibopt.balancing.known.shaft_statics import (
 from vibopt.balancing.plane_options import neighbours
 from vibopt.balancing.planes import MASS, Fitted, Plane
 from vibopt.balancing.question_prices import Solver, allowance, clash, left_out
-from vibopt.forms import ComplexArray
 from vibopt.records import dataclass
 from vibopt.units import show, si_unit
 from vibopt.work import Budget, metered

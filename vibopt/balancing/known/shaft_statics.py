@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.known.known_job import KnownJob
-from vibopt.forms import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import IntArray
+from vibopt.arrays import IntArray
 from vibopt.mechanics.host.matrices import Matrices, factored, negative_count
 
 MOST_JOINED = 3000

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.host.matrices import Matrices, solve
 from vibopt.records import dataclass
 

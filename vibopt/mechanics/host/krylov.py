@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.host.coordinates import Coordinates
 from vibopt.mechanics.host.matrices import Matrices, factored, solve
 from vibopt.records import dataclass

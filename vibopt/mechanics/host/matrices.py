@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.report.design_plane import Boundary, Plane
 from vibopt.report.figures.paper import (
     COLOURS,

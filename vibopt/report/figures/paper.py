@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.files.marks import FIGURES
-from vibopt.forms import FloatArray
 from vibopt.units import plain
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.report.figures.paper import (
     COLOURS,
     DASHES,

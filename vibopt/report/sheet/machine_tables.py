@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer_page import given
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import Rigid, SpaceMachine
 from vibopt.report.sheet.mount_plan import said

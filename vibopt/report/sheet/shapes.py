@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vibopt.forms import FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.mechanics.hosted import HostedMachine
 from vibopt.mechanics.machine import Machine, inverse_root
 from vibopt.mechanics.rigid import SpaceMachine

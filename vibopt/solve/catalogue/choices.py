@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import BoolArray, FloatArray, Form, IntArray, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.arrays import BoolArray, FloatArray, IntArray
+from vibopt.forms import Form, Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Program, Tie
 from vibopt.records import dataclass

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
-from vibopt.forms import FloatArray, ModeFrequency, Monomials, StaticLoad
+from vibopt.forms import ModeFrequency, Monomials, StaticLoad
 from vibopt.program.bounds import FormBounds
 from vibopt.program.held import held
 from vibopt.program.program import Aim, Axis, Limit, Program

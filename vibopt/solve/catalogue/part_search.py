@@ -7,7 +7,8 @@ from dataclasses import field
 
 import numpy as np
 
-from vibopt.forms import BoolArray, FloatArray, IntArray, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.arrays import BoolArray, FloatArray, IntArray
+from vibopt.forms import Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.frontier import Frontier
 from vibopt.program.program import Program
 from vibopt.program.rational import Groups

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.program.program import Program
 from vibopt.solve.catalogue.choices import Node, factors_of
 from vibopt.solve.catalogue.part_search import COST, LEAF, MOST_STEPS, Pick, Search

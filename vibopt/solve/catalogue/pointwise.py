@@ -4,20 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import (
-    ComplexArray,
-    Drive,
-    FloatArray,
-    Form,
-    Line,
-    ModeDamping,
-    ModeFrequency,
-    Modulus,
-    Monomials,
-    StaticForce,
-    StaticLoad,
-    StaticRow,
-)
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticForce, StaticLoad, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
@@ -26,6 +14,7 @@ from vibopt.program.program import Limit
 from vibopt.program.rational import Groups, sampled_static
 from vibopt.program.worst import monomials
 from vibopt.records import dataclass
+from vibopt.signals import Drive, Line
 
 ROUGH = 1e-6
 """Part of a bound by which a response at sampled speeds must miss it to count: determinants lose digits."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.mechanics.modes import free_matrices
 from vibopt.program.few import followed, heights_of
 from vibopt.program.program import Aim

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import nnls
 
-from vibopt.forms import BoolArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.records import dataclass
 
 SLACK = 1e-12

@@ -10,7 +10,8 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.frontier import Frontier
 from vibopt.program.few import few_sampled
 from vibopt.program.program import Aim, Limit, Program

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Band, ComplexArray, FloatArray, Modulus
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms import Modulus
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
+from vibopt.signals import Band
 from vibopt.solve.plane.link_plane import LinkPlane
 
 _POINTS = 400

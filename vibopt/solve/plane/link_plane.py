@@ -12,7 +12,8 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray, Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Term
 from vibopt.program.bounds import monomial_bounds
 from vibopt.program.program import Aim, Limit, Program

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 
 
 def balanced(

@@ -13,11 +13,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from vibopt.forms import FloatArray, Form, Line, Modulus, Monomials, StaticRow
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Modulus, Monomials, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
+from vibopt.signals import Line
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import sampled_speeds
 

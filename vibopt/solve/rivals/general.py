@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import local_extremes
 from vibopt.records import dataclass
+from vibopt.signals import Drive
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.rivals.sampled import SampledRows, sampled_speeds
 from vibopt.work import late

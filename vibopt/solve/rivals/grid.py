@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vibopt.forms import FloatArray, Monomials
+from vibopt.arrays import FloatArray
+from vibopt.forms import Monomials
 from vibopt.program.program import Axis, Limit, Program
 from vibopt.program.worst import monomials
 from vibopt.records import dataclass

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 
 HOW = "pip install hsbalance==0.5.5"
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.forms import Drive, FloatArray, Form, Modulus
+from vibopt.arrays import FloatArray
+from vibopt.forms import Form, Modulus
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.program.slopes import frequency_slopes, plain_slope, sampled_slopes
 from vibopt.program.worst import DriveResponse, plain_value
+from vibopt.signals import Drive
 from vibopt.solve.ranges import log_box, starts
 
 _HUGE = 1e12
