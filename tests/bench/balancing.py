@@ -22,8 +22,10 @@ from unittest import mock
 import numpy as np
 
 from vibopt.balancing.continuous import solve_continuous
+from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.discrete import solve_discrete
-from vibopt.balancing.holes import hole_options
+from vibopt.balancing.plane_options import options_of
+from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 
 SIZES = ((8, 2), (1000, 100), (5000, 8))
@@ -84,11 +86,14 @@ def against_cvxpy() -> None:
 
 def discrete() -> None:
     """24 holes, five shelf weights, three planes, jointly, with proof."""
-    options = hole_options(np.arange(24) * 2 * np.pi / 24, np.array([1.0]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]))
+    plane = Plane(
+        "", radii=(1.0,), holes=tuple((np.arange(24) * 2 * np.pi / 24).tolist()), shelf=(0.1, 0.2, 0.3, 0.4, 0.5)
+    )
+    options = options_of(plane, Conventions("", "", WITH, "pk", ""))
     goals: tuple[Goal, ...] = ("rms", "worst", "sum", "huber")
     for goal in goals:
         for n in (6, 12, 48):
-            lists = {"options": (options.unbalances,) * 3, "option_masses": (options.masses,) * 3, "huber": 1.0}
+            lists = {"options": (options.u,) * 3, "option_masses": (options.masses,) * 3, "huber": 1.0}
             question = replace(random_question(n, 3, goal, False), **lists)  # type: ignore[arg-type]
             seconds, solved = timed(lambda q=question: solve_discrete(q), 2)  # type: ignore[misc]
             print(

@@ -4,13 +4,12 @@ In the gap between two neighbouring holes less than half a turn apart, u = m1 e1
 solution, and m1 + m2 is linear in u.  Over all gaps the sum of both parts is the gauge of the polygon of the holes,
 greatest of Re n* u over its sides: convex, and never less than |u|.  A cap on the sum is therefore convex whatever the
 holes are.  Only a cap on each hole (a drill goes no deeper) leaves a set that bulges between the holes; then the gaps
-are branched over, and what a set of neighbouring gaps spans is bounded by its convex hull.
+are branched over.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -57,16 +56,6 @@ class Fan:
         return np.array([*found, *self.holes[alone]], dtype=complex)
 
     @property
-    def bulge(self) -> ComplexArray:
-        """Normals q of the hull of what full holes do, Re q* u <= 1; none without a cap on each hole."""
-        if not np.isfinite(self.each):
-            return np.empty(0, dtype=complex)
-        pairs = [self.each * (self.holes[i] + self.holes[j]) for i, j in self.gaps]
-        if not pairs:
-            return self.holes / self.each
-        return _hull_normals(np.array([0.0, *(self.each * self.holes), *pairs], dtype=complex))
-
-    @property
     def line(self) -> complex | None:
         """Direction of two opposite holes, between which nothing acts; None elsewhere."""
         return complex(self.holes[0]) if len(self.holes) == 2 and not _near(self.angles) else None
@@ -88,23 +77,6 @@ class Fan:
         """Both parts together of u (any shape), u being within reach of the holes."""
         return np.asarray(np.maximum((np.asarray(u)[..., None] * self.sides.conj()).real.max(axis=-1), 0.0))
 
-    def gains(self, slope: complex, cap: float) -> tuple[tuple[float, float], ...]:
-        """Greatest Re slope* u per unit of weight, and room: of the first hole, then (with caps) of its neighbour."""
-        along = (np.conj(slope) * self.holes).real
-        first = max(float(along.max()), 0.0)
-        if not self.each < cap:
-            return ((first, cap),)
-        room = min(self.each, cap - self.each)
-        best = max(
-            (self.each * max(along[i], along[j]) + room * min(along[i], along[j]) for i, j in self.gaps), default=0.0
-        )
-        second = max(float(best) - self.each * first, 0.0) / room
-        return (first, self.each), (second, room)
-
-    def reach(self, cap: float) -> float:
-        """The most that both parts together weigh."""
-        return min(cap, (2.0 if self.gaps else 1.0) * self.each)
-
     def parts(self, u: complex) -> tuple[tuple[int, float], ...]:
         """(hole, part) of u cut for the holes around it; the nearest hole alone where no gap reaches."""
         for i, j in self.gaps:
@@ -123,16 +95,6 @@ class Fan:
     def greatest(self, u: complex) -> float:
         """The greater part of u at one hole."""
         return max(part for _, part in self.parts(u))
-
-    def snapped(self, u: complex, cap: float) -> complex:
-        """A correction near u that its holes, their caps and the cap on both parts allow."""
-        parts = [(hole, min(part, self.each)) for hole, part in self.parts(u)]
-        over = max(sum(part for _, part in parts) / cap if cap > 0 else 1.0, 1.0)
-        return complex(sum(self.holes[hole] * part / over for hole, part in parts))
-
-    def scaled(self, by: float) -> Fan:
-        """The same in another unit of u."""
-        return replace(self, each=self.each / by)
 
     def split_at(self, u: complex) -> tuple[Fan, ...]:
         """The gaps in two or three sets of neighbouring ones, cut at the hole next to u; itself where it has one."""
@@ -173,27 +135,3 @@ def _shares(u: complex, first: complex, second: complex) -> tuple[float, float]:
     """m1, m2 with u = m1 first + m2 second."""
     area = (first.conjugate() * second).imag
     return (u.conjugate() * second).imag / area, (first.conjugate() * u).imag / area
-
-
-def _hull_normals(points: ComplexArray) -> ComplexArray:
-    """Normals q of the convex hull of points (zero among them), Re q* p <= 1; sides through zero are left out."""
-    size = float(np.abs(points).max())
-    order = np.lexsort((points.imag, points.real))
-    hull = [*_chain(points[order]), *_chain(points[order[::-1]])]
-    found = []
-    for a, b in zip(hull, [*hull[1:], hull[0]], strict=True):
-        outward = -1j * (b - a)
-        distance = (np.conj(outward) * a).real
-        if distance > 1e-9 * size * abs(outward):
-            found.append(outward / distance)
-    return np.array(found, dtype=complex)
-
-
-def _chain(points: ComplexArray) -> list[complex]:
-    """Half of the hull, counter-clockwise, without its last point."""
-    kept: list[complex] = []
-    for point in points:
-        while len(kept) > 1 and ((kept[-1] - kept[-2]).conjugate() * (point - kept[-2])).imag <= 0.0:
-            kept.pop()
-        kept.append(complex(point))
-    return kept[:-1]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import replace
-from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
+from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Question, Sectors, inside_arc
 from vibopt.balancing.scaled import Scaled, into_wedge
+from vibopt.frontier import Frontier
 from vibopt.records import dataclass
+from vibopt.work import Budget
 
 Wedge = tuple[float, float]
 CLOSED = 1e-9
@@ -32,21 +33,7 @@ class Branched:
 
 def allowed_arcs(sectors: Sectors) -> tuple[Wedge, ...]:
     """What the forbidden sectors leave, as (middle, half width <= pi/2); empty where they leave nothing."""
-    turn = 2.0 * np.pi
-    if not sectors:
-        return ()
-    spans = sorted((low % turn, low % turn + ((high - low) % turn or turn)) for low, high in sectors)
-    start = spans[0][0]
-    reach, gaps = start, []
-    for low, high in spans:
-        if low > reach + 1e-12:
-            gaps.append((reach, low))
-        reach = max(reach, high)
-    around = max(0.0, reach - start - turn)  # what the last sector covers of the first gaps, once around
-    if reach < start + turn - 1e-12:
-        gaps.append((reach, start + turn))
-    wrapped = [(max(low, start + around), high) for low, high in gaps if high > start + around]
-    return tuple(piece for low, high in wrapped for piece in _halves(low, high))
+    return tuple(piece for low, high in (open_arcs(sectors) if sectors else ()) for piece in _halves(low, high))
 
 
 def _halves(low: float, high: float) -> list[Wedge]:
@@ -74,13 +61,12 @@ def _nearest(value: complex, wedges: tuple[Wedge, ...]) -> complex:
 def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
     """Best-first over the choice of an arc per plane; each program's own dual bound closes its branch."""
     arcs = [allowed_arcs(entry) for entry in sectors] or [()] * scene.n_planes
-    order = count()
-    root = solve_convex(scene)
-    heap = [(root.bound, next(order), scene, root)]
+    frontier, root = Frontier(Budget(MOST_PROGRAMS - 1, "programs")), solve_convex(scene)
+    frontier.push(root.bound, (scene, root))
     best, closed, programs = Convex(None, np.inf, np.inf, None), np.inf, 1
     factors: list[float] = []
-    while heap and programs < MOST_PROGRAMS:
-        bound, _, node, answer = heapq.heappop(heap)
+    while frontier and not frontier.over:
+        bound, (node, answer) = frontier.pop()
         if best.x is not None and bound >= best.value - CLOSED * max(abs(best.value), 1e-6):
             closed = min(closed, bound)
             break
@@ -99,10 +85,10 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
             child = replace(node, wedges=(*node.wedges[:plane], wedge, *node.wedges[plane + 1 :]))
             solved = solve_convex(child)
             programs += 1
-            heapq.heappush(heap, (max(solved.bound, bound), next(order), child, solved))
-    if heap:
-        closed = min(closed, heap[0][0])
-    sure = not heap and len(factors) > 0 and not np.isnan(factors).any()
+            frontier.budget.spend()
+            frontier.push(max(solved.bound, bound), (child, solved))
+    closed = min(closed, frontier.bound)
+    sure = not frontier and len(factors) > 0 and not np.isnan(factors).any()
     return Branched(best, min(closed, best.value), programs, min(factors) if sure else float("nan"))
 
 

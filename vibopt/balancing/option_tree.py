@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from vibopt.balancing.free_planes import solve_over_arcs
 from vibopt.balancing.question import Sectors
 from vibopt.balancing.rounding import NO_STOCK, Boxes, goal_bounds, judge, mass_bounds, ratio_bounds, short_of
 from vibopt.balancing.scaled import Scaled
+from vibopt.frontier import Frontier
 from vibopt.records import dataclass
 from vibopt.work import Budget
 
@@ -96,21 +98,21 @@ BOX = 0.02  # of nominal work [ms]
 
 @dataclass
 class Open:
-    """Boxes still to look at: cell per plane (-1: a plane without a list), bound, best place and Lawson's weights."""
+    """Boxes to look at: bound, cell per plane (-1: a plane without a list), best place and Lawson's weights."""
 
-    cells: Places
     bound: FloatArray
+    cells: Places
     x: ComplexArray
     goal_weights: FloatArray
     limit_weights: FloatArray
 
     def take(self, rows: Places) -> Open:
-        return Open(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+        return Open(*(one[rows] for one in self.columns))
 
-    def join(self, other: Open) -> Open:
-        return Open(
-            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.__dataclass_fields__)
-        )
+    @property
+    def columns(self) -> tuple[np.ndarray[Any, Any], ...]:
+        """As a frontier keeps them."""
+        return self.bound, self.cells, self.x, self.goal_weights, self.limit_weights
 
 
 class Tree:
@@ -186,24 +188,17 @@ class Tree:
         """Look at every box that may hold something better; the bound proven when done or when the budget is spent."""
         n, m = len(self.rows.g), len(self.rows.f)
         root = np.array([[-1 if cells is None else 0 for cells in self.planes]])
-        frontier = Open(
-            root, np.array([-np.inf]), x[None, :].copy(), np.full((1, n), 1 / max(n, 1)), np.full((1, m), 1 / max(m, 1))
-        )
-        frontier = self._bounded(frontier)
-        while len(frontier.bound):
-            if budget.over or len(frontier.bound) > MOST_BOXES:
-                return float(min(frontier.bound.min(), self.goal_to_beat, self.undecided))
-            count = min(BATCH, len(frontier.bound))
-            picked = np.argpartition(frontier.bound, count - 1)[:count]
-            rest = np.ones(len(frontier.bound), dtype=bool)
-            rest[picked] = False
+        weights = np.full((1, n), 1 / max(n, 1)), np.full((1, m), 1 / max(m, 1))
+        frontier = Frontier(budget)
+        frontier.add(*self._bounded(Open(np.array([-np.inf]), root, x[None, :].copy(), *weights)).columns)
+        while frontier and not frontier.over and len(frontier) <= MOST_BOXES:
             before = self.work
-            grown = self._grow(frontier.take(picked))
+            grown = self._grow(Open(*frontier.take(BATCH)))
             budget.spend(self.work - before)
-            frontier = frontier.take(np.flatnonzero(rest & (frontier.bound < self.goal_to_beat)))
             if grown is not None:
-                frontier = frontier.join(grown.take(np.flatnonzero(grown.bound < self.goal_to_beat)))
-        return min(self.goal_to_beat, self.undecided)
+                frontier.add(*grown.columns)
+            frontier.keep(self.goal_to_beat)
+        return min(frontier.bound, self.goal_to_beat, self.undecided)
 
     def _grow(self, picked: Open) -> Open | None:
         """Enumerate the small boxes, halve the others; bounds of the halves."""

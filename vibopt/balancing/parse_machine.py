@@ -21,10 +21,9 @@ from vibopt.balancing.plane_options import (
     KEPT_AND_REMOVED,
     MOST_OPTIONS,
     count_options,
-    forbids_all,
     listed_twice,
 )
-from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, read_arc
+from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, open_arcs, read_arc
 from vibopt.balancing.rotor_job import Sensor
 from vibopt.balancing.rotor_tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
 from vibopt.document.mistakes import Mistakes, Path
@@ -298,7 +297,7 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
     where = f"planes.{plane.name}"
     if plane.keep and plane.remove:
         mistakes.add((*path, "remove"), f"{where} {KEPT_AND_REMOVED}")
-    if not plane.holes and forbids_all(plane.forbidden):
+    if not plane.holes and not open_arcs(plane.forbidden):
         mistakes.add((*path, "forbidden"), f"{where} {ALL_FORBIDDEN}")
     if plane.holes and not plane.shelf and not plane.split and plane.fitted is None:
         mistakes.add(

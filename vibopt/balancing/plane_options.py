@@ -142,20 +142,6 @@ def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.
     return Options(u[best], masses[best], items[best], options.offers, uses[best])
 
 
-def forbids_all(sectors: Sequence[tuple[float, float]]) -> bool:
-    """Whether arcs (from, to) [rad] leave no more than single angles of the turn."""
-    if not sectors:
-        return False
-    start = sectors[0][0]
-    arcs = sorted(((low - start) % tau, high - low) for low, high in sectors)
-    reached = 0.0
-    for low, width in arcs:
-        if low > reached + _HAIR and low < tau - _HAIR:
-            return False
-        reached = max(reached, (0.0 if low > tau - _HAIR else low) + width)
-    return reached > tau - _HAIR
-
-
 def listed_twice(holes: Sequence[float]) -> str:
     """What is wrong with angles of holes [rad] of which two are the same; "" where none are."""
     for k, one in enumerate(holes):

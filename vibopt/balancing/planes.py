@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from math import inf, isclose, pi, tau
 
 from vibopt.balancing.conventions import Conventions, read_angle, show_angle
@@ -292,6 +293,21 @@ def read_arc(text: object) -> tuple[float, float]:
     if isclose(low, high):
         raise QuantityError('is an empty sector: both ends are the same. Write "80..110 deg".')
     return low, high if high > low else high + tau
+
+
+def open_arcs(sectors: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Arcs (from, to) [rad] that forbidden arcs leave, single angles not counted; the whole turn without any."""
+    if not sectors:
+        return [(0.0, tau)]
+    spans = sorted((low % tau, low % tau + ((high - low) % tau or tau)) for low, high in sectors)
+    start, gaps = spans[0][0], []
+    reach = start
+    for low, high in [*spans, (start + tau, start + tau)]:
+        if low > reach + _HAIR:
+            gaps.append((reach, low))
+        reach = max(reach, high)
+    around = reach - tau  # what the last sector covers of the first gaps, once around
+    return [(max(low, around), high) for low, high in gaps if high > around + _HAIR]
 
 
 def hole_name(plane: Plane, index: int) -> str:

@@ -212,7 +212,7 @@ class Solved:
     gap
         (value - bound) / max(|value|, tiny), zero when both are equal.
     prices
-        Dual prices; None for discrete answers (see `prices.by_solving_again`).
+        Dual prices; None for discrete answers.
     chosen
         Per plane the index into its options, -1 for a continuous plane.
     least_factor

@@ -8,9 +8,7 @@ Clarabel finds the answer; the bound is worked out here from its multipliers, ma
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import field
-from itertools import count
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question, Solved
 from vibopt.cones import CONE, LINEAR, solve_cones
+from vibopt.frontier import Frontier
 from vibopt.records import dataclass
 from vibopt.work import Budget
 
@@ -45,21 +44,18 @@ def _bound(question: Question, plane: int) -> bool:
 
 def solve_split(question: Question, budget: Budget | None = None) -> Solved:
     """The best correction, its gap worked out from multipliers; branching only where holes have caps of their own."""
-    budget, order = budget or programs(), count()
+    frontier = Frontier(budget or Budget(PROGRAMS, "programs", PROGRAM))
     first = _relaxed(question, question.fans)
     if first is None:
         return Solved(None, "unproven", "the cone program over the holes found no weights")
-    best, value, solved = None, np.inf, 1
-    waiting = [(first.bound, next(order), first, question.fans)]
-    while waiting:
-        bound, _, found, fans = heapq.heappop(waiting)
-        if bound >= value - GAP * max(abs(value), _TINY) or budget.over:
-            heapq.heappush(waiting, (bound, next(order), found, fans))
-            break
+    best, value, bar, solved = None, np.inf, np.inf, 1
+    frontier.push(first.bound, (first, question.fans))
+    while frontier and not frontier.over and frontier.bound < bar:
+        found, fans = frontier.pop()[1]
         worst = _overfull(found.u, fans)
         if worst is None:
             if found.value < value:
-                best, value = found.u, found.value
+                best, value, bar = found.u, found.value, found.value - GAP * max(abs(found.value), _TINY)
             continue
         fan = fans[worst]
         assert fan is not None
@@ -67,21 +63,16 @@ def solve_split(question: Question, budget: Budget | None = None) -> Solved:
             narrowed = tuple(part if plane == worst else one for plane, one in enumerate(fans))
             inner = _relaxed(question, narrowed)
             solved += 1
-            budget.spend()
+            frontier.budget.spend()
             if inner is not None:
-                heapq.heappush(waiting, (inner.bound, next(order), inner, narrowed))
+                frontier.push(inner.bound, (inner, narrowed))
     if best is None:
         return Solved(None, "unproven", f"no split weights were found in {solved} programs")
-    bound = min([one[0] for one in waiting], default=first.bound if solved == 1 else value)
+    bound = frontier.bound if frontier else first.bound if solved == 1 else value
     gap = max(value - bound, 0.0) / max(abs(value), _TINY)
     sure = bool(gap <= 1e-4)
     claim = f"cone program over the holes of split weights, {solved} solved, gap {gap:.1e} by our own dual bound"
     return Solved(best, "optimal" if sure else "feasible", claim, value, bound, gap, details={"programs": solved})
-
-
-def programs() -> Budget:
-    """Cone programs that one question may take."""
-    return Budget(PROGRAMS, "programs", PROGRAM)
 
 
 def _overfull(u: ComplexArray, fans: tuple[Fan | None, ...]) -> int | None:

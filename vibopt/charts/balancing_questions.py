@@ -12,7 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.holes import hole_options
+from vibopt.balancing.conventions import WITH, Conventions
+from vibopt.balancing.plane_options import options_of
+from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.charts.cutting_planes import least_worst
@@ -154,10 +156,11 @@ def stock(*, quick: bool) -> list[Asked]:
 def shelf() -> list[Asked]:
     """24 holes, five shelf weights and three planes: the smallest worst residual, and the least mass under limits."""
     rng = np.random.default_rng(1)
-    options = hole_options(np.arange(HOLES) * 2 * np.pi / HOLES, np.array([1.0]), np.array(WEIGHTS))
+    holes = tuple((np.arange(HOLES) * 2 * np.pi / HOLES).tolist())
+    options = options_of(Plane("", radii=(1.0,), holes=holes, shelf=WEIGHTS), Conventions("", "", WITH, "pk", ""))
     question = replace(
         plain(normal(rng, 8), normal(rng, 8, 3), "worst"),
-        options=(options.unbalances,) * 3,
+        options=(options.u,) * 3,
         option_masses=(options.masses,) * 3,
     )
     left, masses = every_choice(question, options.masses)

@@ -15,6 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
+from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Question
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import NonlinearProgram
@@ -151,22 +152,7 @@ def _allowed(question: Question, plane: int) -> list[tuple[float, float]]:
     if fan is not None and fan.wedge is not None:
         middle, half = fan.wedge
         return [(middle - half, middle + half)]
-    turn = 2.0 * np.pi
-    sectors = question.sectors[plane] if question.sectors else ()
-    closed = sorted((low % turn, low % turn + ((high - low) % turn or turn)) for low, high in sectors)
-    if not closed:
-        return [EVERY]
-    merged = [list(closed[0])]
-    for low, high in closed[1:]:
-        if low <= merged[-1][1]:
-            merged[-1][1] = max(high, merged[-1][1])
-        else:
-            merged.append([low, high])
-    if len(merged) > 1 and merged[-1][1] - turn >= merged[0][0]:  # the last one runs over the mark into the first
-        merged[0][0] = merged.pop()[0] - turn
-    ends = [*merged[1:], [merged[0][0] + turn, 0.0]]
-    gaps = [(high, following[0]) for (_, high), following in zip(merged, ends, strict=True)]
-    return [(low, high) for low, high in gaps if high > low]
+    return open_arcs(question.sectors[plane] if question.sectors else ())
 
 
 def convex(named: Named, *, margin: float = 0.0) -> Any:

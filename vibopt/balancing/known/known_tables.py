@@ -8,8 +8,8 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vibopt.balancing.fitted import is_fitted
-from vibopt.balancing.plane_options import ALL_FORBIDDEN, KEPT_AND_REMOVED, forbids_all, listed_twice
-from vibopt.balancing.planes import read_arc
+from vibopt.balancing.plane_options import ALL_FORBIDDEN, KEPT_AND_REMOVED, listed_twice
+from vibopt.balancing.planes import open_arcs, read_arc
 from vibopt.errors import QuantityError
 from vibopt.units import read_quantity
 from vibopt.values import Choice, Fact, Table, number
@@ -202,7 +202,7 @@ class KnownPlaneTable(Table):
                 'limits its weight but has no radius. Write radius = "150 mm", or limit unbalance.',
             ),
             (self.remove and bool(self.shelf), "removes material and has weights on the shelf. Keep one of them."),
-            (self.holes is None and forbids_all(self.forbidden), ALL_FORBIDDEN),
+            (self.holes is None and not open_arcs(self.forbidden), ALL_FORBIDDEN),
             (self.keep and self.remove, KEPT_AND_REMOVED),
             (self.most_weights < 1, "has most_weights below 1. Write 1, or keep = true where nothing may change."),
         ):
