@@ -21,8 +21,8 @@ MODULES = {
 }
 
 FLOORS = (
-    ("records",),
-    ("arrays", "errors", "work"),
+    ("errors", "records"),
+    ("arrays", "work"),
     ("cones", "files", "frontier", "signals", "units"),
     ("document",),
     ("values",),

@@ -12,6 +12,42 @@ LONGEST = 399
 """Most letters of one message, whatever was given."""
 _PIECE = re.compile(r"\S{61,}")
 _CONTROL = re.compile("[\\x00-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
+_MEANT = {
+    "objective": ("goal",),
+    "target": ("goal", "of"),
+    "constraints": ("limits",),
+    "outputs": ("measures",),
+    "loads": ("excitations",),
+    "forces": ("excitations",),
+    "machines": ("bodies",),
+    "springs": ("links",),
+    "isolators": ("mounts", "links"),
+    "dampers": ("absorbers",),
+    "upper": ("at_most", "to"),
+    "max": ("at_most", "to"),
+    "maximum": ("at_most", "to"),
+    "lower": ("at_least", "from"),
+    "min": ("at_least", "from"),
+    "minimum": ("at_least", "from"),
+    "k": ("stiffness",),
+    "c": ("damping",),
+    "m": ("mass",),
+    "zeta": ("damping_ratio",),
+    "body": ("on", "of"),
+    "ends": ("between",),
+    "force": ("amplitude",),
+    "magnitude": ("amplitude",),
+    "frequency": ("speed",),
+    "rpm": ("speed",),
+    "range": ("over",),
+    "speeds": ("over",),
+    "type": ("kind", "response"),
+    "quantity": ("response",),
+    "options": ("one_of",),
+    "choices": ("one_of",),
+    "file": ("catalogue", "readings"),
+}
+"""What users call a thing that has another name here; the first of them that is known is proposed."""
 _LISTED = 240
 """Most letters of a list of known names."""
 
@@ -75,10 +111,24 @@ class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than
     exit_code = 5
 
 
+_ONE = {"boxes": "box", "batches": "batch", "classes": "class", "frequencies": "frequency", "ms": "ms"}
+"""Words whose plural has more than an s."""
+
+
+def counted(count: float, things: str) -> str:
+    """So many of something: "1 box", "3 boxes"; `things` in the plural, "sets of runs" too."""
+    if count != 1:
+        return f"{count:.6g} {things}" if isinstance(count, float) else f"{count} {things}"
+    head, sign, rest = re.fullmatch(r"(.*?)( (?:of|at|with)\b|$)(.*)", things, re.DOTALL).groups()  # type: ignore[union-attr]
+    front, _, last = head.rpartition(" ")
+    return " ".join(filter(None, ("1", front, _ONE.get(last, last.removesuffix("s"))))) + sign + rest
+
+
 def way_out(name: str, known: Iterable[str]) -> str:
     """The sentence behind an unknown `name`: the nearest of `known`, else all of them; starts with a space."""
     names = list(known)
-    near = get_close_matches(name[:LONGEST], names, n=1)
+    near = [one for one in _MEANT.get(name.lower(), ()) if one in names][:1]
+    near = near or get_close_matches(name[:LONGEST], names, n=1)
     if near:
         return f' Did you mean "{shortened(near[0], 60)}"?'
     if names:

@@ -281,8 +281,7 @@ def balanced(
 
     with answering() as limit, nullcontext() if explain else without_prices():
         found = _balanced(job, thorough, method)
-    ended = "" if limit is None or found.proven else limit.words
-    return replace(found, claim=found.claim + ended) if ended else found
+    return found if limit is None or found.proven else replace(found, claim=limit.added_to(found.claim))
 
 
 def reasons(job: BalancingJob, found: Answer[Any]) -> tuple[Any, Any]:

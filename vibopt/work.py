@@ -7,11 +7,13 @@ took, in nominal milliseconds: a measure of size to decide by, not of time.
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
+from vibopt.errors import counted
 from vibopt.records import dataclass
 
 
@@ -40,6 +42,11 @@ class TimeLimit:
     def words(self) -> str:
         """What is added to the claim of the answer; "" where nothing was ended."""
         return f"; the time limit of {self.seconds:g} s ended the search after {self.ended}" if self.ended else ""
+
+    def added_to(self, claim: str) -> str:
+        """The claim with what the limit ended: the count is said once."""
+        known = re.search(r"\b(?:stopped after|nothing proven in) \d", claim)
+        return claim + (self.words.partition(" after ")[0] if known else self.words)
 
 
 _METER: ContextVar[Meter | None] = ContextVar("meter", default=None)
@@ -81,7 +88,7 @@ class Budget:
         return min(self.spent / max(self.most, 1), 0.99)
 
     def __str__(self) -> str:
-        return f"{self.spent} {self.unit}"
+        return counted(self.spent, self.unit)
 
 
 def worked(cost: float) -> None:

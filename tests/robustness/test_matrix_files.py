@@ -134,7 +134,7 @@ def test_an_array_that_claims_more_than_its_file_holds_is_refused(shape: tuple[i
 def test_a_dense_matrix_without_rows_is_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "m.npz", K=np.zeros((0, 0)))
     assert refused(tmp_path / "m.npz", "K") == (
-        "cannot be used. It is empty: 0 rows, 0 columns. Export the whole matrix."
+        "cannot be used. It is empty: 0 rows and 0 columns. Export the whole matrix."
     )
 
 
@@ -197,7 +197,7 @@ MARKET: dict[str, tuple[str, str]] = {
     ),
     "beyond all numbers": (f"array real general\n{10**40} {10**40}\n1.0\n", "has no sizes"),
     "negative": ("coordinate real general\n-3 3 1\n1 1 1\n", "has no sizes"),
-    "empty": ("coordinate real general\n0 0 0\n", "It is empty: 0 rows, 0 columns."),
+    "empty": ("coordinate real general\n0 0 0\n", "It is empty: 0 rows and 0 columns."),
     "a place of zero": ("coordinate real general\n3 3 1\n0 1 1.0\n", "a place is not a whole number from 1 to 3"),
     "a place beyond": ("coordinate real general\n3 3 1\n4 1 1.0\n", "a place is not a whole number from 1 to 3"),
     "a negative place": ("coordinate real general\n3 3 1\n-1 1 1.0\n", "a place is not a whole number from 1 to 3"),

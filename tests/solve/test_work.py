@@ -47,7 +47,7 @@ def test_a_clock_that_runs_a_thousand_times_faster_changes_no_byte(file: str, mo
 @pytest.mark.parametrize("file", SEARCHES.values(), ids=SEARCHES)
 def test_a_time_limit_that_ended_a_search_is_in_the_claim_and_nothing_is_called_proven(file: str) -> None:
     whole, short = answered(file), answered(file, 1e-9)
-    assert "; the time limit of 1e-09 s ended the search after " in short.claim
+    assert "; the time limit of 1e-09 s ended the search" in short.claim
     assert short.status in ("feasible", "unproven")
     assert not short.proven
     assert all(row.met for row in short.limits.values())

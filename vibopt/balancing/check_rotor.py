@@ -11,6 +11,7 @@ from vibopt.balancing.parse_runs import Measured
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import Run
 from vibopt.document.mistakes import Mistakes
+from vibopt.errors import counted
 from vibopt.units import show
 from vibopt.units.showing import plain
 
@@ -130,8 +131,8 @@ def _too_few(planes: Sequence[Plane], unknown: list[int], trials: Sequence[Run],
     missing = [planes[index].name for index in unknown if not any(run.weights[index] for run in trials)]
     other = missing[0] if missing else planes[unknown[-1]].name
     return (
-        f"fewer runs than planes: to learn what a weight does in {names}, {len(unknown)} runs with weights are "
-        f"needed at {at}, "
+        f"fewer runs than planes: to learn what a weight does in {names}, "
+        f"{counted(len(unknown), 'runs with weights')} {'are' if len(unknown) > 1 else 'is'} needed at {at}, "
         f"and there {'are' if len(trials) > 1 else 'is'} {many}. Add a run with a weight in {other}, write keep = "
         f"true in "
         f"[planes.{other}], or give ready coefficients in [[influence]]."

@@ -16,9 +16,9 @@ from typing import Any
 
 from vibopt.balancing.written import WrittenByName, columns
 from vibopt.document.mistakes import Mistakes, Path, toml_text
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError, counted, way_out
 from vibopt.records import dataclass
-from vibopt.values.csv_tables import Sheet, heading_of, letter, sheet_of
+from vibopt.values.csv_tables import Sheet, bare, heading_of, letter, sheet_of
 
 OWN = ("run", "speed", "stayed", "verification")
 """Columns of the run itself."""
@@ -26,6 +26,7 @@ THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:\.\d{3})+(?![\d.,])")
 """A number whose point may part thousands."""
 _YES = ("yes", "y", "true", "1", "x", "ja", "j", "wahr", "oui", "vrai", "sí", "si", "sì", "vero", "verdadero")
 _NO = ("no", "n", "false", "0", "-", "nein", "falsch", "non", "faux", "falso")
+_UNIT_BEHIND = re.compile(r"\d\s*(?![eE][+-]?\d)[^\W\d_]")
 _WORDS = {
     "stayed": "the weights of the run before stayed on",
     "verification": "the weights are the correction, which stays on",
@@ -185,7 +186,8 @@ def run_of(
     for name, part in parts.items():
         run["_values"].update(_value(name, part, (index, row), said, mistakes))
     if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):
-        mistakes.add(("runs", index), f"has {len(cells)} cells, but the heading names {len(said.columns)} columns.")
+        both = counted(len(cells), "cells"), counted(len(said.columns), "columns")
+        mistakes.add(("runs", index), f"has {both[0]}, but the heading names {both[1]}.")
     return run
 
 
@@ -218,8 +220,15 @@ def _value(
         )  # fmt: skip
         return {} if name in said.planes else {name: f"0 {beside.unit} @ {cell} {column.unit}".strip()}
     column, cell = part["amount"]
+    cell = bare(cell, column.unit) if column.what in _AMOUNTS else cell
     amount = f"{cell} {column.unit}".strip() if column.what in _AMOUNTS else cell
     angle = part.get("angle")
+    told = (column, cell if column.what in _AMOUNTS and "@" not in cell else ""), angle or (column, "")
+    for one, text in told:
+        if one.unit and _UNIT_BEHIND.search(bare(text, one.unit)):
+            mistakes.places[("cell", index)] = (row, one)
+            mistakes.value(("cell", index), text, f'has a unit of its own. Write the number alone, in "{one.unit}".')
+            return {}
     mistakes.places[("cell", index)] = (row, column)
     if name in said.planes and _is_zero(amount):
         cells = "this cell and that of its angle" if angle else "this cell"
@@ -232,7 +241,7 @@ def _value(
     if "@" in amount:
         mistakes.value(("cell", index), amount, f"has an angle, and so has {angle[0].place}. Empty one of the two.")
         return {name: amount}
-    return {name: f"{amount} @ {angle[1]} {angle[0].unit}".strip()}
+    return {name: f"{amount} @ {bare(angle[1], angle[0].unit)} {angle[0].unit}".strip()}
 
 
 def _is_zero(amount: str) -> bool:

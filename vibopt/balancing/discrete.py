@@ -14,6 +14,7 @@ from vibopt.balancing.option_tree import Cells, Tree
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.balancing.rounding import rounded
 from vibopt.balancing.scaled import Scaled, scaled
+from vibopt.errors import counted
 from vibopt.work import Budget
 
 SAME = 1e-9
@@ -206,12 +207,12 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
     choices = float(np.prod([float(len(cells.points)) for cells in tree.planes if cells is not None]))
     if not np.isfinite(tree.best_value):
         if bound == np.inf:
-            claim = f"none of the {choices:.6g} choices keeps the limits (branch and bound over all of them)"
+            claim = f"none of the {counted(choices, 'choices')} keeps the limits (branch and bound over all of them)"
             return Solved(None, "infeasible", claim, details=details)
         return Solved(
             None,
             "unproven",
-            f"stopped after {tree.boxes} boxes before a choice that keeps the limits was found",
+            f"stopped after {counted(tree.boxes, 'boxes')} before a choice that keeps the limits was found",
             details=details,
         )
     u = free.spread @ (tree.best_x * scene.column)
@@ -226,8 +227,8 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
     low = min(bound * scene.goal_size, value)
     gap = relative_gap(value, low, scene.goal_size)
     done = gap <= DONE
-    claim = f"none of the {choices:.6g} choices is better (branch and bound over all of them)"
+    claim = f"none of the {counted(choices, 'choices')} is better (branch and bound over all of them)"
     if not done:
         most = f"none is better by more than {100 * gap:.3g} %"
-        claim = f"stopped after {tree.boxes} boxes; of the {choices:.6g} choices {most}"
+        claim = f"stopped after {counted(tree.boxes, 'boxes')}; of the {counted(choices, 'choices')} {most}"
     return Solved(u, "optimal" if done else "feasible", claim, value, low, gap, chosen=tuple(chosen), details=details)

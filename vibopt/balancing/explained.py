@@ -10,6 +10,7 @@ from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.job_kinds import is_engine, is_known
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.rotor_job import RotorJob
+from vibopt.errors import counted
 from vibopt.units import plain, show
 
 if TYPE_CHECKING:
@@ -59,12 +60,12 @@ def _plane(plane: Any) -> str:
     if plane.cap < float("inf"):
         parts.append(f"up to {plane.show(plane.cap)}")
     if plane.holes:
-        parts.append(f"{len(plane.holes)} holes")
+        parts.append(counted(len(plane.holes), "holes"))
     if plane.shelf:
         kinds = len(plane.shelf)
-        counted = ", their number limited" if plane.stock else ""
+        limited = ", their number limited" if plane.stock else ""
         parts.append(
-            f"{kinds} kind{'s' * (kinds != 1)} of weight on the shelf{counted}, {plane.most_weights} at most fitted"
+            f"{kinds} kind{'s' * (kinds != 1)} of weight on the shelf{limited}, {plane.most_weights} at most fitted"
         )
     if plane.split:
         parts.append("split between two holes")

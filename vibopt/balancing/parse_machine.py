@@ -30,6 +30,7 @@ from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError
 from vibopt.units import Detector, read_quantity
 from vibopt.units.spelling import split_detector
+from vibopt.values.fields import read_end
 
 _MOST_HOLES = 720
 
@@ -165,8 +166,8 @@ def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
     """Upper end of a range from zero."""
     if not isinstance(given, Mapping) or not set(given) <= {"from", "to"} or "to" not in given:
         raise QuantityError(f"is no range. The correction is to be chosen: write {example}.")
-    high = read_quantity(given["to"], dimension)
-    low = read_quantity(given["from"], dimension).value if "from" in given else 0.0
+    high = read_end(given, "to", dimension)
+    low = read_end(given, "from", dimension).value if "from" in given else 0.0
     if low != 0.0:
         raise QuantityError("does not start at zero. No weight at all is always possible: write from zero.")
     if high.value == 0.0:

@@ -15,7 +15,15 @@ from vibopt.balancing.parse_machine import read_conventions, read_planes, read_s
 from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_runs, with_units
 from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.rotor_job import RotorGoal, RotorJob
-from vibopt.balancing.rotor_tables import TOP, PairTable, RotorTable, named_tables, read_table
+from vibopt.balancing.rotor_tables import (
+    TOP,
+    PairTable,
+    QualityTable,
+    RotorTable,
+    grade_velocity,
+    named_tables,
+    read_table,
+)
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import InputError
 from vibopt.units import show
@@ -133,6 +141,8 @@ def read_rotor(
         measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
     merge(own, mistakes)
     if conventions is None or planes is None or measured is None or not raws or not whole:
+        if conventions is not None and planes is not None:
+            _read_asked(document, conventions, planes, mistakes)
         mistakes.raise_any()
         raise AssertionError("a job that cannot be read has a mistake")
     before = len(mistakes.found)
@@ -140,6 +150,20 @@ def read_rotor(
     if len(mistakes.found) == before and not _only_found(document, measured):
         check_runs(measured, planes, influence, with_angles, mistakes)
     return _job(document, conventions, planes, measured, with_angles, mistakes, influence)
+
+
+def _read_asked(
+    document: Mapping[str, Any], conventions: Conventions, planes: Sequence[Plane], mistakes: Mistakes
+) -> None:
+    """Mistakes of what is asked, where what was measured cannot be read: all are said at once."""
+    scatter = read_scatter(document, conventions, mistakes)
+    if scatter is not None or "scatter" not in document:
+        read_goal(document, conventions, planes, scatter, mistakes)
+    read_pairs(document, planes, mistakes)
+    if "rotor" in document:
+        read_table(RotorTable, document["rotor"], ("rotor",), mistakes)
+    if "quality" in document:
+        read_table(QualityTable, document["quality"], ("quality",), mistakes)
 
 
 def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | None:
@@ -197,7 +221,7 @@ def _job(
         rotor_mass=machine.mass.value if machine else None,
         trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
         quality=quality, has_phase=with_angles, expected=_expected(document, mistakes),
-        notes=(*measured.notes, *pair_notes(pairs, planes)), document=document,
+        notes=(*measured.notes, *pair_notes(pairs, planes), *grade_notes(document)), document=document,
     )  # fmt: skip
     mistakes.raise_any()
     return job
@@ -216,10 +240,19 @@ def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
         statement=_text(document, "statement", "", mistakes),
         conventions=conventions, planes=(), sensors=(), runs=(), speeds=(), speed_units=(), influence={}, scatter=None,
         residual_limits=(), correction_limits=(), goal=RotorGoal(), quality=quality,
-        expected=_expected(document, mistakes), document=document,
+        expected=_expected(document, mistakes), notes=grade_notes(document), document=document,
     )  # fmt: skip
     mistakes.raise_any()
     return job
+
+
+def grade_notes(document: Mapping[str, Any]) -> tuple[str, ...]:
+    """How a grade that is no velocity was read."""
+    given = document.get("quality", {}).get("grade") if isinstance(document.get("quality"), Mapping) else None
+    read = grade_velocity(given)
+    return (
+        () if read == given else (f'quality.grade: "{given}" read as {read}, the velocity that the grade stands for.',)
+    )
 
 
 def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import model_validator
 
-from vibopt.document.mistakes import Mistakes, Path, take
+from vibopt.document.mistakes import Mistakes, Path, validated
 from vibopt.errors import QuantityError
 from vibopt.values import Fact, Table, number
 
@@ -224,7 +225,7 @@ class QualityTable(Table):
     Keys
     ----
     grade: The permissible velocity of the centre of mass, from your standard; no table is shipped: `grade = "6.3
-        mm/s"`.
+        mm/s"`, which "G6.3" means too.
     mass: Of the rotor.
     speed: Its highest service speed.
     centre_of_mass: Its place along the shaft: `centre_of_mass = "450 mm"`.
@@ -249,17 +250,24 @@ class QualityTable(Table):
     least_share: Fact | None = number("ratio", choice=False, sign="not negative")
     most_share: Fact | None = number("ratio", choice=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _grade_by_its_name(cls, given: Any) -> Any:
+        return {**given, "grade": grade_velocity(given["grade"])} if "grade" in given else given
+
+
+def grade_velocity(given: object) -> object:
+    """A grade by its name, "G6.3" or "G 2,5", as the velocity that it stands for; anything else as it is."""
+    named = re.fullmatch(r"\s*[Gg]\s*-?\s*(\d+(?:[.,]\d+)?)(?:\s*mm/s)?\s*", given) if isinstance(given, str) else None
+    return given if named is None else f"{named[1].replace(',', '.')} mm/s"
+
 
 def read_table(kind: type[Kind], table: object, path: Path, mistakes: Mistakes) -> Kind | None:
     """A table of the file with its keys checked; None, and the mistakes noted, where something is wrong."""
     if not isinstance(table, Mapping):
         mistakes.value(path, table, "is not a table.")
         return None
-    try:
-        return kind.model_validate(dict(table))
-    except ValidationError as error:
-        take(error, path, table, mistakes, kind)
-        return None
+    return validated(kind, path, dict(table), mistakes)
 
 
 def read_value(path: Path, given: object, mistakes: Mistakes, read: Any, *more: Any) -> Any:

@@ -16,6 +16,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Question, Solved
 from vibopt.cones import CONE, LINEAR, solve_cones
+from vibopt.errors import counted
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
 from vibopt.work import Budget
@@ -67,7 +68,7 @@ def solve_split(question: Question, budget: Budget | None = None) -> Solved:
             if inner is not None:
                 frontier.push(inner.bound, (inner, narrowed))
     if best is None:
-        return Solved(None, "unproven", f"no split weights were found in {solved} programs")
+        return Solved(None, "unproven", f"no split weights were found in {counted(solved, 'programs')}")
     bound = frontier.bound if frontier else first.bound if solved == 1 else value
     gap = max(value - bound, 0.0) / max(abs(value), _TINY)
     sure = bool(gap <= 1e-4)

@@ -140,7 +140,7 @@ def _list(result: Sweep, console: Console) -> None:
     console.print(f"{result.path} varied")
     console.print(grid(rows, heads))
     if step > 1:
-        console.print(f"Every {step}th of {len(result.points)} points; --csv FILE writes all of them.")
+        console.print(f"One in {step} of {len(result.points)} points is shown; --csv FILE writes all of them.")
 
 
 def _value(entries: Mapping[str, Entry], path: str) -> str:

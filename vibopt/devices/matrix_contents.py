@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import QuantityError
+from vibopt.errors import QuantityError, counted
 from vibopt.records import dataclass
 
 MOST_ROWS = 100_000
@@ -143,12 +143,11 @@ def _mirrored(values: Any, kind: str) -> Any:
 
 
 def _check_sizes(rows: int, columns: int) -> None:
+    shape = f"{counted(rows, 'rows')} and {counted(columns, 'columns')}"
     if not rows or not columns:
-        raise QuantityError(f"cannot be used. It is empty: {rows} rows, {columns} columns. Export the whole matrix.")
+        raise QuantityError(f"cannot be used. It is empty: {shape}. Export the whole matrix.")
     if max(rows, columns) > MOST_ROWS:
-        raise QuantityError(
-            f"cannot be used. It has {rows} rows and {columns} columns; {MOST_ROWS} degrees of freedom are the most."
-        )
+        raise QuantityError(f"cannot be used. It has {shape}; {MOST_ROWS} degrees of freedom are the most.")
 
 
 def _too_many(count: int) -> NoReturn:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.devices.matrix_contents import NO_VALUES, Archive, from_archive, from_matrix_market
-from vibopt.errors import QuantityError
+from vibopt.errors import QuantityError, counted
 from vibopt.files.reading import FileFault, Kind, Stamp, content_of, shown_name, stamp_of
 from vibopt.units.parsing import LARGEST
 
@@ -103,7 +103,8 @@ def _plain(raw: Any, which: str) -> Any:
         )
     if raw.shape[0] != raw.shape[1]:
         raise QuantityError(
-            f"cannot be used. {which} is not square: {raw.shape[0]} rows, {raw.shape[1]} columns. "
+            f"cannot be used. {which} is not square: {counted(raw.shape[0], 'rows')}, "
+            f"{counted(raw.shape[1], 'columns')}. "
             "Export the whole matrix."
         )
     whole = csc_array(raw, dtype=float)

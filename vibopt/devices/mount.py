@@ -15,6 +15,7 @@ from vibopt.devices.link import TwoEnds
 from vibopt.devices.part import OWN, Bound, Part
 from vibopt.devices.sites import At, Directions, Shift, Single, Sites
 from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.errors import counted
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
@@ -136,7 +137,8 @@ class MountTable(Device):
         for key in ("direction", "across"):
             many = len(getattr(self, key) or ())
             if many > 1 and many != self.count:
-                raise word(f"has {self.count} places but {many} values of {key}. Give one for all, or one for each.")
+                places = counted(self.count, "places")
+                raise word(f"has {places} but {many} values of {key}. Give one for all, or one for each.")
         if self.shift is not None and isinstance(self.at, Sites):
             raise word("has shift beside places to choose from. Keep one of them, or name the moved places in one_of.")
         self._check_across()

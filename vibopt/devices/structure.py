@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_vali
 from vibopt.devices.device import Device
 from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_fault, matrix_of, sign_fault
 from vibopt.devices.symbols import Numbers, Symbols
-from vibopt.errors import QuantityError
+from vibopt.errors import QuantityError, counted
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
@@ -377,8 +377,8 @@ class StructureTable(Device):
     def _remark(self, name: str, host: Reduction) -> str:
         """How good the coordinates are, for the answer."""
         text = (
-            f"{name}: {self.whole.size} degrees of freedom{self._without()}, {host.coordinates.count} used; greatest "
-            f"error of receptances {_size(host.error)}, checked at {host.checks} frequencies"
+            f"{name}: {counted(self.whole.size, 'degrees of freedom')}{self._without()}, {host.coordinates.count} "
+            f"used; greatest error of receptances {_size(host.error)}, checked at {counted(host.checks, 'frequencies')}"
         )
         lost = _lost(self.matrices, tuple(self.kept_points.values()))
         if lost.worst > WORTH_SAYING:

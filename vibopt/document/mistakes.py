@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -14,6 +14,13 @@ from vibopt.errors import InputError, way_out
 from vibopt.records import dataclass
 
 Path = tuple[str | int, ...]
+T = TypeVar("T", bound=BaseModel)
+_RUN_UP = (
+    " A run-up needs none: each speed counts as if it lasted. "
+    'The acceleration of a base stands in kind = "base_motion".'
+)
+_WHY_NOT = dict.fromkeys(("acceleration", "angular_acceleration", "run_up_time", "ramp", "sweep_rate"), _RUN_UP)
+"""Keys that nobody needs, and why."""
 MOST_SAID = 200
 """Most mistakes of one file that are said at once."""
 
@@ -75,7 +82,8 @@ class Mistakes:
         if self.full:
             return
         where = f" in {dotted(path[:-1])}" if len(path) > 1 else " at the top level"
-        self.add(path, f'unknown key "{path[-1]}"{where}.{way_out(str(path[-1]), known)}')
+        way = _WHY_NOT.get(str(path[-1])) or way_out(str(path[-1]), known)
+        self.add(path, f'unknown key "{path[-1]}"{where}.{way}')
 
     def unknown_name(self, path: Path, given: str, what: str, known: list[str]) -> None:
         """A reference to something that the scene does not have."""
@@ -89,11 +97,50 @@ class Mistakes:
             )
 
 
+def validated(kind: type[T], path: Path, table: object, mistakes: Mistakes) -> T | None:
+    """A table read by its kind; None where it has mistakes, which are then all noted.
+
+    A value that ends the reading is left out and the rest is read again: its other values are looked at, too.
+    """
+    try:
+        return kind.model_validate(table)
+    except ValidationError as error:
+        take(error, path, table, mistakes, kind)
+        wrong = error
+    while isinstance(table, Mapping) and (key := _ends_reading(wrong)) in table:
+        table = {name: one for name, one in table.items() if name != key}
+        try:
+            kind.model_validate(table)
+            break
+        except ValidationError as error:
+            take(error, path, table, mistakes, kind, within=True)
+            wrong = error
+    return None
+
+
+def _ends_reading(error: ValidationError) -> str:
+    """The key of a value for which the table was not read on; "" where it was."""
+    found = [one["ctx"]["error"] for one in error.errors(include_url=False) if one["type"] == "value_error"]
+    return next((one.key for one in found if hasattr(one, "key")), "")
+
+
 def take(
-    error: ValidationError, base: Path, table: object, mistakes: Mistakes, kind: type[BaseModel] | list[str]
+    error: ValidationError,
+    base: Path,
+    table: object,
+    mistakes: Mistakes,
+    kind: type[BaseModel] | list[str],
+    *,
+    within: bool = False,
 ) -> None:
-    """Translate the errors of pydantic into our sentences; `kind` is the table that was read, or its keys."""
+    """Translate the errors of pydantic into our sentences; `kind` is the table that was read, or its keys.
+
+    With `within` only what is wrong with a value that is there, not what the table as a whole lacks.
+    """
     for one in error.errors(include_url=False):
+        keyed = hasattr(one.get("ctx", {}).get("error"), "key")
+        if within and not keyed and (not one["loc"] or one["type"] == "missing"):
+            continue
         inner: Path = tuple(step for step in one["loc"] if not _is_tag(step))
         path = base + inner
         _take_one(one, path, given_at(table, inner), mistakes, _known(kind, inner))

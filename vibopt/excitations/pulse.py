@@ -49,11 +49,12 @@ class Pulse(Transient):
     Keys
     ----
     shape: How it rises and falls: `shape = "half sine"`.
-    amplitude: Greatest force, on a body. One of `amplitude` and `acceleration`.
-    acceleration: Greatest acceleration, of a base: `acceleration = "300 m/s²"`.
+    amplitude: Greatest force, on a body; of a decaying sine the factor before it, which its greatest force stays
+        below. One of `amplitude` and `acceleration`.
+    acceleration: The same of a base: `acceleration = "300 m/s²"`.
     duration: How long one pulse takes: `duration = "11 ms"`. One of `duration` and, of a decaying sine, `frequency`.
     frequency: Of a decaying sine: `frequency = "10 Hz"`.
-    damping_ratio: Of a decaying sine, sin(w t) e^(-damping_ratio w t): `damping_ratio = 0.1`.
+    damping_ratio: Of a decaying sine, amplitude sin(w t) e^(-damping_ratio w t): `damping_ratio = 0.1`.
     times: How often it comes: `times = 3`.
     every: Time from one beginning to the next: `every = "0.5 s"`.
     """
@@ -100,7 +101,7 @@ class Pulse(Transient):
 
     @property
     def size(self) -> float:
-        """Greatest force [N] or acceleration [m/s^2]."""
+        """Greatest force [N] or acceleration [m/s^2]; of a decaying sine the factor before it."""
         given = self.amplitude or self.acceleration
         assert given is not None
         return given.value

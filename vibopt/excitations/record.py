@@ -18,7 +18,7 @@ from vibopt.files.reading import FileFault, stamp_of
 from vibopt.signals import Segment
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number, word
-from vibopt.values.csv_tables import SHEET, Sheet, heading_of, sheet_of
+from vibopt.values.csv_tables import SHEET, Sheet, bare, heading_of, sheet_of
 from vibopt.values.fields import complaint
 
 _MOST = 200_000
@@ -138,7 +138,7 @@ def _samples_of(file: Path, column: str | None, interval: float | None) -> tuple
     at_time = next((i for i, name in enumerate(names) if name in ("time", "t")), None)
     where = _column(file.name, headings, names, at_time, column)
     scale, kind = _unit(file.name, headings[where])
-    values = _numbers(file.name, sheet, where) * scale
+    values = _numbers(file.name, sheet, where, headings[where][1]) * scale
     if (at_time is None) == (interval is None):
         raise InputError(
             f'{file.name} needs either a column "time [s]" or interval in the problem file, and not both. Write '
@@ -176,12 +176,12 @@ def _unit(file: str, heading: tuple[str, str]) -> tuple[float, str]:
     )
 
 
-def _numbers(file: str, sheet: Sheet, where: int) -> FloatArray:
+def _numbers(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:
     found = np.empty(len(sheet.rows) - 1)
     for i, (row, cells) in enumerate(sheet.rows[1:]):
         cell = cells[where] if where < len(cells) else ""
         try:
-            value = float(sheet.number(cell))
+            value = float(sheet.number(bare(cell, unit)))
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
@@ -196,7 +196,7 @@ def _times(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:
         scale = read_quantity(f"1 {unit}", "time").value
     except QuantityError:
         raise InputError(f'{file}, column "time", needs a unit of time. Write the heading "time [s]".') from None
-    times = _numbers(file, sheet, where) * scale
+    times = _numbers(file, sheet, where, unit) * scale
     steps: Any = np.diff(times)
     if (steps <= 0.0).any():
         row = sheet.rows[2 + int(np.argmax(steps <= 0.0))][0]

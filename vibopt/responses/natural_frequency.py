@@ -12,10 +12,11 @@ from vibopt.forms import Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
-from vibopt.responses.response import BoundError, Response
+from vibopt.responses.response import Response
 from vibopt.signals import Band, Combine, Drive
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, read_speeds, word
+from vibopt.values.fields import KeyedError
 from vibopt.values.speeds import ROTATION, merged
 
 _EXAMPLE = 'Write outside = { orders = [0.5, 1, 2], of = "engine", margin = "20 %" }.'
@@ -83,9 +84,9 @@ class NaturalFrequency(Response):
                 return {**given, "outside": _orders(given["outside"])}
             speeds = read_speeds(given["outside"])
         except QuantityError as error:
-            raise BoundError("outside", given["outside"], str(error)) from None
+            raise KeyedError("outside", given["outside"], str(error)) from None
         if any(band.is_point for band in speeds.bands):
-            raise BoundError("outside", given["outside"], 'is no range. Write outside = "20..30 Hz".')
+            raise KeyedError("outside", given["outside"], 'is no range. Write outside = "20..30 Hz".')
         return {**given, "outside": speeds}
 
     @model_validator(mode="after")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
@@ -15,10 +16,11 @@ from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
 from vibopt.units import Quantity, plain, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
-from vibopt.values.fields import complaint
+from vibopt.values.fields import KeyedError, complaint
 from vibopt.values.vectors import UNIT
 
 START_UP = "start-up"
+_OTHER_WORDS = ("runup", "rundown", "coastdown", "shutdown", "startstop", "acceleration", "all", "start")
 PLACES = ("into", "through", "of", "across")
 FEW_MODES = 6
 """Lowest modes of a structure that count where all of them are asked for."""
@@ -27,8 +29,11 @@ Bound = Annotated[Any, WithJsonSchema({"type": ["string", "number"], "descriptio
 
 
 def _one(given: object) -> SpeedRange | str:
-    if isinstance(given, str) and given.replace("_", "-").replace(" ", "-") == START_UP:
+    word = re.sub(r"[\s_-]", "", given).lower() if isinstance(given, str) else ""
+    if word == "startup":
         return START_UP
+    if word in _OTHER_WORDS:
+        raise QuantityError(f'is no speed. Did you mean "{START_UP}", every speed from rest to the highest own speed?')
     return read_speeds(given)
 
 
@@ -140,13 +145,13 @@ class Response(Table):
             return
         detector = split_detector(unit)[2]
         if detector and not cls.amplitude:
-            raise BoundError(
+            raise KeyedError(
                 "unit", unit, f'says "{detector}", but only an amplitude can be peak, peak-to-peak or rms.'
             )
         try:
             to_unit(1.0, unit, cls.dimension)
         except QuantityError as error:
-            raise BoundError("unit", unit, str(error)) from None
+            raise KeyedError("unit", unit, str(error)) from None
 
     @classmethod
     def _read_bounds(cls, given: dict[str, Any]) -> dict[str, Quantity]:
@@ -160,9 +165,9 @@ class Response(Table):
                         given[key], cls.dimension, amplitude=cls.amplitude, place=str(given.get("response"))
                     )
                 except QuantityError as error:
-                    raise BoundError(key, given[key], str(error)) from None
+                    raise KeyedError(key, given[key], str(error)) from None
                 if read[key].value < 0.0 and not cls.complement:
-                    raise BoundError(key, given[key], "is negative. Write its size, a positive value.")
+                    raise KeyedError(key, given[key], "is negative. Write its size, a positive value.")
         return read
 
     @field_validator("worst", mode="before")
@@ -218,14 +223,6 @@ class Response(Table):
     def measure_static(self, machine: Machine) -> float:
         """Value of the built machine, without any excitation; another road than `form`."""
         raise NotImplementedError
-
-
-class BoundError(ValueError):
-    """A bound that cannot be read; carries the key and what was given."""
-
-    def __init__(self, key: str, given: object, text: str) -> None:
-        super().__init__(text)
-        self.key, self.given, self.text = key, given, text
 
 
 class HarmonicResponse(Response):
@@ -366,7 +363,7 @@ def _without_rms(key: str, given: object) -> object:
         return given
     bare, detector, said = split_detector(given)
     if detector in ("pk", "pp"):
-        raise BoundError(key, given, f'says "{said}", but random vibration has no peak. Write the rms value.')
+        raise KeyedError(key, given, f'says "{said}", but random vibration has no peak. Write the rms value.')
     return bare
 
 

@@ -7,11 +7,9 @@ from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from pydantic import ValidationError
-
 from vibopt.devices import FAMILIES
 from vibopt.document.locate import Locator, located
-from vibopt.document.mistakes import Mistakes, take
+from vibopt.document.mistakes import Mistakes, validated
 from vibopt.document.toml_reading import changed, parsed, placed, text_of
 from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
@@ -218,12 +216,10 @@ class _Parts:
         return kinds[given]
 
     def _table(self, path: tuple[str, ...], table: Mapping[str, Any], kind: type[Table]) -> Any | None:
-        try:
-            return kind.model_validate(table)
-        except ValidationError as error:
-            take(error, path, table, self.mistakes, kind)
+        made = validated(kind, path, table, self.mistakes)
+        if made is None:
             self.broken.add(".".join(path))
-            return None
+        return made
 
     def _values(self, path: tuple[str, ...], made: Table) -> None:
         """Note the design variables and the readings of a table's values, those of tables in it too."""

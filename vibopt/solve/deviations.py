@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.mechanics.combine import FOUND, foremost
 from vibopt.program.program import Program
 from vibopt.program.worst_case import Hit, around, doubts_at, hit, measured_around, missed
@@ -83,7 +84,8 @@ def analysed(design: Design, robust: Robust) -> Design:
     tried = robust.tried
     words = "for every machine within the tolerances, proven"
     if robust.open and design.status == "met":
-        words = f"over the tolerances: the worst of {tried} machines found, not proven for {', '.join(robust.open)}"
+        worst = f"the worst of {counted(tried, 'machines')} found"
+        words = f"over the tolerances: {worst}, not proven for {', '.join(robust.open)}"
     elif design.status == "violated":
         words = "by a machine within the tolerances"
     machine = goal_machine(design.scene, robust.hits) if design.goal is not None else {}

@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.forms import Monomials
 from vibopt.program.held import held
 from vibopt.program.program import Program
@@ -74,11 +75,12 @@ class EachListed:
     def _whole(self, program: Program, best: Found | None, value: float, statuses: list[str]) -> Found:
         many, proven = len(statuses), sum(one in _PROVEN for one in statuses)
         details: dict[str, float] = {"listed combinations": many, "proven": proven}
-        what = f"each of {many} combinations of listed values"
+        every = counted(many, "combinations of listed values")
+        what = f"{'each of ' * (many != 1)}{every}"
         if best is None:
             if proven == many:
                 return Found("infeasible", None, f"proven for {what}", self.name, details=details)
-            claim = f"nothing found in any of {many} combinations of listed values, {proven} of them proven impossible"
+            claim = f"nothing found in any of {every}, {proven} of them proven impossible"
             return Found("unproven", None, claim, self.name, details=details)
         details["goal"] = value * (program.aim.sense if program.aim is not None else 1.0)
         if proven == many:
@@ -86,7 +88,7 @@ class EachListed:
             return Found("optimal", best.x, claim, self.name, value, details)
         kinds = Counter(statuses)
         said = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
-        claim = f"the best of {many} combinations of listed values ({said}); with those chosen: {best.claim}"
+        claim = f"the best of {every} ({said}); with those chosen: {best.claim}"
         return Found("feasible", best.x, claim, self.name, details=details)
 
 

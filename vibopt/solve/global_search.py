@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import MOST_BOXES, Judge, Search
@@ -56,7 +57,7 @@ class BranchAndBound:
         if proof.status == "infeasible":
             return self._none(boxes)
         if proof.x is None:
-            return Found("unproven", None, f"nothing found and nothing proven in {boxes} boxes", self.name)
+            return Found("unproven", None, f"nothing found and nothing proven in {counted(boxes, 'boxes')}", self.name)
         if proof.value == -np.inf:
             claim = "the goal is infinite: an undamped resonance lies within reach"
             return self._found(program, "unbounded", proof.x, boxes, claim)
@@ -83,7 +84,7 @@ class BranchAndBound:
         )
 
     def _none(self, boxes: int) -> Found:
-        claim = f"proven by branch and bound: every one of {boxes} boxes breaks a limit"
+        claim = f"proven by branch and bound: {'every one of ' * (boxes != 1)}{counted(boxes, 'boxes')} breaks a limit"
         return Found("infeasible", None, claim, self.name, details={"boxes": boxes})
 
     def _found(
@@ -103,9 +104,9 @@ class BranchAndBound:
 def _open_words(boxes: int, bound: float, value: float) -> str:
     """What a search that was stopped can still say."""
     if not np.isfinite(bound):
-        return f"branch and bound stopped after {boxes} boxes without a bound"
+        return f"branch and bound stopped after {counted(boxes, 'boxes')} without a bound"
     gap = abs(bound - value) / max(abs(value), 1e-300)
-    return f"branch and bound stopped after {boxes} boxes with a gap of {gap:.1e} of the goal"
+    return f"branch and bound stopped after {counted(boxes, 'boxes')} with a gap of {gap:.1e} of the goal"
 
 
 def provable(program: Program) -> bool:

@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.forms import DecayRate, EnergyShare, ModeDamping, ModeGap, Modulus, PeakInTime, RootMeanSquare, StaticForce
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
@@ -139,11 +140,11 @@ class _Run:
                 "feasible", self._x(np.array(y)), claim, self.method.name, details=self._details(len(begun), 0)
             )
         agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
-        claim = f"best of {len(begun)} starts, {_agreement(agreed)}"
+        claim = f"best of {counted(len(begun), 'starts')}, {_agreement(agreed)}"
         x, details = self._x(np.array(y)), self._details(len(begun), agreed)
         x, settled = improved_by_links(self.program, x, self.judge, self.budget)
         if self.judge.goal(x).value < goal - _SAME * abs(goal):
-            claim = f"best of {len(begun)} starts, made better one link at a time"
+            claim = f"best of {counted(len(begun), 'starts')}, made better one link at a time"
         if settled:
             claim += "; no other spring and damper of one link alone is better, which is proven"
         return Found("feasible", x, claim, self.method.name, details=details)
@@ -323,7 +324,7 @@ class _Run:
         return self.judge.feasible(self._x(y))
 
     def _nothing(self, count: int) -> Found:
-        claim = f"no design found from {count} starts, which proves nothing"
+        claim = f"no design found from {counted(count, 'starts')}, which proves nothing"
         return Found("unproven", None, claim, self.method.name, details=self._details(count, 0))
 
     def _details(self, count: int, agreed: int) -> dict[str, float]:

@@ -16,6 +16,7 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.meetings import watched
@@ -162,7 +163,7 @@ class _Run:
                     for half in self._halves(piece):
                         heapq.heappush(heap, (half.least[-1], count, half))
                         count += 1
-        return self._found(f"{count} pieces", proven=True)
+        return self._found(counted(count, "pieces"), proven=True)
 
     def _done(self, goal: float) -> bool:
         """Whether nothing from here on is better: pieces come with the least goal first."""

@@ -13,6 +13,7 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.program.over import MARGIN
 from vibopt.program.program import Program
 from vibopt.program.worst import worst
@@ -155,7 +156,7 @@ class _Run:
         return replace(found, x=found.x[:count], details={**found.details, "picks": picks})
 
     def _hopeless(self, found: Found, reason: str = "", program: Program | None = None) -> Robust:
-        claim = f"{found.claim}, on {self.machines.count} machines within the tolerances"
+        claim = f"{found.claim}, on {counted(self.machines.count, 'machines')} within the tolerances"
         return Robust(replace(found, claim=claim), reason=reason, program=program)
 
     def _stopped(self, found: Found, safe: FloatArray | None) -> Robust:
@@ -176,7 +177,8 @@ class _Run:
             words += f" (to {100.0 * MARGIN:g} % of the bound where a limit is tight)"
         if undecided:
             tried = sum(one.tried for one in hits.values())
-            words = f"over the tolerances: the worst of {tried} machines found, not proven for {', '.join(undecided)}"
+            worst = f"the worst of {counted(tried, 'machines')} found"
+            words = f"over the tolerances: {worst}, not proven for {', '.join(undecided)}"
             status = "feasible" if status == "optimal" else status
         details = {**found.details, "machines": self.machines.count}
         return Robust(replace(found, status=status, claim=f"{found.claim}; {words}", details=details), hits, undecided)

@@ -87,8 +87,9 @@ def solve(
         worked(_ROAD)
         wish = _Wish(method, progress, explain, near, np.inf if thorough else _PATIENCE, brief)
         design = _solved(scene, wish)
-    ended = "" if limit is None or design.proven else limit.words  # a complete proof needs no more search
-    return replace(design, work=meter.done, claim=design.claim + ended)
+    if limit is not None and not design.proven:  # a complete proof needs no more search
+        design = replace(design, claim=limit.added_to(design.claim))
+    return replace(design, work=meter.done)
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,10 +52,14 @@ def unknown_unit(unit: str, dimension: str) -> str:
     return f'has the unknown unit "{unit}". {way_out}'
 
 
-def wrong_dimension(unit: str, given: str | None, dimension: str, place: str | None) -> str:
-    """`given` is the dimension that `unit` has, None if it has no name."""
+def wrong_dimension(unit: str, given: str | None, dimension: str, place: str | None, meant: str = "") -> str:
+    """`given` is the dimension that `unit` has, None if it has no name; `meant` is the unit with weights for masses."""
     what = f"is {DIMENSIONS[given].noun}" if given else f'has the unit "{unit}"'
-    return f"{what}, but {needs(dimension, place)}"
+    wanted = needs(dimension, place)
+    if meant:
+        wanted = wanted.removesuffix(DIMENSIONS[dimension].way_out)
+        return f'{what}, but {wanted}Did you mean "{meant}", with the weight of a kilogram (9.80665 N)?'
+    return f"{what}, but {wanted}"
 
 
 def no_single_number(text: str, dimension: str) -> str:

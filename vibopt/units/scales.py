@@ -1,6 +1,7 @@
 """From a unit text and the place where it stands to a scale, worked out once per text."""
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from math import isclose, log10, tau
 
@@ -11,6 +12,8 @@ from vibopt.units.dimensions import DIMENSIONS
 from vibopt.units.spelling import Dimensionality, expression, factor_and_dimensionality
 
 _POUND_FORCE = {"lb": "lbf"}
+_KILOGRAM_FORCE = {"kg": "kgf"}
+"""Asked about, not read: catalogues have loads in kg, but so have masses that were meant."""
 READINGS: dict[str, dict[str, str]] = {
     "force": _POUND_FORCE,
     "stiffness": _POUND_FORCE,
@@ -70,16 +73,18 @@ def scale_of(unit: str, dimension: str, place: str | None = None) -> Scale:
         return Scale(1.0, decibel=True)
     if powers == _powers(dimension) and not (dimension == "count" and written):
         return _exact(factor)
-    reading = _as_expected(unit, dimension)
+    reading = _as_expected(unit, dimension, READINGS.get(dimension, {}))
     if reading is None:
-        raise QuantityError(complaints.wrong_dimension(unit, _names().get(powers), dimension, place))
+        weight = _as_expected(unit, dimension, _KILOGRAM_FORCE)
+        meant = str(weight.reading) if weight is not None else ""
+        raise QuantityError(complaints.wrong_dimension(unit, _names().get(powers), dimension, place, meant))
     return reading
 
 
-def _as_expected(unit: str, dimension: str) -> Scale | None:
+def _as_expected(unit: str, dimension: str, readings: Mapping[str, str]) -> Scale | None:
     """Scale with the symbols read as this place expects, or None if that does not fit either."""
     meant = unit
-    for symbol, other in READINGS.get(dimension, {}).items():
+    for symbol, other in readings.items():
         meant = re.sub(rf"(?<![A-Za-z]){symbol}(?![A-Za-z])", other, meant)
     written = expression(meant)
     if meant == unit or written is None:

@@ -10,12 +10,12 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.errors import InputError, QuantityError, counted, way_out
 from vibopt.files.reading import FileFault, Stamp, shown_name, stamp_of
 from vibopt.records import dataclass
 from vibopt.units.parsing import LARGEST
 from vibopt.units.scales import Scale, scale_of
-from vibopt.values.csv_tables import SHEET, Sheet, heading_of, letter, sheet_of
+from vibopt.values.csv_tables import SHEET, Sheet, bare, heading_of, letter, sheet_of
 from vibopt.values.fields import LEAST
 
 MOST_PARTS = 5000
@@ -246,7 +246,8 @@ def _parts(
     values: dict[str, list[float]] = {one.key: [] for one in columns if one is not None and one.kind is not None}
     for row, cells in body:
         if any(cells[len(columns) :]):
-            said.add(row, None, f"has {len(cells)} cells, but the heading names {len(columns)} columns.")
+            sizes = counted(len(cells), "cells"), counted(len(columns), "columns")
+            said.add(row, None, f"has {sizes[0]}, but the heading names {sizes[1]}.")
         for column, cell in zip(columns, (*cells, *[""] * len(columns)), strict=False):
             if column is None:
                 continue
@@ -282,7 +283,7 @@ def _number(sheet: Sheet, row: int, column: Column, cell: str, said: _Said) -> f
             said.add(row, column, "is empty. Write a number, or leave the part out.")
         return 0.0
     try:
-        value = column.scale.to_si(float(sheet.number(cell).replace("−", "-")))
+        value = column.scale.to_si(float(sheet.number(bare(cell, column.unit)).replace("−", "-")))
     except ValueError:
         said.add(row, column, f"{_quoted(cell)} is no number. Write one in the unit of the heading, without it.")
         return 0.0

@@ -96,6 +96,11 @@ def with_point(cell: str) -> str:
     return _COMMA.sub(".", cell) if cell.count(",") == 1 or "@" in cell else cell
 
 
+def bare(cell: str, unit: str) -> str:
+    """A cell without the unit that its heading has said already."""
+    return cell[: -len(unit)].strip() if unit and cell.endswith(unit) and cell[: -len(unit)].strip() else cell
+
+
 def letter(index: int) -> str:
     """Column letters as a spreadsheet has them, from index 0: A, B, ..., Z, AA."""
     letters = ""
@@ -106,4 +111,4 @@ def letter(index: int) -> str:
     return letters
 
 
-__all__ = ["SHEET", "Sheet", "heading_of", "letter", "separator", "sheet_of", "text_of", "with_point"]
+__all__ = ["SHEET", "Sheet", "bare", "heading_of", "letter", "separator", "sheet_of", "text_of", "with_point"]

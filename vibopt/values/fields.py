@@ -5,15 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from types import NoneType
 from typing import Any, ClassVar, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
+from vibopt.units.parsing import BARE, split_value
 from vibopt.values.kinds import loaded
 from vibopt.values.tolerance import read_tolerance
 
@@ -68,6 +78,39 @@ class Table(BaseModel):
 
     printed_in_catalogue: ClassVar[bool] = False
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_truth_for_a_number(cls, given: Any) -> Any:
+        """True and false are numbers to Python, and 1 and 0 to nobody else."""
+        for key in counts_of(cls) if isinstance(given, Mapping) else ():
+            said = given.get(key)
+            if isinstance(said, bool) or (isinstance(said, list) and any(isinstance(one, bool) for one in said)):
+                raise KeyedError(key, said, "is true or false, but a number is needed here. Write one, for example 2.")
+        return given
+
+
+class KeyedError(ValueError):
+    """A value of a table that cannot be read; carries the key and what was given."""
+
+    def __init__(self, key: str, given: object, text: str) -> None:
+        super().__init__(text)
+        self.key, self.given, self.text = key, given, text
+
+
+@cache
+def counts_of(kind: type[BaseModel]) -> tuple[str, ...]:
+    """Keys of a table that hold plain numbers."""
+    return tuple(key for key, field in kind.model_fields.items() if _is_plain_number(field.annotation))
+
+
+def _is_plain_number(annotation: Any) -> bool:
+    """Whether an annotation speaks of whole or other numbers, and not of true and false."""
+    level, kinds = [annotation], set()
+    while level:
+        kinds |= {one if isinstance(one, type) else type(one) for one in level}
+        level = [part for one in level for part in get_args(one)]
+    return bool(kinds & {int, float}) and bool not in kinds
 
 
 def rule_of(kind: type[BaseModel], key: str) -> Rule | None:
@@ -313,7 +356,7 @@ def _read_choice(rule: Rule, given: Mapping[str, object]) -> Choice:
         return _read_options(rule, given)
     if "from" not in given and "to" not in given:
         raise QuantityError('has neither from nor to. Write { from = "...", to = "..." }.')
-    ends = {key: _end(rule, given[key], key) for key in ("from", "to") if key in given}
+    ends = {key: _end(rule, given, key) for key in ("from", "to") if key in given}
     unit = next(iter(ends.values())).unit
     low = ends["from"].value if "from" in ends else 0.0
     high = ends["to"].value if "to" in ends else rule.most
@@ -355,11 +398,8 @@ def _is_whole(rule: Rule, given: Mapping[str, object], low: float, high: float) 
     return True
 
 
-def _end(rule: Rule, given: object, key: str) -> Quantity:
-    try:
-        quantity = read_quantity(given, rule.dimension, amplitude=rule.amplitude)
-    except QuantityError as error:
-        raise QuantityError(f"has a wrong {key}: {_given(given)} {error}") from None
+def _end(rule: Rule, table: Mapping[str, object], key: str) -> Quantity:
+    given, quantity = table[key], read_end(table, key, rule.dimension, amplitude=rule.amplitude)
     if quantity.value < 0.0 or (quantity.value == 0.0 and rule.sign == "positive" and key == "to"):
         raise QuantityError(f"has a wrong {key}: {_given(given)} is not greater than zero.")
     if quantity.value > rule.most:
@@ -377,6 +417,28 @@ def _read_options(rule: Rule, given: Mapping[str, object]) -> Choice:
     values = tuple(sorted({quantity.value for quantity in quantities}))
     echo = next((quantity.echo for quantity in quantities if quantity.echo), None)
     return Choice(values[0], values[-1], quantities[0].unit, False, values, echo)
+
+
+def read_end(table: Mapping[str, object], key: str, dimension: str, *, amplitude: bool = False) -> Quantity:
+    """One end of { from, to }; QuantityError with its key, and a forgotten unit is that of the other end."""
+    given = table[key]
+    try:
+        if beside := _unit_beside(table.get("to" if key == "from" else "from"), given, dimension):
+            raise QuantityError(f'has no unit. Write "{given} {beside}".')
+        return read_quantity(given, dimension, amplitude=amplitude)
+    except QuantityError as error:
+        raise QuantityError(f"has a wrong {key}: {_given(given)} {error}") from None
+
+
+def _unit_beside(other: object, given: object, dimension: str) -> str:
+    """The unit of another value, where this one is a number without any; "" elsewhere."""
+    if not isinstance(other, str) or not isinstance(given, (str, int, float)) or isinstance(given, bool):
+        return ""
+    try:
+        bare = dimension not in BARE and not split_value(str(given), dimension)[1]
+        return split_value(other, dimension)[1] if bare else ""
+    except QuantityError:
+        return ""
 
 
 def _given(given: object) -> str:

@@ -14,6 +14,7 @@ from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
+from vibopt.errors import counted
 from vibopt.records import dataclass
 
 Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
@@ -76,7 +77,7 @@ def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
 
 def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, undecided: int) -> Balanced:
     """The answer of a search with what was tried; classes without an answer and without a proof leave it open."""
-    said = f"all {count(job)} settings of the cranks, {tried} classes that differ"
+    said = f"all {counted(count(job), 'settings')} of the cranks, {tried} classes that differ"
     if undecided:
         said += f", {undecided} of them without an answer and without a proof that there is none"
     if best is None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
+from vibopt.errors import counted
 from vibopt.program.program import Program
 from vibopt.solve.catalogue.choices import Node, factors_of
 from vibopt.solve.catalogue.part_search import COST, LEAF, MOST_STEPS, Pick, Search
@@ -52,20 +53,19 @@ class Catalogue:
         search = Search(program, self.keep, Budget(self.most, "steps", COST), progress)
         search.run()
         details = self._details(program, search)
+        every = counted(search.total, "combinations of parts")
         if not search.best:
             if search.stopped:
-                claim = (
-                    f"nothing found and nothing proven: stopped after {search.looked} of {search.total} combinations"
-                )
+                claim = f"nothing found and nothing proven: stopped after {search.looked} of {every}"
                 return Found("unproven", None, claim, self.name, details=details)
             details["nearest"] = nearest(search)
-            claim = f"proven: each of {search.total} combinations of parts breaks a limit"
+            claim = f"proven: {'each of ' * (search.total != 1)}{every} breaks a limit"
             return Found("infeasible", None, claim, self.name, details=details)
         first = search.best[0]
         if search.stopped:
-            claim = f"the best of {search.looked} combinations looked at one by one, of {search.total}; not proven"
+            claim = f"the best of {search.looked} looked at one by one, of {every}; not proven"
             return Found("feasible", first.x, claim, self.name, details=details)
-        claim = f"proven: none of {search.total} combinations of parts is better"
+        claim = f"proven: none of {every} is better"
         return Found("optimal", first.x, claim, self.name, first.goal, details)
 
     def _details(self, program: Program, search: Search) -> dict[str, Any]:

@@ -330,7 +330,7 @@ class _Run:
             return Found(
                 "unproven", None, "nothing found and nothing proven by discs", self.name, details=self._details()
             )
-        return self._found("feasible", f"discs stopped after {self.slices} slices before all was proven")
+        return self._found("feasible", f"discs stopped after {self.budget} before all was proven")
 
     def _details(self) -> dict[str, float]:
         return {"slices": self.slices, "rounds": self.rounds, "speeds": sum(len(one) for one in self.speeds)}

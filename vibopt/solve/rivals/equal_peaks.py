@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.forms import Modulus
 from vibopt.mechanics.modes import free_matrices
 from vibopt.program.program import Program
@@ -61,7 +62,7 @@ class EqualPeaks:
                 return Found("unproven", None, "Newton leaves the ranges", self.name)
             if size < _CLOSE:
                 x = np.clip(np.exp(z[:2]), program.low, program.high)
-                return Found("feasible", x, f"two peaks equal after {step + 1} steps of Newton", self.name)
+                return Found("feasible", x, f"two peaks equal after {counted(step + 1, 'steps of Newton')}", self.name)
         return Found("unproven", None, f"no end after {_STEPS} steps of Newton", self.name)
 
 

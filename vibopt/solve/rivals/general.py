@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.forms import Modulus
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
@@ -57,7 +58,9 @@ class _OnSampledSpeeds:
         if not success:
             return Found("unproven", None, f"the solver gives up: {word}", self.name)
         x = np.clip(np.exp(y), program.low, program.high)
-        return Found("feasible", x, f"{word} (limits at {self.speeds} sampled speeds)", self.name)
+        sampled = any(isinstance(part.form, Modulus) for part in program.parts)  # of peaks in time there are no speeds
+        where = f" (limits at {self.speeds} sampled speeds)" if sampled else ""
+        return Found("feasible", x, f"{word}{where}", self.name)
 
     def run(self, program: Program, rows: SampledRows) -> tuple[FloatArray, bool, str]:
         """Where the solver ends, in y = log x (n_vars,), whether it claims success, and its own word."""
@@ -132,7 +135,7 @@ class TrustConstr(_OnSampledSpeeds):
                 bounds=optimize.Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),
                 constraints=[optimize.NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=optimize.BFGS())],
                 options={"gtol": 1e-8, "xtol": 1e-8, "maxiter": self.iterations},
-                callback=lambda z, state: late(f"{state.niter} iterations"),
+                callback=lambda z, state: late(counted(state.niter, "iterations")),
             )
         success = answer.status in (1, 2) and answer.constr_violation <= 1e-6
         return answer.x[:n], bool(success), str(answer.message)

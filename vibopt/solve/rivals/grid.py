@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.forms import Monomials
 from vibopt.program.program import Axis, Limit, Program
 from vibopt.program.worst import monomials
@@ -41,7 +42,7 @@ class Grid:
         points = self._points(program)
         points = points[np.argsort(self._goals(program, points), kind="stable")]
         for begin in range(0, len(points), 64):
-            if late(f"{begin} points of a grid"):
+            if late(counted(begin, "points of a grid")):
                 return Found("unproven", None, f"time is over after {begin} of {len(points)} points", self.name)
             chunk = points[begin : begin + 64]
             good = self._holding(program, chunk)
