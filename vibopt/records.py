@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Callable
 from dataclasses import MISSING, Field, FrozenInstanceError
 from functools import cache
@@ -28,6 +29,10 @@ else:
 def _made(given: type, *, frozen: bool, eq: bool, slots: bool, kw_only: bool) -> Any:
     own = {name: one for name, one in vars(given).items() if name in ("__init__", "__repr__", "__eq__", "__hash__")}
     given.__doc__ = given.__doc__ or f"{given.__name__}(...)"  # the library would work out a signature
+    own_fields = [name for name in inspect.get_annotations(given) if name not in vars(given)]
+    for name in own_fields:  # what a parent says by a property is no default
+        if isinstance(getattr(given, name, None), property):
+            setattr(given, name, dataclasses.field())
     child = any(dataclasses.is_dataclass(base) for base in given.__mro__[1:])  # frozen as its parents are, or refused
     words: dict[str, Any] = {"slots": slots, "kw_only": kw_only, "frozen": frozen and child}
     made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, **words)(given)

@@ -17,10 +17,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
 
 from space_machine import Array, Plant
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse, singularities
+from vibopt.forms.greatest_values import highest
 from vibopt.mechanics.peaks import greatest
-from vibopt.program.greatest_values import highest
 from vibopt.program.pose import on_needed
-from vibopt.program.worst import DriveResponse, singularities, worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 
@@ -89,7 +89,7 @@ def measured(machine: Machine) -> tuple[float, ...]:
         return greatest(DriveResponse(model, form, drive, x), drive.bands, *singularities(model, form, drive, x))
 
     x = np.array([float(machine.k[0, 0])])
-    found = worst(model, form, x)
+    found = form.worst(model, x)
     assert highest(model, form, drive, x, 1.0) is not None
     samples = machine.response(omega)
     true = max(found.value, around(machine, float(omega[samples.argmax()])))
@@ -97,7 +97,7 @@ def measured(machine: Machine) -> tuple[float, ...]:
     error = max(true / found.value - 1.0, abs(here / found.value - 1.0))
     times = (
         best(lambda: machine.response(omega), 8),
-        best(lambda: worst(model, form, another()), 100),
+        best(lambda: form.worst(model, another()), 100),
         best(general, 4),
     )
     return (*times, error, 1.0 - float(samples.max()) / true)

@@ -11,9 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from absorber_machine import Drawn, Table, machines
-from vibopt.program.bounds import FormBounds
+from vibopt.forms.bounds import FormBounds
 from vibopt.program.pose import pose
-from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.verify.certify import measure
@@ -86,7 +85,7 @@ def test_an_absorber_is_the_same_as_a_body_and_a_link(drawn: Drawn) -> None:
         right = measure(twin, {}, twin.limits[name]).value
         assert measure(scene, drawn.chosen, scene.limits[name]).value == pytest.approx(right, rel=1e-11), name
         believed = [
-            worst(limit.model, limit.form, at).value
+            limit.form.worst(limit.model, at).value
             for program, at in ((full, x), (small, x), (other, np.zeros(0)))
             for limit in program.limits
             if limit.name == name
@@ -119,7 +118,7 @@ def test_own_numbers_of_absorbers_are_those_of_plain_arithmetic(drawn: Drawn) ->
     program = pose(scene)
     x = np.array([drawn.chosen[variable.path] for variable in scene.variables])
     for limit in program.limits:
-        assert worst(limit.model, limit.form, x).value == pytest.approx(right[limit.name], rel=1e-12), limit.name
+        assert limit.form.worst(limit.model, x).value == pytest.approx(right[limit.name], rel=1e-12), limit.name
         measured = measure(scene, drawn.chosen, scene.limits[limit.name]).value
         assert measured == pytest.approx(right[limit.name], rel=1e-12), limit.name
 
@@ -140,7 +139,7 @@ def test_bounds_on_boxes_hold_for_powers_of_any_sign(drawn: Drawn, data: Any) ->
         bounds.add({"shaker": 2.0 * np.pi * 7.0})
         lower, upper = bounds.on(low[None], high[None])
         for x in inside:
-            value = worst(limit.model, limit.form, x).value
+            value = limit.form.worst(limit.model, x).value
             assert lower[0] <= value * (1.0 + 1e-9), limit.name
             if limit.name.startswith(("mass", "stiffness", "mode", "total")):
                 assert value <= upper[0] * (1.0 + 1e-9), limit.name
@@ -211,4 +210,4 @@ def test_torsion_is_the_same_mechanics_with_other_units(drawn: Drawn) -> None:
     for limit in pose(second).limits:
         value = measure(second, chosen, second.limits[limit.name]).value
         loose = 1e-4 if limit.name == "w" else 0.0  # a mass on a damper alone has a frequency of zero, but for rounding
-        assert worst(limit.model, limit.form, x).value == pytest.approx(value, rel=1e-8, abs=loose), limit.name
+        assert limit.form.worst(limit.model, x).value == pytest.approx(value, rel=1e-8, abs=loose), limit.name

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import ModeFrequency, Modulus, Monomials
-from vibopt.program.bends import curved
+from vibopt.forms.bends import curved
+from vibopt.forms.extremes import sampled_slopes
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.slopes import local_extremes, plain_slope, sampled_slopes
 from vibopt.scene.read import from_text
 from vibopt.signals import Drive
 
@@ -124,14 +124,14 @@ def test_the_bend_of_a_peak_counts_its_own_motion(excitation: str, asked: str, p
     assert posed.aim is not None
     model, form = posed.aim.model, posed.aim.form
     x = posed.low * (posed.high / posed.low) ** np.array(place[: len(posed.axes)])
-    here = local_extremes(model, form, x, least_wanted=False)[0]
+    here = form.extremes(model, x, least_wanted=False)[0]
     if here.bend is None:
         return
     for i in range(len(x)):
         turn = np.exp(_STEP * np.eye(len(x))[i])
         slopes = []
         for there in (x * turn, x / turn):
-            near = local_extremes(model, form, there, least_wanted=False)
+            near = form.extremes(model, there, least_wanted=False)
             slopes.append(min(near, key=lambda one: abs(one.speeds[0] - here.speeds[0])).slope)
         size = np.abs(here.bend).max() + np.abs(here.slope).max() ** 2
         assert here.bend[i] == pytest.approx((slopes[0] - slopes[1]) / (2.0 * _STEP), abs=2e-4 * size)
@@ -144,9 +144,9 @@ def test_sums_of_powers_and_natural_frequencies_have_bends(place: tuple[float, .
     x = posed.low * (posed.high / posed.low) ** np.array(place[: len(posed.axes)])
     cost = Monomials(np.array([2.0, 0.01]), np.eye(len(x))[:2] * [[1.0], [0.5]])
     for form in (cost, ModeFrequency(1), ModeFrequency(2)):
-        bend = local_extremes(model, form, x, least_wanted=False)[0].bend
+        bend = form.extremes(model, x, least_wanted=False)[0].bend
         assert bend is not None
         for i in range(len(x)):
             turn = np.exp(3.0 * _STEP * np.eye(len(x))[i])
-            there = (plain_slope(model, form, x * turn) - plain_slope(model, form, x / turn)) / (6.0 * _STEP)
+            there = (form.slope(model, x * turn) - form.slope(model, x / turn)) / (6.0 * _STEP)
             assert bend[i] == pytest.approx(there, abs=1e-6)

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from chain_machine import Chain, chains
 from lone_mass import LoneMass, lone_masses
 from test_chains import asked, read
-from vibopt.program.bounds import FormBounds
+from vibopt.forms.bounds import FormBounds
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.solve.branch import first_speeds
 
@@ -41,7 +40,7 @@ def hold(program: Program, seed: int) -> None:
             below, above = bounds.on(a[None, :], b[None, :])
             for _ in range(4):
                 x = a * (b / a) ** rng.choice([rng.uniform(), 0.0, 1.0], len(a))
-                most, fewest = (worst(part.model, part.form, x, least_wanted=least).value for least in (False, True))
+                most, fewest = (part.form.worst(part.model, x, least_wanted=least).value for least in (False, True))
                 assert below[0] <= most * (1 + 1e-9) + 1e-300, part.name
                 assert above[0] >= fewest * (1 - 1e-9), part.name
 

@@ -11,7 +11,6 @@ from hypothesis import HealthCheck, given, settings
 from chain_machine import Chain, chains
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
@@ -68,7 +67,7 @@ def by_hand(chain: Chain, x: dict[tuple[str, str, str], float], kind: str, place
 
 def believed(program: Program, name: str, x: np.ndarray[Any, np.dtype[np.float64]]) -> float:
     limit = next(one for one in program.limits if one.name == name)
-    return worst(limit.model, limit.form, x).value
+    return limit.form.worst(limit.model, x).value
 
 
 def agree(chain: Chain) -> None:

@@ -13,8 +13,6 @@ from scipy.integrate import quad
 
 import vibopt as vo
 from vibopt.program.pose import on_needed, pose
-from vibopt.program.slopes import plain_slope
-from vibopt.program.worst import plain_value
 from vibopt.scene.read import from_dict
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
@@ -123,7 +121,7 @@ def test_what_is_finite_agrees_on_three_roads_and_the_rest_is_refused_or_said_to
         scene = from_dict(whole)
         found = vo.solve(scene).measures["x"].value.value
         model, form = on_needed(scene, pose(scene).model, scene.measures["x"])
-        assert plain_value(model, form, np.zeros(0)) == pytest.approx(found, rel=1e-8)
+        assert form.value(model, np.zeros(0)) == pytest.approx(found, rel=1e-8)
         assert found == pytest.approx(_by_frequencies(whole, asked), rel=1e-6)
 
 
@@ -161,11 +159,9 @@ def test_slopes_are_those_of_differences(stiffness: float, damping: float) -> No
     program = pose(from_dict(document))
     assert program.aim is not None
     x = np.array([stiffness, damping])
-    slope = plain_slope(program.aim.model, program.aim.form, x)
+    slope = program.aim.form.slope(program.aim.model, x)
     for i in range(2):
-        ends = [
-            plain_value(program.aim.model, program.aim.form, x * np.exp(step * np.eye(2)[i])) for step in (-1e-5, 1e-5)
-        ]
+        ends = [program.aim.form.value(program.aim.model, x * np.exp(step * np.eye(2)[i])) for step in (-1e-5, 1e-5)]
         assert np.ravel(slope)[i] == pytest.approx(np.log(ends[1] / ends[0]) / 2e-5, rel=1e-5, abs=1e-8)
 
 

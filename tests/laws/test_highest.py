@@ -12,11 +12,11 @@ from shaken_system import Shaken, shaken
 from space_machine import Plant
 from test_chains import asked, read
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
+from vibopt.forms.greatest_values import highest
 from vibopt.mechanics.cells import REACH, cells, nearest
 from vibopt.mechanics.peaks import Extreme, greatest
-from vibopt.program.greatest_values import highest
 from vibopt.program.pose import on_needed, pose
-from vibopt.program.worst import DriveResponse, drive_extreme, singularities, worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 
@@ -150,5 +150,5 @@ def test_a_second_design_of_the_same_machine_is_not_the_first() -> None:
         speeds = np.linspace(1.0, 400.0, 40_001)
         best = speeds[plant.response(speeds).argmax()]
         around = np.clip(best + np.linspace(-0.01, 0.01, 2001), 1.0, 400.0)
-        value = worst(model, form, np.array([mass])).value
+        value = form.worst(model, np.array([mass])).value
         assert value == pytest.approx(plant.response(around).max(), rel=1e-9)

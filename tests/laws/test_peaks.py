@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from vibopt.mechanics.peaks import crossings, greatest, least
 from vibopt.program.pose import pose
-from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.signals import Band
 
@@ -88,7 +87,7 @@ def test_the_peak_of_one_mass_is_that_of_the_textbook(zeta: float, stiffness: fl
         ratio = mp.mpf(zeta)
         inside = ratio < 1 / mp.sqrt(2)
         truth = 1 / (stiffness * 2 * ratio * mp.sqrt(1 - ratio**2)) if inside else 1 / mp.mpf(stiffness)
-    assert worst(limit.model, limit.form, NONE).value == pytest.approx(float(truth), rel=2e-12)
+    assert limit.form.worst(limit.model, NONE).value == pytest.approx(float(truth), rel=2e-12)
 
 
 @given(zeta=power(-8, -1), gap=power(-8, -1), part=st.floats(-1.0, 1.0))

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 import vibopt as vo
 from vibopt.program.pose import on_needed, pose
-from vibopt.program.slopes import plain_slope
-from vibopt.program.worst import plain_value
 from vibopt.verify.certify import measure
 
 Array = NDArray[np.float64]
@@ -122,7 +120,7 @@ def test_a_mean_square_is_that_of_the_matrices_and_of_the_built_machine(seed: in
     for name, response in scene.measures.items():
         wanted = chain.rms(readings[name][1])
         model, form = on_needed(scene, program.model, response)
-        value = plain_value(model, form, np.zeros(0))
+        value = form.value(model, np.zeros(0))
         assert value == pytest.approx(wanted, rel=1e-5)  # the Kronecker form loses digits to fast and slow poles
         assert measure(scene, {}, response).value == pytest.approx(value, rel=1e-9)
 
@@ -147,14 +145,14 @@ def test_slopes_are_those_of_the_values(seed: int, support: str) -> None:
     program = pose(scene)
     for response in scene.measures.values():
         model, form = on_needed(scene, program.model, response)
-        slope = plain_slope(model, form, at)
+        slope = form.slope(model, at)
         tight = 2e-3 if response.response == "decay_rate" else 2e-5  # of slow poles beside fast ones
         step = 1e-5
         for i in range(len(at)):
             up, down = at.copy(), at.copy()
             up[i] *= np.exp(step)
             down[i] *= np.exp(-step)
-            ends = [np.log(plain_value(model, form, one)) for one in (up, down)]
+            ends = [np.log(form.value(model, one)) for one in (up, down)]
             assert slope[i] == pytest.approx((ends[0] - ends[1]) / (2.0 * step), rel=2e-4, abs=tight)
 
 
@@ -169,7 +167,7 @@ def test_the_decay_rate_is_that_of_the_slowest_pole(seed: int) -> None:
     wanted = float(-rates.real.max())
     model, form = on_needed(scene, pose(scene).model, scene.measures["decay"])
     size = float(np.abs(rates).max())
-    assert plain_value(model, form, np.zeros(0)) == pytest.approx(wanted, rel=1e-8, abs=1e-11 * size)
+    assert form.value(model, np.zeros(0)) == pytest.approx(wanted, rel=1e-8, abs=1e-11 * size)
     assert measure(scene, {}, scene.measures["decay"]).value == pytest.approx(wanted, rel=1e-8, abs=1e-11 * size)
 
 
@@ -247,7 +245,7 @@ def test_what_has_no_end_is_infinite_on_both_roads_and_says_why() -> None:
     )
     scene = vo.from_dict(document)
     model, form = on_needed(scene, pose(scene).model, scene.measures["x"])
-    assert plain_value(model, form, np.zeros(0)) == np.inf
+    assert form.value(model, np.zeros(0)) == np.inf
 
 
 def test_an_undamped_mode_that_is_not_shaken_does_no_harm() -> None:
@@ -264,7 +262,7 @@ def test_an_undamped_mode_that_is_not_shaken_does_no_harm() -> None:
     scene = vo.from_dict(document)
     full = pose(scene, reduce=False)
     model, form = on_needed(scene, full.model, scene.measures["x"], reduce=False)
-    value = plain_value(model, form, np.zeros(0))
+    value = form.value(model, np.zeros(0))
     assert np.isfinite(value)
     assert measure(scene, {}, scene.measures["x"]).value == pytest.approx(value, rel=1e-9)
     there = {**document, "measures": {"x": {"response": "rms_displacement", "of": "a"}}}

@@ -14,14 +14,13 @@ from hypothesis import strategies as st
 from absorber_routes import h_infinity, nishihara_asami
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse, singularities
+from vibopt.forms.few import few_peaks, few_sampled
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.peaks import peaks
 from vibopt.mechanics.small import Peak
-from vibopt.program.few import few_peaks, few_sampled
 from vibopt.program.pose import pose
-from vibopt.program.slopes import local_extremes
-from vibopt.program.worst import DriveResponse, singularities
 from vibopt.scene.read import from_dict
 from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 from vibopt.solve.plane.discs import DiscsOfOneLink
@@ -249,6 +248,6 @@ def test_on_a_damped_machine_it_is_that_of_40_digits(ratio: str, zeta: str) -> N
 def test_extremes_know_their_bends_where_polynomials_apply() -> None:
     program = closed(pose(from_dict(absorber("0.05", "0"))))
     assert program.aim is not None
-    found = local_extremes(program.aim.model, program.aim.form, np.array([4535.0, 40.0]), least_wanted=False)
+    found = program.aim.form.extremes(program.aim.model, np.array([4535.0, 40.0]), least_wanted=False)
     assert len(found) == 2
     assert all(one.bend is not None for one in found)

@@ -11,7 +11,6 @@ import vibopt as vo
 from space_machine import GRAVITY, Plant, plants, rotation
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.program.pose import on_needed, pose
-from vibopt.program.worst import worst
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
@@ -32,7 +31,9 @@ def both(scene: Scene, name: str) -> tuple[float, float]:
 
     response = scene.measures[name]
     full = model_of(scene)
-    found = [worst(*on_needed(scene, full, one), NONE).value for one in members(scene, response)]
+    found = [
+        form.value(model, NONE) for model, form in (on_needed(scene, full, one) for one in members(scene, response))
+    ]
     return max(found), vo.solve(scene).measures[name].value.value
 
 
@@ -279,7 +280,7 @@ def test_a_design_with_an_offset_is_the_best_of_a_scan() -> None:
     scene = from_dict({**box(0.1, 0.45, choice=True), "limits": {"floor": limit}, "goal": goal})
     design = vo.solve(scene)
     part = pose(scene).limits[0]
-    good = [k for k in np.linspace(0.1e6, 3e6, 400) if worst(part.model, part.form, np.array([k])).value <= 1500.0]
+    good = [k for k in np.linspace(0.1e6, 3e6, 400) if part.form.worst(part.model, np.array([k])).value <= 1500.0]
     assert design.status == "optimal"
     assert max(good) <= design.x[0] <= max(good) + 2.9e6 / 399
 

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from space_machine import Plant
 from vibopt.program.vicinity import Vicinity
-from vibopt.program.worst import worst
 from vibopt.program.worst_case import around, hit
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
@@ -86,13 +85,13 @@ def test_a_machine_that_is_off_moves_as_newton_and_euler_say(seed: int) -> None:
     off = some_factors(scene, seed)
     program = around(scene, np.zeros(0))
     limit = next(one for one in program.limits if one.name == "eye")
-    value = worst(limit.model, limit.form, np.array(list(off.values()))).value
+    value = limit.form.worst(limit.model, np.array(list(off.values()))).value
     assert value == pytest.approx(off_plant(plant, off).response(np.array([55.0]))[0], rel=1e-9)
     low = next(one for one in program.limits if one.name == "low")
-    first = worst(low.model, low.form, np.array(list(off.values()))).value
+    first = low.form.worst(low.model, np.array(list(off.values()))).value
     assert first == pytest.approx(off_plant(plant, off).frequencies()[0], rel=1e-8)
     load = next(one for one in program.limits if one.name == "load")
-    carried = worst(load.model, load.form, np.array(list(off.values()))).value
+    carried = load.form.worst(load.model, np.array(list(off.values()))).value
     assert carried == pytest.approx(float(off_plant(plant, off).loads()[0] @ plant.axes[0][2]), rel=1e-7)
 
 
@@ -106,7 +105,7 @@ def test_the_model_in_factors_and_the_machine_as_built_agree_on_every_response(s
     machine = machine_of(built, {})
     for limit in program.limits:
         least = limit.side == "at_least"
-        value = worst(limit.model, limit.form, np.array(list(off.values())), least_wanted=least).value
+        value = limit.form.worst(limit.model, np.array(list(off.values())), least_wanted=least).value
         found = measure_on(built, machine, scene.limits[limit.name], limit.side).value
         assert value == pytest.approx(found, rel=1e-7), limit.name
 
@@ -150,7 +149,7 @@ def test_what_is_proven_of_all_machines_holds_for_each(seed: int, centre: bool, 
         values = []
         for trial in range(25):
             factors = np.array(list(some_factors(scene, 31 * seed + trial).values()))
-            values.append(worst(limit.model, limit.form, factors, least_wanted=least).value)
+            values.append(limit.form.worst(limit.model, factors, least_wanted=least).value)
         reached = min(values) if least else max(values)
         level = reached - abs(reached) * over if least else reached + abs(reached) * over
         proven = Vicinity(limit, program.axes, level, least).proven(Budget(30, "batches"))
@@ -170,7 +169,7 @@ def test_the_worst_machine_that_is_called_proven_is_worst_among_many(seed: int) 
         least = limit.side == "at_least"
         for trial in range(30):
             factors = np.array(list(some_factors(scene, 17 * seed + trial).values()))
-            value = worst(limit.model, limit.form, factors, least_wanted=least).value
+            value = limit.form.worst(limit.model, factors, least_wanted=least).value
             room = 1e-3 * abs(hits[index].value) if limit.name not in undecided else np.inf
             assert (value >= hits[index].value - room) if least else (value <= hits[index].value + room), limit.name
 

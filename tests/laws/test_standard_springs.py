@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from vibopt.program.pose import pose
-from vibopt.program.worst import worst
 from vibopt.scene.read import from_dict
 from vibopt.verify.certify import measure
 
@@ -28,7 +27,7 @@ def both(scene_words: dict[str, Any], response: dict[str, Any], chosen: dict[str
     scene = from_dict({"title": "drawn", **scene_words, "limits": {"asked": response}})
     limit = pose(scene).limits[0]
     x = np.array([chosen[one.path] for one in scene.variables])
-    return worst(limit.model, limit.form, x).value, measure(scene, chosen, scene.limits["asked"]).value
+    return limit.form.worst(limit.model, x).value, measure(scene, chosen, scene.limits["asked"]).value
 
 
 @pytest.mark.parametrize(("beam", "right"), BEAMS.values(), ids=BEAMS)

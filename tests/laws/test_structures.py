@@ -7,7 +7,8 @@ import pytest
 import scipy.sparse as sparse
 
 from rods import BEAM, ROD, beam, rod, rod_receptance
-from vibopt.forms import Modulus
+from vibopt.forms import Modulus, extremes
+from vibopt.forms.extremes import line_slope
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.host import Coordinates, Matrices, digits_lost, of_modes, reduced_host
 from vibopt.mechanics.host.matrices import Dashed, negative_count
@@ -16,8 +17,6 @@ from vibopt.mechanics.machine import Joint
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.receptance import Attached, Host
-from vibopt.program import slopes
-from vibopt.program.slopes import line_slope
 from vibopt.responses.response_rows import across_link, at_point, link_forces
 from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 
@@ -240,9 +239,9 @@ def test_peaks_found_through_modes_are_those_of_direct_solutions(
     drive = Drive("shaker", (Line(1.0, model.points["b"].astype(complex), FLAT),), (Band(0.2 * FIRST, 5.0 * FIRST),))
     form = Modulus(at_point(model, "a"), (drive,), "sum")
     x = _design(_hosts()["damped"])
-    quick = slopes.local_extremes(model, form, x, least_wanted=least_wanted)
-    monkeypatch.setattr(slopes, "modal_of", lambda *_: None)
-    direct = slopes.local_extremes(model, form, x, least_wanted=least_wanted)
+    quick = form.extremes(model, x, least_wanted=least_wanted)
+    monkeypatch.setattr(extremes, "modal_of", lambda *_: None)
+    direct = form.extremes(model, x, least_wanted=least_wanted)
     assert len(quick) == len(direct)
     for one, other in zip(quick, direct, strict=True):
         assert one.value == pytest.approx(other.value, abs=1e-9)

@@ -13,7 +13,6 @@ from vibopt.forms import Modulus
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.slopes import local_extremes
 from vibopt.scene.read import from_dict, from_text
 from vibopt.solve.branch import Judge
 from vibopt.solve.local import improved
@@ -254,9 +253,9 @@ def test_slopes_of_local_extremes_are_those_of_differences(name: str) -> None:
             least_wanted = getattr(part, "side", "") == "at_least"
 
             def value(at: np.ndarray, part=part, least_wanted=least_wanted) -> float:  # type: ignore[no-untyped-def]
-                return local_extremes(part.model, part.form, np.exp(at), least_wanted=least_wanted)[0].value
+                return part.form.extremes(part.model, np.exp(at), least_wanted=least_wanted)[0].value
 
-            slope = local_extremes(part.model, part.form, np.exp(y), least_wanted=least_wanted)[0].slope
+            slope = part.form.extremes(part.model, np.exp(y), least_wanted=least_wanted)[0].slope
             step = 1e-5 * np.eye(len(y))
             differences = [(value(y + d) - value(y - d)) / 2e-5 for d in step]
             assert slope == pytest.approx(differences, rel=2e-4, abs=2e-4)

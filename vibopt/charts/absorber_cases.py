@@ -284,7 +284,7 @@ def _row(count: int) -> list[Fidelity]:
 
 
 def _small(program: Any, x: FloatArray, speeds: FloatArray) -> FloatArray:
-    from vibopt.program.worst import DriveResponse
+    from vibopt.forms.drive_response import DriveResponse
 
     form = program.aim.form
     return DriveResponse(program.aim.model, form, form.drives[0], x)(speeds)

@@ -13,9 +13,9 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import VibOptError
+from vibopt.forms.reduce import reason
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.reduce import reason
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge

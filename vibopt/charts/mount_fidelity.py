@@ -18,9 +18,9 @@ from vibopt.charts.mount_machine import LINE, PLANE, SPACE, Machine, Shelf, draw
 from vibopt.charts.mount_rivals import HARD_METHODS, METHODS, Method, judged_parts
 from vibopt.charts.mount_truth import every_choice, floor_force, loads, peaks
 from vibopt.charts.trial import Table
+from vibopt.forms.reduce import reason
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.reduce import reason
 from vibopt.solve.branch import Judge
 from vibopt.solve.catalogue.parts import Catalogue
 from vibopt.solve.ranges import closed

@@ -1,4 +1,4 @@
-"""Free vibration: poles of det D(w) = 0, natural frequencies, damping ratios."""
+"""Free vibration and sag, with their slopes: poles of det D(w) = 0, natural frequencies, damping ratios."""
 
 from __future__ import annotations
 
@@ -123,3 +123,74 @@ def sag(model: Model, x: FloatArray) -> FloatArray | None:
     down = np.zeros(model.n_coords)
     down[:n] = np.linalg.solve(scaled, load / root) / root
     return down
+
+
+def sag_slope(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray:
+    """Slope of the log of asked . u in log x, (n_vars,).
+
+    The sag u solves K u = m g; its slope is r . K^-1 (dm g - dK u).
+    """
+    n = model.n_free
+    down = sag(model, x)
+    if down is None or not asked @ down:
+        return np.zeros(model.n_vars)
+    p = model.values(x, static=True)
+    stiff = model.matrix(STIFFNESS, p)[:n, :n]
+    size = np.sqrt(np.diag(stiff))
+    row = np.linalg.solve(stiff / np.outer(size, size), asked[:n] / size) / size
+    vectors = model.vectors[:, :n]
+    change = np.where(model.kinds == INERTIA, GRAVITY * p * (vectors @ row), 0.0)
+    change -= np.where(model.kinds == STIFFNESS, p * (vectors @ row) * (vectors @ down[:n]), 0.0)
+    value = float(asked @ down)
+    slope: FloatArray = change @ model.exponents / value if value else np.zeros(model.n_vars)
+    return slope
+
+
+def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Natural frequencies (n_free,) [rad/s] and the slopes of their logs (n_free, n_vars)."""
+    p = model.values(x)
+    omega, shapes = mode_shapes(model, p)
+    share = (model.vectors[:, : model.n_free] @ shapes) ** 2
+    springs = p * (model.kinds == STIFFNESS)
+    masses = p * (model.kinds == INERTIA)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = 0.5 * ((share.T * springs) / (omega**2)[:, None] - share.T * masses) @ model.exponents
+    return omega, np.nan_to_num(slope)
+
+
+def rates_and_shapes(model: Model, p: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Rates s of free motion e^{s t} [1/s] (m,) with Im s >= 0 and no rigid motion, and shapes (n_free, m)."""
+    mass, damping, stiffness, _ = free_matrices(model, p)
+    n = model.n_free
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    k, c = root @ stiffness @ root.T, root @ damping @ root.T
+    scale = float(np.sqrt(np.abs(k).max()) or np.abs(c).max() or 1.0)
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-k / scale**2, -c / scale]])
+    rates, vectors = np.linalg.eig(state)
+    order = np.argsort(np.abs(rates))[rigid_count(model, p) :]
+    chosen = order[rates[order].imag >= 0.0]
+    return (rates[chosen] * scale).astype(complex), (root.T @ vectors[:n, chosen]).astype(complex)
+
+
+def pole_slopes(model: Model, x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Rates of free motion (m,) and their slopes in log x (m, n_vars); large where two poles nearly meet."""
+    p = model.values(x)
+    rates, shapes = rates_and_shapes(model, p)
+    share = (model.vectors[:, : model.n_free] @ shapes) ** 2
+    power = np.select([model.kinds == INERTIA, model.kinds == DAMPING, model.kinds == STIFFNESS], [2, 1, 0], 0)
+    each = share.T * p * rates[:, None] ** power
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = -(each @ model.exponents) / ((power * each).sum(axis=1) / rates)[:, None]
+    return rates, np.nan_to_num(slopes)
+
+
+def characteristic(model: Model, p: FloatArray, scale: float) -> FloatArray:
+    """Coefficients of det(s^2 M + s C + K) in s / scale, ascending, the last of them 1; shape (2 n_free + 1,)."""
+    mass, damping, stiffness, _ = free_matrices(model, p)
+    n = model.n_free
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    k, c = root @ stiffness @ root.T / scale**2, root @ damping @ root.T / scale
+    circle = np.exp(2j * np.pi * np.arange(2 * n + 1) / (2 * n + 1))[:, None, None]
+    values = np.linalg.det(circle**2 * np.eye(n) + circle * c + k)
+    found: FloatArray = (np.fft.fft(values) / (2 * n + 1)).real
+    return found

@@ -21,11 +21,11 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.posed import conic
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import extremes_of
 from vibopt.records import dataclass
 from vibopt.signals import Band, Line
 from vibopt.solve.branch import Judge

@@ -14,13 +14,12 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes
 from vibopt.posed.nonlinear import NonlinearProgram
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import extremes_of
-from vibopt.program.worst import worst
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.ranges import log_box, starts
@@ -228,7 +227,7 @@ class Exchange:
         aim = self.program.aim
         if aim is None or not isinstance(aim.form, Modulus):
             return np.nan
-        from vibopt.program.worst import DriveResponse
+        from vibopt.forms.drive_response import DriveResponse
 
         x, worst_of = self.x(y), min if aim.sense < 0 else max
         values = [
@@ -242,7 +241,7 @@ class Exchange:
         aim = self.program.aim
         if aim is None or np.isnan(promised):
             return True
-        found = worst(aim.model, aim.form, self.x(y), least_wanted=aim.sense < 0).value
+        found = aim.form.worst(aim.model, self.x(y), least_wanted=aim.sense < 0).value
         return bool(abs(found - promised) <= EXACT * abs(found))
 
     def _learn(self, y: FloatArray) -> bool:

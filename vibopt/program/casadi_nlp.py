@@ -15,12 +15,11 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms.drive_response import rigid_form
+from vibopt.forms.rational import Sampled, sampled, sampled_static
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.rational import Sampled, sampled, sampled_static
-from vibopt.program.slopes import plain_slope
-from vibopt.program.worst import plain_value, rigid_form
 from vibopt.records import dataclass
 from vibopt.signals import Drive, Line, Output
 
@@ -180,13 +179,13 @@ class SampledProgram:
             grown = [casadi.exp(2.0 * one) if self.squared else one for one in logs]
             self.rows += [aim.sense * one - self.worst for one in grown]
             return self.worst
-        size = plain_value(aim.model, aim.form, x)
+        size = aim.form.value(aim.model, x)
         logs = self._logs(aim.model, aim.form, -1, samples, size if 0 < size < np.inf else 1.0, aim.sense)
         return aim.sense * logs[0]
 
     def _typical(self, aim: Aim, samples: Samples) -> float:
         """Size of the goal at the reference, from its samples."""
-        from vibopt.program.worst import DriveResponse
+        from vibopt.forms.drive_response import DriveResponse
 
         assert isinstance(aim.form, Modulus)
         total = 0.0
@@ -315,8 +314,8 @@ class SampledProgram:
         """Log of a modal damping ratio, a decay rate, a mean square, ... to first order in y about the reference."""
         import casadi
 
-        value = plain_value(model, form, self.reference)
-        slope = plain_slope(model, form, self.reference)
+        value = form.value(model, self.reference)
+        slope = form.slope(model, self.reference)
         middle = casadi.DM(np.log(self.reference))
         return float(np.log(value)) + casadi.mtimes(casadi.DM(slope).T, self.y - middle)
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse
 from vibopt.mechanics.model import DAMPING, INERTIA, Model
 from vibopt.mechanics.modes import poles
-from vibopt.program.worst import DriveResponse
 from vibopt.signals import Band
 
 _NOTHING = 1e-12

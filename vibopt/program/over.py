@@ -14,9 +14,9 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.program.program import Aim, Axis, Limit
-from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.records import dataclass
 from vibopt.signals import Amplitude, Band, Drive, Line, Piece
 from vibopt.work import Budget

@@ -11,10 +11,10 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, Modulus, Monomials, PeakInTime, StaticLoad, StaticRow
+from vibopt.forms.reduce import reduced
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
-from vibopt.program.reduce import reduced
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import combine_for, drives_for, noises_for, signals_for

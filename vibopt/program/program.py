@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Monomials, PeakInTime
+from vibopt.forms import Form
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 
@@ -40,7 +40,7 @@ class Limit:
     @property
     def cost(self) -> float:
         """Work of measuring it at one design [nominal ms]."""
-        return _cost(self.model, self.form)
+        return self.form.cost(self.model)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Aim:
     @property
     def cost(self) -> float:
         """Work of measuring it on one machine at one design [nominal ms]."""
-        return _cost(self.model, self.form)
+        return self.form.cost(self.model)
 
     @property
     def pieces(self) -> tuple[Aim, ...]:
@@ -140,7 +140,7 @@ class Program:
     @property
     def used_dof(self) -> int:
         """Greatest number of free coordinates that any question needs."""
-        return max((part.model.n_free for part in self.parts if not isinstance(part.form, Monomials)), default=0)
+        return max((part.model.n_free for part in self.parts if part.form.powers is None), default=0)
 
     @property
     def low(self) -> FloatArray:
@@ -157,10 +157,3 @@ class Program:
 
     def aiming(self, aim: Aim | None) -> Program:
         return replace(self, aim=aim)
-
-
-def _cost(model: Model, form: Form) -> float:
-    """As seen: sums of powers cost nothing, an eigenproblem grows with the square of the coordinates at first."""
-    if isinstance(form, PeakInTime):
-        return 3.0 + 0.02 * len(form.segments)
-    return 0.02 if isinstance(form, Monomials) else 0.3 + 0.01 * model.n_free**2

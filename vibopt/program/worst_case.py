@@ -24,8 +24,6 @@ from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.pose import asked_of, on_needed
 from vibopt.program.program import Aim, Axis, Limit, Program
-from vibopt.program.slopes import local_extremes
-from vibopt.program.worst import worst
 from vibopt.records import dataclass
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
@@ -132,7 +130,7 @@ class _Hunt:
     def value(self, factors: FloatArray) -> float:
         """Of the form: its worst over the speeds."""
         self.tried += 1
-        return worst(self.part.model, self.part.form, factors, least_wanted=self.sign < 0).value
+        return self.part.form.worst(self.part.model, factors, least_wanted=self.sign < 0).value
 
     def corner(self) -> FloatArray | None:
         """The one corner that is worst, where the form rises or falls with each factor; None where it may not."""
@@ -285,7 +283,7 @@ class _Hunt:
 
         def fall(y: FloatArray) -> tuple[float, FloatArray]:
             self.tried += 1
-            first = local_extremes(self.part.model, self.part.form, np.exp(y), least_wanted=self.sign < 0)[0]
+            first = self.part.form.extremes(self.part.model, np.exp(y), least_wanted=self.sign < 0)[0]
             value = first.value if np.isfinite(first.value) else 1e3
             return -self.sign * value, -self.sign * first.slope
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme, peaks
 from vibopt.program.pose import form_of
-from vibopt.program.worst import DriveResponse, drive_extreme, singularities
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.assemble import bare, model_of
 from vibopt.scene.drives import names_for

@@ -13,7 +13,6 @@ from vibopt.forms import Form, Monomials
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.program.pose import pose
 from vibopt.program.program import Limit, Program
-from vibopt.program.worst import worst
 from vibopt.records import dataclass
 from vibopt.report.absorber_parts import has_absorbers
 from vibopt.scene.scene import Design
@@ -103,7 +102,7 @@ class _Worse:
         self.aim = aim
         self.level = 0.0
         if aim is not None:
-            self.level = worst(aim.model, aim.form, x, least_wanted=aim.sense < 0).value
+            self.level = aim.form.worst(aim.model, x, least_wanted=aim.sense < 0).value
         self.because = ""
 
     def __call__(self, s: float) -> float:
@@ -133,7 +132,7 @@ class _Worse:
             else one
             for one in model.terms
         )
-        return worst(replace(model, terms=terms), form, self.x, least_wanted=least_wanted).value
+        return form.worst(replace(model, terms=terms), self.x, least_wanted=least_wanted).value
 
 
 def _log(value: float) -> float:

@@ -11,11 +11,10 @@ from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse, drive_extreme
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
-from vibopt.program.worst import DriveResponse, drive_extreme
-from vibopt.program.worst import worst as worst_of
 from vibopt.records import dataclass
 from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
 from vibopt.report.histories import histories
@@ -292,7 +291,7 @@ class _Drawing:
     def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
         asked = [form_of(self.scene, self.model, each) for each in members(self.scene, one.response)]
         forms = [form for form in asked if isinstance(form, Modulus)]
-        form = max(forms, key=lambda each: worst_of(self.model, each, self.x).value) if len(forms) > 1 else forms[0]
+        form = max(forms, key=lambda each: each.value(self.model, self.x)) if len(forms) > 1 else forms[0]
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
     def _drawn(

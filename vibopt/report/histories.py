@@ -10,11 +10,10 @@ from vibopt.answer.blocks import spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
 from vibopt.forms import PeakInTime
+from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.transient import Peak
-from vibopt.program.in_time import peak_in_time, transient_of
-from vibopt.program.mean_square import share_of
 from vibopt.program.pose import form_of
 from vibopt.records import dataclass
 from vibopt.report.series import Curve, Mark, Panel, Zone
@@ -59,15 +58,15 @@ def histories(design: Design, model: Model) -> list[Panel]:
 def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     x, form = np.array(design.x), form_of(design.scene, model, asked.response)
     assert isinstance(form, PeakInTime)
-    peak = peak_in_time(model, form, x)
+    peak = form.peak(model, x)
     if not isfinite(peak.value):
         return None
-    machine, reading = transient_of(model, form, model.values(x))
+    machine, reading = form.transient(model, model.values(x))
     times = np.linspace(0.0, _end(model, form, peak, x), _POINTS)
     if isfinite(peak.time):
         times = np.sort(np.append(times, peak.time))
-    values = machine.history(reading, times) / share_of(model, form.output, x)
-    most = abs(peak.value) / share_of(model, form.output, x)
+    values = machine.history(reading, times) / mount_count(model, form.output, x)
+    most = abs(peak.value) / mount_count(model, form.output, x)
     dimension = asked.response.dimension
     unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
     slow = "ms" if times[-1] < 1.0 else "s"

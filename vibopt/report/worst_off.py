@@ -6,11 +6,10 @@ import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.forms import Form, Modulus, Monomials
+from vibopt.forms.rational import sampled
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
-from vibopt.program.rational import sampled
-from vibopt.program.worst import monomials, worst
 from vibopt.signals import Band, Drive
 
 SPEEDS = 70
@@ -27,9 +26,9 @@ _PEAKS = 2
 def over(model: Model, form: Form, x: FloatArray, least_wanted: bool) -> FloatArray:
     """Worst value of a form at designs x (n, n_vars), shape (n,)."""
     if isinstance(form, Monomials):
-        return monomials(form, x)
+        return form.at(x)
     if not isinstance(form, Modulus) or form.rigid_link:
-        return np.array([worst(model, form, one, least_wanted=least_wanted).value for one in x])
+        return np.array([form.worst(model, one, least_wanted=least_wanted).value for one in x])
     parts = np.array([_drive(model, form, drive, x, least_wanted) for drive in form.drives])
     total: FloatArray = np.sqrt((parts**2).sum(axis=0)) if form.combine == "rss" else parts.sum(axis=0)
     return total

@@ -15,16 +15,16 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Form, Modulus, Monomials
+from vibopt.forms.form import Worst
 from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.worst import Worst, worst
 from vibopt.records import dataclass
 from vibopt.work import Budget, worked
 
 if TYPE_CHECKING:
-    from vibopt.program.bounds import FormBounds
+    from vibopt.forms.bounds import FormBounds
 
 BATCH = 256
 MOST_BOXES = 100_000
@@ -67,7 +67,7 @@ class Judge:
     def limit(self, limit: Limit, x: FloatArray) -> tuple[float, Worst]:
         """Violation as a part of the bound (negative when met), and the worst."""
         worked(limit.cost)
-        found = worst(limit.model, limit.form, x, least_wanted=limit.side == "at_least")
+        found = limit.form.worst(limit.model, x, least_wanted=limit.side == "at_least")
         return violation(limit, found.value, x), found
 
     def goal(self, x: FloatArray) -> Worst:
@@ -76,7 +76,7 @@ class Judge:
         if aim is None:
             return Worst(0.0)
         worked(sum(one.cost for one in aim.pieces))
-        found = [worst(one.model, one.form, x, least_wanted=one.sense < 0) for one in aim.pieces]
+        found = [one.form.worst(one.model, x, least_wanted=one.sense < 0) for one in aim.pieces]
         first = max(found, key=lambda one: aim.sense * one.value)
         return Worst(aim.sense * first.value, first.speeds)
 
@@ -164,7 +164,7 @@ class Search:
         return _middle(low[picks], high[picks])
 
     def _prepare(self) -> None:
-        from vibopt.program.bounds import FormBounds
+        from vibopt.forms.bounds import FormBounds
 
         program = self.judge.program
         middle = _middle(program.low, program.high)
@@ -285,7 +285,7 @@ def _cut_sum(
     form: Monomials, low: FloatArray, high: FloatArray, cut: float, *, below: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Boxes narrowed to where sum_j scale_j x_i(j)**e_j can be below (above) `cut`; never made empty."""
-    from vibopt.program.bounds import monomial_bounds
+    from vibopt.forms.bounds import monomial_bounds
 
     low, high = low.copy(), high.copy()
     small, large = monomial_bounds(form, low, high)

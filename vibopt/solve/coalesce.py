@@ -15,10 +15,8 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.forms import DecayRate, ModeDamping
 from vibopt.mechanics.model import Model
-from vibopt.program.poles import characteristic, rates_and_shapes
+from vibopt.mechanics.modes import characteristic, rates_and_shapes
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import local_extremes
-from vibopt.program.worst import plain_value
 from vibopt.records import dataclass
 
 _NEAR = (0.01, 0.03, 0.1, 0.2, 0.35, 0.6)
@@ -103,7 +101,7 @@ def _merged(asked: Question, y: FloatArray, low: FloatArray, high: FloatArray) -
                 if there is None or not np.isfinite(there).all():
                     break
                 there = np.clip(there, low, high)
-                reached = plain_value(asked.model, asked.form, np.exp(there))
+                reached = asked.form.value(asked.model, np.exp(there))
                 if asked.aim is None or reached > asked.bound * (1.0 + 0.5 * margin):
                     yield there
                     break
@@ -213,7 +211,7 @@ class _Meeting:
             wanted[count] = -1.0
         else:
             x = np.exp(self._design(v))
-            worst = local_extremes(aim.model, aim.form, x, least_wanted=aim.sense < 0.0)[0]
+            worst = aim.form.extremes(aim.model, x, least_wanted=aim.sense < 0.0)[0]
             wanted[:count] = aim.sense * worst.slope[self.free]
         return wanted
 

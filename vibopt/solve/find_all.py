@@ -8,9 +8,9 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
 from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
-from vibopt.program.worst import DriveResponse, drive_extreme, singularities
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive
 from vibopt.solve.branch import Judge

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.program.bounds import FormBounds
+from vibopt.forms.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import MOST_BOXES, Judge, Search
 from vibopt.solve.local import from_starts, improved, rescued

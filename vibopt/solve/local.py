@@ -6,7 +6,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
-from vibopt.program.few import few_sampled
+from vibopt.forms.few import few_sampled
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.ranges import log_box, starts

@@ -14,10 +14,10 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.forms import DecayRate, EnergyShare, ModeDamping, ModeGap, Modulus, PeakInTime, RootMeanSquare, StaticForce
+from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Program
-from vibopt.program.slopes import extremes_of
 from vibopt.records import dataclass
 from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge

@@ -16,7 +16,6 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.over import MARGIN
 from vibopt.program.program import Program
-from vibopt.program.worst import worst
 from vibopt.program.worst_case import Hit, around, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
@@ -241,7 +240,7 @@ class _Run:
         aim = program.aim
         machines = [self.machines.factors(x, one) for one in self.machines.worst[GOAL]]
         return max(
-            piece.sense * worst(piece.model, piece.form, one, least_wanted=piece.sense < 0.0).value
+            piece.sense * piece.form.worst(piece.model, one, least_wanted=piece.sense < 0.0).value
             for piece in aim.pieces
             for one in machines
         )

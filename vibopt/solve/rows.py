@@ -25,9 +25,9 @@ from vibopt.forms import (
     StaticLoad,
     StaticRow,
 )
+from vibopt.forms.rational import Groups, Sampled, sampled, sampled_static
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.rational import Groups, Sampled, sampled, sampled_static
 from vibopt.records import dataclass
 
 _Numbers = TypeVar("_Numbers", FloatArray, ComplexArray)

@@ -6,9 +6,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, Modulus, Monomials
-from vibopt.program.few import applies, few_sampled
+from vibopt.forms.few import applies, few_sampled
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.worst import monomials, worst
 from vibopt.solve.ranges import log_box, starts
 
 _TRIED, _ASKED = 512, 64
@@ -77,8 +76,8 @@ def _values(part: Limit | Aim, x: FloatArray) -> FloatArray:
     """Values of a form at designs (n, n_vars), no greater than the worst; shape (n,)."""
     form: Form = part.form
     if isinstance(form, Monomials):
-        return monomials(form, x)
+        return form.at(x)
     few = few_sampled(part.model, form, x) if isinstance(form, Modulus) and is_cheap(part) else None
     if few is not None:
         return few
-    return np.array([worst(part.model, form, one).value for one in x])
+    return np.array([form.worst(part.model, one).value for one in x])

@@ -12,10 +12,10 @@ import numpy as np
 from vibopt.answer.answer import Used
 from vibopt.answer.entry import Checked, Entry
 from vibopt.forms import Monomials
+from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Program
-from vibopt.program.reduce import reason
 from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
 from vibopt.responses import HarmonicResponse

@@ -13,8 +13,9 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.cones import LINEAR, solve_cones
+from vibopt.forms.form import Local
+from vibopt.mechanics.modes import frequency_slopes
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import Local, frequency_slopes, local_extremes
 from vibopt.records import dataclass
 from vibopt.solve.working_set import least_of
 from vibopt.work import Budget
@@ -122,12 +123,12 @@ class Exact:
             return
         sense = 1.0 if limit.side == "at_most" else -1.0
         bound = np.log(limit.bound) if limit.bound > 0.0 else -1e30
-        for one in local_extremes(limit.model, limit.form, x, least_wanted=sense < 0):
+        for one in limit.form.extremes(limit.model, x, least_wanted=sense < 0):
             yield _piece(index, one, sense, bound)
 
     def _goal(self, aim: Aim, x: FloatArray) -> Iterator[Piece]:
         for index, each in enumerate(aim.pieces):
-            for one in local_extremes(each.model, each.form, x, least_wanted=aim.sense < 0):
+            for one in each.form.extremes(each.model, x, least_wanted=aim.sense < 0):
                 yield _piece(-1 - index, one, aim.sense, 0.0)
 
 

@@ -6,16 +6,16 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, Modulus
+from vibopt.forms.drive_response import closed_form
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme
-from vibopt.program.worst import closed_form, plain_value
 from vibopt.signals import Drive
 
 
 def local_extremes(model: Model, form: Form, x: FloatArray, *, least: bool) -> list[tuple[tuple[float, ...], float]]:
     """Speeds per excitation and value of every local extreme that could be the worst."""
     if not isinstance(form, Modulus):
-        return [((), plain_value(model, form, x))]
+        return [((), form.value(model, x))]
     per_drive = [_drive_extremes(model, form, drive, x, least) for drive in form.drives]
     found = per_drive[0] if len(per_drive) == 1 else []
     if len(per_drive) == 1:
@@ -30,8 +30,8 @@ def _drive_extremes(model: Model, form: Modulus, drive: Drive, x: FloatArray, le
     closed = closed_form(model, form, drive, x)
     if closed is not None:
         return _once([one for band in drive.bands for one in closed.candidates(band)])
-    from vibopt.program.few import few_peaks
-    from vibopt.program.slopes import extremes_of
+    from vibopt.forms.extremes import extremes_of
+    from vibopt.forms.few import few_peaks
 
     few = None if least else few_peaks(model, form, drive, x, 0.9)
     if few is not None:

@@ -12,7 +12,6 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.meetings import watched
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.program.worst import worst
 from vibopt.program.worst_case import around, hit, missed
 from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt
@@ -91,7 +90,7 @@ class Margins:
         limit, known = program.limits[index], self.worst_machines.setdefault(index, [])
         if known and not full and limit.side != "outside":
             least = limit.side == "at_least"
-            values = [worst(limit.model, limit.form, one, least_wanted=least).value for one in known]
+            values = [limit.form.worst(limit.model, one, least_wanted=least).value for one in known]
             there = max(missed(limit, value) for value in values)
             if self.refining:
                 return there

@@ -26,13 +26,13 @@ from vibopt.forms import (
     StaticForce,
     StaticRow,
 )
+from vibopt.forms.drive_response import DriveResponse, rigid_form
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, motion, mount_count
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies, poles, sag
 from vibopt.mechanics.onemass import reading
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
-from vibopt.program.worst import DriveResponse, plain_value, rigid_form
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
 from vibopt.signals import Band, Drive, Output
@@ -76,7 +76,7 @@ def rated_loads(model: Model, x: FloatArray) -> dict[tuple[str, str], list[float
     """Static loads of all mounts that are bought, as parts of what they are rated for, by limit and side."""
     found: dict[tuple[str, str], list[float]] = {}
     for limit in ratings(model, reduce=False):
-        found.setdefault((limit.name, limit.side), []).append(plain_value(model, limit.form, x))
+        found.setdefault((limit.name, limit.side), []).append(limit.form.value(model, x))
     return found
 
 
@@ -105,7 +105,7 @@ class _Modelled:
             modes = natural_frequencies(self.full, self.full.values(self.x))
             value = float(modes[np.abs(modes - found.value).argmin()])
         else:
-            value = plain_value(self.full, self.form, self.x)
+            value = self.form.value(self.full, self.x)
         return value, self._room(self.form, value, found.value)
 
     def _of_one_mass(self, form: Modulus, found: Measured) -> float:

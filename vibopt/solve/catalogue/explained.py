@@ -12,7 +12,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.forms import ModeFrequency, Monomials, StaticLoad
-from vibopt.program.bounds import FormBounds
+from vibopt.forms.bounds import FormBounds
 from vibopt.program.held import held
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.branch import Judge

@@ -9,9 +9,9 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.forms import Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.forms.rational import Groups
 from vibopt.frontier import Frontier
 from vibopt.program.program import Program
-from vibopt.program.rational import Groups
 from vibopt.records import dataclass
 from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
 from vibopt.solve.catalogue.choices import Choices, Mirror, Node, factors_of, mirrors

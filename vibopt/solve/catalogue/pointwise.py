@@ -6,13 +6,12 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticForce, StaticLoad, StaticRow
+from vibopt.forms.bounds import FormBounds
+from vibopt.forms.rational import Groups, sampled_static
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
-from vibopt.program.bounds import FormBounds
 from vibopt.program.program import Limit
-from vibopt.program.rational import Groups, sampled_static
-from vibopt.program.worst import monomials
 from vibopt.records import dataclass
 from vibopt.signals import Drive, Line
 
@@ -97,14 +96,14 @@ class Pointwise:
 
     def _plain(self, form: Form, x: FloatArray) -> FloatArray:
         if isinstance(form, Monomials):
-            return monomials(form, x)
+            return form.at(x)
         if isinstance(form, StaticForce):
             return self._force(form, x)
         if isinstance(form, StaticRow):
             return np.abs(self._sag(form.row, x))
         if isinstance(form, StaticLoad):
             squeezed = self._sag(form.row, x)
-            return (squeezed if form.signed else np.abs(squeezed)) * monomials(form.factor, x)
+            return (squeezed if form.signed else np.abs(squeezed)) * form.factor.at(x)
         if isinstance(form, ModeFrequency):
             return modes_at(self.model, x)[:, max(form.mode - 1, 0)]
         return self.bounds.on(x, x)[0]
@@ -153,7 +152,7 @@ class Pointwise:
             most, least = np.sqrt(most), np.sqrt(least)
         if form.output.shared_by:
             count = self.model.counts[form.output.shared_by]
-            single = monomials(Monomials(np.array([count.scale]), count.row(self.model.n_vars)[None, :]), x)
+            single = Monomials(np.array([count.scale]), count.row(self.model.n_vars)[None, :]).at(x)
             most, least = most / single, least / single
         return most, least
 

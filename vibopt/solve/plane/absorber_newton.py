@@ -10,8 +10,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.few import followed, heights_of
 from vibopt.mechanics.modes import free_matrices
-from vibopt.program.few import followed, heights_of
 from vibopt.program.program import Aim
 from vibopt.solve.plane.link_plane import LinkPlane
 

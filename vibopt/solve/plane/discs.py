@@ -12,8 +12,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
+from vibopt.forms.few import few_sampled
 from vibopt.frontier import Frontier
-from vibopt.program.few import few_sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation

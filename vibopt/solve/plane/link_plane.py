@@ -14,11 +14,10 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms.bounds import monomial_bounds
+from vibopt.forms.rational import Groups, Sampled, sampled, sampled_static, to_bernstein
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Term
-from vibopt.program.bounds import monomial_bounds
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.rational import Groups, Sampled, sampled, sampled_static, to_bernstein
-from vibopt.program.worst import monomials
 from vibopt.records import dataclass
 from vibopt.solve.plane.conics import Conics
 
@@ -301,7 +300,7 @@ class LinkPlane:
     def rough(self, part: Limit, speeds: FloatArray, x: FloatArray) -> FloatArray:
         """Value of a limit's form at designs x (n, n_vars), the worst of the given speeds only, shape (n,)."""
         if isinstance(part.form, Monomials):
-            return np.asarray(monomials(part.form, x))
+            return np.asarray(part.form.at(x))
         made = self._sampled(part, speeds)
         top, bottom = made.at(x)
         with np.errstate(divide="ignore", invalid="ignore"):

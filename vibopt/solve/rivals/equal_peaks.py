@@ -11,9 +11,9 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.forms import Modulus
+from vibopt.forms.extremes import sampled_slopes
 from vibopt.mechanics.modes import free_matrices
 from vibopt.program.program import Program
-from vibopt.program.slopes import sampled_slopes
 from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import log_box

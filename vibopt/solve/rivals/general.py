@@ -16,7 +16,6 @@ from vibopt.errors import counted
 from vibopt.forms import Modulus
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import local_extremes
 from vibopt.records import dataclass
 from vibopt.signals import Drive
 from vibopt.solve.method import Found, Progress
@@ -205,7 +204,7 @@ class ExchangedRows(SampledRows):
         """Log of the exact worst value; the speeds of every peak are looked at from now on."""
         if not isinstance(part.form, Modulus):
             return 0.0
-        found = local_extremes(part.model, part.form, np.exp(y), least_wanted=least_wanted, within=_BESIDE)
+        found = part.form.extremes(part.model, np.exp(y), least_wanted=least_wanted, within=_BESIDE)
         for index, drive in enumerate(part.form.drives):
             fresh = [one.speeds[index] for one in found if one.speeds and np.isfinite(one.speeds[index])]
             self.known[id(drive)] = np.unique(np.concatenate([self.speeds(drive), fresh]))

@@ -9,7 +9,6 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.forms import Monomials
 from vibopt.program.program import Axis, Limit, Program
-from vibopt.program.worst import monomials
 from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import log_box
@@ -63,7 +62,7 @@ class Grid:
         if aim is None:
             return np.zeros(len(points))
         if isinstance(aim.form, Monomials):
-            return aim.sense * monomials(aim.form, points)
+            return aim.sense * aim.form.at(points)
         return aim.sense * values_on(aim.form, aim.model, points, self.speeds, least_wanted=aim.sense < 0)
 
     def _holding(self, program: Program, points: FloatArray) -> FloatArray:
@@ -77,7 +76,7 @@ class Grid:
             return np.array([outside_rows(limit, np.log(x))[0].max() <= 0.0 for x in points])
         least_wanted = limit.side == "at_least"
         if isinstance(limit.form, Monomials):
-            values = monomials(limit.form, points)
+            values = limit.form.at(points)
         else:
             values = values_on(limit.form, limit.model, points, self.speeds, least_wanted=least_wanted)
         return values >= limit.bound if least_wanted else values <= limit.bound

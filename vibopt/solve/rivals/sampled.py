@@ -6,10 +6,11 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, Modulus
+from vibopt.forms.drive_response import DriveResponse
+from vibopt.forms.extremes import sampled_slopes
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import frequency_slopes
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.program.slopes import frequency_slopes, plain_slope, sampled_slopes
-from vibopt.program.worst import DriveResponse, plain_value
 from vibopt.signals import Drive
 from vibopt.solve.ranges import log_box, starts
 
@@ -84,8 +85,8 @@ class SampledRows:
     def _part(self, part: Limit | Aim, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         x = np.exp(y)
         if not isinstance(part.form, Modulus):
-            value = plain_value(part.model, part.form, x)
-            return np.log([max(value, 1e-300)]), plain_slope(part.model, part.form, x)[None, :]
+            value = part.form.value(part.model, x)
+            return np.log([max(value, 1e-300)]), part.form.slope(part.model, x)[None, :]
         least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
         rows = [self._drive(part.model, part.form, drive, x) for drive in part.form.drives]
         values, slopes = rows[0] if len(rows) == 1 else _added(part.form, rows, least_wanted)
@@ -108,7 +109,7 @@ def sampled_speeds(drive: Drive, count: int) -> FloatArray:
 def values_on(form: Form, model: Model, points: FloatArray, count: int, *, least_wanted: bool) -> FloatArray:
     """Worst value of a form at designs x (n_points, n_vars) over sampled speeds, shape (n_points,)."""
     if not isinstance(form, Modulus):
-        return np.array([plain_value(model, form, x) for x in points])
+        return np.array([form.value(model, x) for x in points])
     totals = np.zeros((len(form.drives), len(points)))
     for row, drive in enumerate(form.drives):
         speeds = sampled_speeds(drive, count)

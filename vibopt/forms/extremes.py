@@ -6,189 +6,42 @@ a moving peak costs no more than a fixed one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from itertools import islice, product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import (
-    DecayRate,
-    Form,
-    ModeDamping,
-    ModeFrequency,
-    Modulus,
-    Monomials,
-    PeakInTime,
-    RootMeanSquare,
-    StaticLoad,
-    StaticRow,
-)
-from vibopt.mechanics.constants import GRAVITY
+from vibopt.forms.bends import curved
+from vibopt.forms.drive_response import DriveResponse, closed_form, rigid_form, singularities
+from vibopt.forms.few import few_peaks
+from vibopt.forms.form import Local, by_differences, log_of
+from vibopt.forms.greatest_values import highest
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, modal_of
-from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
-from vibopt.mechanics.modes import mode_shapes, sag
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import frequency_slopes
 from vibopt.mechanics.peaks import Extreme, least, peaks
-from vibopt.program.bends import Curved, added, curved
-from vibopt.program.few import few_peaks
-from vibopt.program.greatest_values import highest
-from vibopt.program.mean_square import root_mean_square_slope
-from vibopt.program.poles import pole_pieces
-from vibopt.program.worst import DriveResponse, closed_form, plain_value, rigid_form, singularities
-from vibopt.records import dataclass
 from vibopt.signals import Drive, Line, Output
 
-_STEP = 1e-6
-_BEND_STEP = 1e-5
+if TYPE_CHECKING:
+    from vibopt.forms.modulus import Modulus
+
 _NEAR = 1e-6
 _MOST = 24
 _ENOUGH = 200
 _NUDGE = 1e-14j
-_WITHOUT_END = 1e30
 
 
-@dataclass(frozen=True, slots=True)
-class Local:
-    """One local extreme of a form.
-
-    value
-        Log of the form's value; inf at an undamped resonance.
-    slope
-        d value / d log x, shape (n_vars,).
-    speeds
-        Speed per excitation [rad/s].
-    bend
-        Its second derivative in log x, shape (n_vars, n_vars), the peak's own motion in it; None where not known.
-    """
-
-    value: float
-    slope: FloatArray
-    speeds: tuple[float, ...] = ()
-    bend: FloatArray | None = None
-
-
-def local_extremes(model: Model, form: Form, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
-    """Local extremes within a factor of the worst one, the worst first.
-
-    Parameters
-    ----------
-    model, form
-        What is asked.
-    x
-        Design, all values positive, shape (n_vars,).
-    least_wanted
-        Whether the least value is the worst.
-    within
-        Part of the greatest value that a peak must have to be counted.
-    """
-    if isinstance(form, Modulus):
-        few = _of_few(model, form, x, within) if len(form.drives) == 1 and not least_wanted else None
-        if few is not None:
-            return few[:_MOST]
-        per_drive = [_of_drive(model, form, drive, x, least_wanted, within) for drive in form.drives]
-        found = [_together(form, combo) for combo in islice(product(*per_drive), 4 * _MOST)]
-        return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:_MOST]
-    if least_wanted and isinstance(form, DecayRate | ModeDamping):
-        return _of_poles(model, form, x)
-    return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x), bend=_plain_bend(model, form, x))]
-
-
-def _of_few(model: Model, form: Modulus, x: FloatArray, within: float) -> list[Local] | None:
+def of_few(model: Model, form: Modulus, x: FloatArray, within: float) -> list[Local] | None:
     """The peaks by polynomials, with their bends, where those can be trusted."""
     drive = form.drives[0]
     found = few_peaks(model, form, drive, x, within)
     if found is None:
         return None
-    return [Local(_log(one.at.value), one.slope, (one.at.speed,), one.bend) for one in found]
+    return [Local(log_of(one.at.value), one.slope, (one.at.speed,), one.bend) for one in found]
 
 
-def plain_slope(model: Model, form: Form, x: FloatArray) -> FloatArray:
-    """Slope of the log of a form that knows no speeds, shape (n_vars,)."""
-    if isinstance(form, Monomials):
-        parts = form.scale * np.where(form.exponents == 0.0, 1.0, x**form.exponents).prod(axis=1)
-        slope: FloatArray = parts @ form.exponents / parts.sum()
-        return slope
-    if isinstance(form, ModeFrequency):
-        of_mode: FloatArray = frequency_slopes(model, x)[1][max(form.mode - 1, 0)]
-        return of_mode
-    if isinstance(form, StaticRow):
-        return _static_slope(model, form.row, x)
-    if isinstance(form, StaticLoad):
-        return _static_slope(model, form.row, x) + plain_slope(model, form.factor, x)
-    if isinstance(form, RootMeanSquare):
-        return root_mean_square_slope(model, form, x)
-    if isinstance(form, PeakInTime):
-        from vibopt.program.in_time import peak_slope
-
-        found = peak_slope(model, form, x)
-        if found is not None:
-            return found
-    pieces = pole_pieces(model, form, x) if isinstance(form, DecayRate | ModeDamping) else []
-    if pieces and pieces[0][0] > 0.0:
-        return pieces[0][1] / pieces[0][0]
-    return _by_differences(lambda at: plain_value(model, form, at), x)
-
-
-def _plain_bend(model: Model, form: Form, x: FloatArray) -> FloatArray | None:
-    """Second derivative of the log of a form that knows no speeds, where it is had for little."""
-    if isinstance(form, Monomials):
-        parts = form.scale * np.where(form.exponents == 0.0, 1.0, x**form.exponents).prod(axis=1)
-        slope = parts @ form.exponents / parts.sum()
-        bend: FloatArray = (form.exponents.T * parts) @ form.exponents / parts.sum() - np.outer(slope, slope)
-        return bend
-    if not isinstance(form, ModeFrequency | StaticRow):
-        return None
-    turns = np.exp(_BEND_STEP * np.eye(len(x)))
-    up, down = (np.array([plain_slope(model, form, one) for one in every]) for every in (x * turns, x / turns))
-    rows = (up - down) / (2.0 * _BEND_STEP)
-    return np.asarray(0.5 * (rows + rows.T))
-
-
-def _of_poles(model: Model, form: DecayRate | ModeDamping, x: FloatArray) -> list[Local]:
-    """Every pole near the least decay rate (damping ratio) as a piece of its own, the least first.
-
-    Two poles that meet have no slope where they do; beside that, each has one.
-    """
-    pieces = pole_pieces(model, form, x)
-    if not pieces:
-        return [Local(_log(plain_value(model, form, x)), plain_slope(model, form, x))]
-    return [
-        Local(_log(value), slope / value if value > 0.0 else 0.0 * slope, (speed,)) for value, slope, speed in pieces
-    ]
-
-
-def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Natural frequencies (n_free,) [rad/s] and the slopes of their logs (n_free, n_vars)."""
-    p = model.values(x)
-    omega, shapes = mode_shapes(model, p)
-    share = (model.vectors[:, : model.n_free] @ shapes) ** 2
-    springs = p * (model.kinds == STIFFNESS)
-    masses = p * (model.kinds == INERTIA)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = 0.5 * ((share.T * springs) / (omega**2)[:, None] - share.T * masses) @ model.exponents
-    return omega, np.nan_to_num(slope)
-
-
-def _static_slope(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray:
-    """The sag u solves K u = m g; its slope is r . K^-1 (dm g - dK u)."""
-    n = model.n_free
-    down = sag(model, x)
-    if down is None or not asked @ down:
-        return np.zeros(model.n_vars)
-    p = model.values(x, static=True)
-    stiff = model.matrix(STIFFNESS, p)[:n, :n]
-    size = np.sqrt(np.diag(stiff))
-    row = np.linalg.solve(stiff / np.outer(size, size), asked[:n] / size) / size
-    vectors = model.vectors[:, :n]
-    change = np.where(model.kinds == INERTIA, GRAVITY * p * (vectors @ row), 0.0)
-    change -= np.where(model.kinds == STIFFNESS, p * (vectors @ row) * (vectors @ down[:n]), 0.0)
-    value = float(asked @ down)
-    slope: FloatArray = change @ model.exponents / value if value else np.zeros(model.n_vars)
-    return slope
-
-
-def _of_drive(
+def of_drive(
     model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool, within: float
 ) -> list[Local]:
     """Local extremes of the response to one excitation."""
@@ -202,7 +55,7 @@ def _of_drive(
 
 def _local(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extreme, least_wanted: bool) -> Local:
     """One extreme with its slope, and its bend where it has one in closed form."""
-    log = _log(at.value)
+    log = log_of(at.value)
     if 0.0 < at.value < np.inf and not form.rigid_link:
         made = curved(model, form.output, drive, x, at.speed, form.combine)
         if made is not None:
@@ -267,7 +120,7 @@ def slope_at(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extre
     if at.value == 0.0:
         return np.zeros(model.n_vars)
     if form.combine == "peak" and len(drive.lines) > 1:
-        return _by_differences(lambda y: float(DriveResponse(model, form, drive, y)(np.array([at.speed]))[0]), x)
+        return by_differences(lambda y: float(DriveResponse(model, form, drive, y)(np.array([at.speed]))[0]), x)
     slope: FloatArray = sampled_slopes(model, form, drive, x, np.array([at.speed]))[1][0]
     return slope
 
@@ -347,35 +200,3 @@ def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: flo
     nearest = np.abs(far).min(axis=1).argmin()
     slope: FloatArray = slopes[nearest]
     return slope
-
-
-def _together(form: Modulus, combo: tuple[Local, ...]) -> Local:
-    """Several excitations: sum or root of sum of squares of their extremes."""
-    if len(combo) == 1:
-        return combo[0]
-    speeds = tuple(one.speeds[0] for one in combo)
-    endless = [one for one in combo if one.value == np.inf]
-    if endless:
-        return Local(np.inf, endless[0].slope, speeds)
-    real = [one for one in combo if one.value > -_WITHOUT_END]
-    if not real:
-        return Local(-_WITHOUT_END, np.zeros(len(combo[0].slope)), speeds)
-    none = np.full((len(combo[0].slope),) * 2, np.nan)
-    parts = [Curved(one.value, one.slope, none if one.bend is None else one.bend) for one in real]
-    made = added(parts, 2.0 if form.combine == "rss" else 1.0)
-    return Local(made.log, made.slope, speeds, made.bend if np.isfinite(made.bend).all() else None)
-
-
-def _by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> FloatArray:
-    """Slope of the log of a value in log x by central differences."""
-    slope = np.zeros(len(x))
-    for i in range(len(x)):
-        up, down = x.copy(), x.copy()
-        up[i] *= 1.0 + _STEP
-        down[i] *= 1.0 - _STEP
-        slope[i] = (_log(value(up)) - _log(value(down))) / (2.0 * _STEP)
-    return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
-
-
-def _log(value: float) -> float:
-    return float(np.log(value)) if value > 0.0 else -_WITHOUT_END

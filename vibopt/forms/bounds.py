@@ -23,10 +23,10 @@ from vibopt.forms import (
     StaticLoad,
     StaticRow,
 )
+from vibopt.forms.drive_response import rigid_form
+from vibopt.forms.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, factors
-from vibopt.program.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_static
-from vibopt.program.worst import monomials, rigid_form
 from vibopt.records import dataclass
 from vibopt.signals import Drive
 
@@ -211,8 +211,8 @@ def monomial_bounds(form: Monomials, low: FloatArray, high: FloatArray) -> tuple
     upper = np.zeros(len(low))
     for scale, exponents, up in zip(form.scale, form.exponents, rising, strict=True):
         one = Monomials(np.array([scale]), exponents[None, :])
-        lower += monomials(one, np.where(up, low, high))
-        upper += monomials(one, np.where(up, high, low))
+        lower += one.at(np.where(up, low, high))
+        upper += one.at(np.where(up, high, low))
     return lower, upper
 
 

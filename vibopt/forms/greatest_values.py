@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
 from vibopt.mechanics.cells import Stretches
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.highest import local_maxima
@@ -17,6 +17,9 @@ from vibopt.mechanics.pole_residue import Reading, reading_of
 from vibopt.mechanics.polynomials import Weight
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive
+
+if TYPE_CHECKING:
+    from vibopt.forms.modulus import Modulus
 
 _MOST = 40
 """Number of free coordinates up to which the poles are worth their cost."""

@@ -14,18 +14,21 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms import RootMeanSquare
+from vibopt.forms.displaced import decaying, reduced
+from vibopt.forms.reduce import closure
+from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
-from vibopt.program.displaced import decaying, reduced
-from vibopt.program.reduce import closure
 from vibopt.records import dataclass
 from vibopt.signals import Noise, Output
+
+if TYPE_CHECKING:
+    from vibopt.forms.root_mean_square import RootMeanSquare
 
 Numbers = NDArray[Any]
 """Real, or complex with the imaginary part as a slope."""
@@ -42,7 +45,7 @@ def root_mean_square(model: Model, form: RootMeanSquare, x: FloatArray) -> float
     """Root mean square of the response at design x (n_vars,); inf where it is infinite."""
     p = model.values(x)
     total = sum(_mean_square(model, form.output, noise, p) for noise in form.noises)
-    return float(np.sqrt(total)) / share_of(model, form.output, x)
+    return float(np.sqrt(total)) / mount_count(model, form.output, x)
 
 
 def root_mean_square_slope(model: Model, form: RootMeanSquare, x: FloatArray) -> FloatArray:
@@ -58,14 +61,6 @@ def root_mean_square_slope(model: Model, form: RootMeanSquare, x: FloatArray) ->
     if form.output.shared_by:
         found = found - model.counts[form.output.shared_by].row(model.n_vars)
     return found
-
-
-def share_of(model: Model, output: Output, x: FloatArray) -> float:
-    """Number of mounts by which the value is divided."""
-    if not output.shared_by:
-        return 1.0
-    count = model.counts[output.shared_by]
-    return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))
 
 
 @dataclass(frozen=True)
@@ -396,4 +391,4 @@ def _nothing_of(part: FloatArray, whole: FloatArray) -> bool:
     return bool(np.abs(part).max(initial=0.0) <= _NOTHING * np.abs(whole).max(initial=0.0))
 
 
-__all__ = ["root_mean_square", "root_mean_square_slope", "share_of"]
+__all__ = ["root_mean_square", "root_mean_square_slope"]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.small import MOST, Peak, Ratio, ratio_of
 from vibopt.signals import Band, Drive
+
+if TYPE_CHECKING:
+    from vibopt.forms.modulus import Modulus
 
 _MANY = 160
 _LOWEST = 0.003

@@ -1,110 +1,25 @@
-"""Value of a form at a design: the exact worst over its speeds, and where it is."""
+"""The response to one excitation at a design: against the speed, and its exact extremes."""
 
 from __future__ import annotations
 
-from dataclasses import field, replace
-from math import hypot
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import (
-    DecayRate,
-    EnergyShare,
-    Form,
-    FreeMotion,
-    ModeDamping,
-    ModeFrequency,
-    ModeGap,
-    ModeRatio,
-    Modulus,
-    Monomials,
-    PeakInTime,
-    RootMeanSquare,
-    StaticForce,
-    StaticLoad,
-    StaticRow,
-)
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import modal_of, mount_count, transfer
 from vibopt.mechanics.modal import WORTH, Modal
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.modes import damping_ratios, decay_rates, natural_frequencies, poles, sag
+from vibopt.mechanics.modes import poles
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import dataclass
 from vibopt.signals import Drive, Output
 
-
-@dataclass(frozen=True, slots=True)
-class Worst:
-    """Value of a form [SI], and per excitation the speed [rad/s] at which it is reached."""
-
-    value: float
-    speeds: dict[str, float] = field(default_factory=dict)
-
-
-def worst(model: Model, form: Form, x: FloatArray, *, least_wanted: bool = False) -> Worst:
-    """The greatest value (the least with `least_wanted`) of a form over its speeds at design x (n_vars,)."""
-    if isinstance(form, Modulus):
-        return _modulus(model, form, x, least_wanted)
-    return Worst(plain_value(model, form, x))
-
-
-def plain_value(model: Model, form: Form, x: FloatArray) -> float:
-    """Value of a form that knows no speeds."""
-    if isinstance(form, Monomials):
-        return float(monomials(form, x))
-    p = model.values(x)
-    if isinstance(form, StaticRow):
-        down = sag(model, x)
-        return float("inf") if down is None else float(abs(form.row @ down))
-    if isinstance(form, StaticLoad):
-        down = sag(model, x)
-        if down is None:
-            return float("inf")
-        squeezed = float(form.row @ down)
-        return (squeezed if form.signed else abs(squeezed)) * float(monomials(form.factor, x))
-    if isinstance(form, StaticForce | ModeGap | EnergyShare):
-        from vibopt.program.rare_forms import spatial_value
-
-        return spatial_value(model, form, x)
-    if isinstance(form, ModeRatio | FreeMotion):
-        from vibopt.program.rare_forms import free_value
-
-        return free_value(model, form, p)
-    if isinstance(form, ModeFrequency):
-        return float(natural_frequencies(model, p)[max(form.mode - 1, 0)])
-    if isinstance(form, RootMeanSquare):
-        from vibopt.program.mean_square import root_mean_square
-
-        return root_mean_square(model, form, x)
-    if isinstance(form, PeakInTime):
-        from vibopt.program.in_time import peak_value
-
-        return peak_value(model, form, x)
-    if isinstance(form, DecayRate):
-        return float(decay_rates(model, p).min(initial=np.inf))
-    assert isinstance(form, ModeDamping)
-    ratios = damping_ratios(model, p)
-    return float(ratios[form.mode - 1]) if len(ratios) >= form.mode else float("inf")
-
-
-def monomials(form: Monomials, x: FloatArray) -> FloatArray:
-    """Sum of monomials at designs x (..., n_vars), shape (...)."""
-    with np.errstate(divide="ignore"):
-        powers = np.where(form.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** form.exponents)
-    value: FloatArray = (form.scale * powers.prod(axis=-1)).sum(axis=-1)
-    return value
-
-
-def _modulus(model: Model, form: Modulus, x: FloatArray, least_wanted: bool) -> Worst:
-    if form.endless and not least_wanted:
-        return Worst(float("inf"), dict.fromkeys(form.endless, 0.0))
-    found = {drive.name: drive_extreme(model, form, drive, x, least_wanted) for drive in form.drives}
-    values = [one.value for one in found.values()]
-    total = hypot(*values) if form.combine == "rss" else sum(values)
-    return Worst(total, {name: one.speed for name, one in found.items()})
+if TYPE_CHECKING:
+    from vibopt.forms.modulus import Modulus
 
 
 def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool) -> Extreme:
@@ -114,8 +29,8 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         ends = [one for band in drive.bands for one in closed.candidates(band)]
         return (min if least_wanted else max)(ends, key=lambda one: one.value)
     if not least_wanted:
-        from vibopt.program.few import few_peaks
-        from vibopt.program.greatest_values import highest
+        from vibopt.forms.few import few_peaks
+        from vibopt.forms.greatest_values import highest
 
         few = few_peaks(model, form, drive, x, 1.0)
         if few is not None:

@@ -1,0 +1,140 @@
+"""Forms of free vibration with its damping: ratios and rates of the modes, motion after a start."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms.form import Form, Local, by_differences, log_of
+from vibopt.mechanics.modes import damping_ratios, decay_rates, free_matrices, pole_slopes
+from vibopt.records import dataclass
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.model import Model
+
+_NEAR = 2.0
+"""Poles with up to so many times the least decay rate (damping ratio) are pieces of their own."""
+
+
+class OfPoles(Form):
+    """The least of a number that every pole of free vibration has."""
+
+    __slots__ = ()
+    relative = False
+    """Whether the number is a part of the pole's size."""
+
+    def level(self, rates: ComplexArray) -> FloatArray:
+        """The number of poles e^{s t} by their rates s (m,)."""
+        raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
+
+    def place(self, level: float, height: float) -> complex:
+        """The rate of a pole with such a number, so far from the real axis or, where relative, from zero."""
+        raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        pieces = self._pieces(model, x)
+        if pieces and pieces[0][0] > 0.0:
+            return pieces[0][1] / pieces[0][0]
+        return by_differences(lambda at: self.value(model, at), x)
+
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        """As of every form; every pole near the least is a piece of its own, the least first.
+
+        Two poles that meet have no slope where they do; beside that, each has one.
+        """
+        pieces = self._pieces(model, x) if least_wanted else []
+        if not pieces:
+            return [Local(log_of(self.value(model, x)), self.slope(model, x))]
+        return [
+            Local(log_of(value), slope / value if value > 0.0 else 0.0 * slope, (speed,))
+            for value, slope, speed in pieces
+        ]
+
+    def _pieces(self, model: Model, x: FloatArray) -> list[tuple[float, FloatArray, float]]:
+        """The number of every pole near the least, its slope in log x, and |s|; the least first."""
+        values, slopes, sizes = self._each(model, x)
+        order = [i for i in np.argsort(values) if values[i] <= _NEAR * values.min()] if len(values) else []
+        return [(float(values[i]), slopes[i], float(sizes[i])) for i in order]
+
+    def _each(self, model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The number of every pole (m,), its slopes (m, n_vars), and |s| (m,); none where they say nothing."""
+        raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
+
+
+@dataclass(frozen=True, slots=True)
+class DecayRate(OfPoles):
+    """Least decay rate of free vibration, -max Re(pole) [1/s]; rigid motion, which nothing calls back, is left out."""
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        return float(decay_rates(model, model.values(x)).min(initial=np.inf))
+
+    def level(self, rates: ComplexArray) -> FloatArray:
+        return np.asarray(-rates.real)
+
+    def place(self, level: float, height: float) -> complex:
+        return complex(-level, height)
+
+    def _each(self, model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        rates, slopes = pole_slopes(model, x)
+        values = -rates.real
+        if len(values):
+            values = np.maximum(values, decay_rates(model, model.values(x)).min())
+        return values, -slopes.real, np.abs(rates)
+
+
+@dataclass(frozen=True, slots=True)
+class ModeDamping(OfPoles):
+    """Damping ratio of the `mode`-th least damped mode (1 is the least)."""
+
+    mode: int
+    relative = True
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        ratios = damping_ratios(model, model.values(x))
+        return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
+
+    def level(self, rates: ComplexArray) -> FloatArray:
+        return np.asarray(-rates.real / np.abs(rates))
+
+    def place(self, level: float, height: float) -> complex:
+        return height * complex(-level, float(np.sqrt(max(1.0 - level * level, 0.0))))
+
+    def _each(self, model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        nothing = np.zeros(0), np.zeros((0, model.n_vars)), np.zeros(0)
+        if self.mode > 1:
+            return nothing
+        rates, slopes = pole_slopes(model, x)
+        turning = rates.imag > 1e-9 * np.abs(rates)
+        rates, slopes, size = rates[turning], slopes[turning], np.abs(rates)[turning]
+        values = -rates.real / size
+        along = (np.conj(rates)[:, None] * slopes).real / size[:, None] ** 2
+        changes = -slopes.real / size[:, None] - values[:, None] * along
+        return nothing if not len(values) or values.min() > 1.0 - 1e-9 else (values, changes, size)
+
+
+@dataclass(frozen=True, slots=True)
+class FreeMotion(Form):
+    """Motion row . u [m], with its sign, `after` a time [s] of free vibration.
+
+    row (n_coords,); displacements [m] and velocities [m/s] at the start, (n_free,).
+    """
+
+    row: FloatArray
+    displacements: FloatArray
+    velocities: FloatArray
+    after: float
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        from scipy.linalg import expm
+
+        n = model.n_free
+        mass, damping, stiffness, _ = free_matrices(model, model.values(x))
+        root = np.linalg.cholesky(mass)
+        inverse = np.linalg.inv(root)
+        own, drag = inverse @ stiffness @ inverse.T, inverse @ damping @ inverse.T
+        rate = float(np.sqrt(np.abs(own).max(initial=0.0))) or 1.0
+        state = np.block([[np.zeros((n, n)), rate * np.eye(n)], [-own / rate, -drag]])
+        started = np.concatenate([root.T @ self.displacements, root.T @ self.velocities / rate])
+        return float(self.row[:n] @ inverse.T @ (expm(self.after * state) @ started)[:n])

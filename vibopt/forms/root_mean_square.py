@@ -1,0 +1,31 @@
+"""Root mean square of a response under white noise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from vibopt.forms.form import Form
+from vibopt.records import dataclass
+from vibopt.signals import Noise, Output
+
+if TYPE_CHECKING:
+    from vibopt.arrays import FloatArray
+    from vibopt.mechanics.model import Model
+
+
+@dataclass(frozen=True, slots=True)
+class RootMeanSquare(Form):
+    """Root of the mean square of a response under independent white noises."""
+
+    output: Output
+    noises: tuple[Noise, ...]
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        from vibopt.forms.mean_square import root_mean_square
+
+        return root_mean_square(model, self, x)
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        from vibopt.forms.mean_square import root_mean_square_slope
+
+        return root_mean_square_slope(model, self, x)
