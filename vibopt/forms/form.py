@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from vibopt.arrays import FloatArray
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
+    from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
     from vibopt.signals import Drive
 
@@ -101,6 +102,10 @@ class Form:
             Part of the greatest value that a peak must have to be counted.
         """
         return [Local(log_of(self.value(model, x)), self.slope(model, x), bend=self.bend(model, x))]
+
+    def reach(self, model: Model) -> Reach | None:
+        """What moves the machine and what is read of it, where no other motion has a part in it."""
+        return None
 
     def cost(self, model: Model) -> float:
         """Work of measuring it at one design [nominal ms]: an eigenproblem grows with the square of the coordinates."""

@@ -14,6 +14,7 @@ from vibopt.signals import Combine, Drive, Output
 
 if TYPE_CHECKING:
     from vibopt.arrays import FloatArray
+    from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
 
 MOST = 24
@@ -65,6 +66,13 @@ class Modulus(Form):
         per_drive = [of_drive(model, self, drive, x, least_wanted, within) for drive in self.drives]
         found = [self._together(combo) for combo in islice(product(*per_drive), 4 * MOST)]
         return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:MOST]
+
+    def reach(self, model: Model) -> Reach | None:
+        from vibopt.forms.reduce import driven
+
+        lines = [line.vector for drive in self.drives for line in drive.lines]
+        loads = [part for one in lines for part in (one.real, one.imag) if part.any()]
+        return None if self.rigid_link else driven(model, self.output, loads)
 
     def _together(self, combo: tuple[Local, ...]) -> Local:
         """Several excitations: sum or root of sum of squares of their extremes."""

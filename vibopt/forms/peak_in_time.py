@@ -16,6 +16,7 @@ from vibopt.records import dataclass
 from vibopt.signals import Output, Segment
 
 if TYPE_CHECKING:
+    from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.transient import Peak, Reading, Transient
@@ -54,6 +55,11 @@ class PeakInTime(Form):
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
+
+    def reach(self, model: Model) -> Reach:
+        from vibopt.forms.reduce import driven
+
+        return driven(model, self.output, list(self.loads.T))
 
     def cost(self, model: Model) -> float:
         return 3.0 + 0.02 * len(self.segments)

@@ -9,16 +9,40 @@ antisymmetric modes this way.  The certificate of a design always uses the full 
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Modulus, PeakInTime, RootMeanSquare, StaticForce, StaticRow
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.records import dataclass
 from vibopt.signals import Output
 
+if TYPE_CHECKING:
+    from vibopt.forms.form import Form
+
 _TINY = 1e-13
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """What moves a machine and what is read of it, rows (n_coords,); `static` where it is under the weights alone."""
+
+    loads: list[FloatArray]
+    read: list[FloatArray]
+    static: bool = False
+
+
+def driven(model: Model, output: Output, loads: list[FloatArray]) -> Reach:
+    """Under loads, which may move bases."""
+    if any(load[model.n_free :].any() for load in loads):
+        loads = [*loads, *(row for row in model.vectors if row[model.n_free :].any())]
+    return Reach(loads, rows_of(model, output))
+
+
+def weighed(model: Model, read: list[FloatArray]) -> Reach:
+    """Under the weights."""
+    return Reach([term.vector for term in model.terms if term.kind == INERTIA and term.static_scale], read, static=True)
 
 
 def rows_of(model: Model, output: Output) -> list[FloatArray]:
@@ -30,12 +54,11 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
-    if n == 1 or not isinstance(form, Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime):
+    reach = form.reach(model) if n > 1 else None
+    if reach is None:
         return model
-    if isinstance(form, Modulus) and form.rigid_link:
-        return model
-    within = _reached(model, form)
-    seen = within.basis.T @ (within.root.T @ _table(model, _read(model, form)))
+    within = _reached(model, reach)
+    seen = within.basis.T @ (within.root.T @ _table(model, reach.read))
     kept = closure(seen, within.operators, within.singles)
     if kept.shape[1] in (0, n):
         return model
@@ -71,14 +94,13 @@ _reached_last: dict[tuple[int, bool, bytes], _Reached] = {}
 """Of the last models: the loads of many limits are the same."""
 
 
-def _reached(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime) -> _Reached:
-    static = isinstance(form, StaticRow | StaticForce)
-    loads = _table(model, _loads(model, form))
-    key = id(model), static, loads.tobytes()
+def _reached(model: Model, asked: Reach) -> _Reached:
+    loads = _table(model, asked.loads)
+    key = id(model), asked.static, loads.tobytes()
     if key not in _reached_last:
         while len(_reached_last) >= _KEPT:
             _reached_last.pop(next(iter(_reached_last)), None)
-        root, operators, singles = _operators(model, static=static)
+        root, operators, singles = _operators(model, static=asked.static)
         reach = closure(root.T @ loads, operators, singles)
         within = [reach.T @ one @ reach for one in operators]
         _reached_last[key] = _Reached(model, root, reach, within, reach.T @ singles)  # keeps the model, and so its id
@@ -99,29 +121,6 @@ def reason(declared: int, used: int) -> str:
 def _table(model: Model, rows: list[FloatArray]) -> FloatArray:
     """Rows on the free coordinates as columns (n_free, n_rows); there may be none, where nothing is to be seen."""
     return np.array(rows).reshape(-1, model.n_coords).T[: model.n_free]
-
-
-def _read(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime) -> list[FloatArray]:
-    if isinstance(form, StaticRow):
-        return [form.row]
-    if isinstance(form, StaticForce):
-        return [model.vectors[t] for t in np.flatnonzero(form.signs)]
-    return rows_of(model, form.output)
-
-
-def _loads(model: Model, form: Modulus | StaticRow | StaticForce | RootMeanSquare | PeakInTime) -> list[FloatArray]:
-    if isinstance(form, StaticRow | StaticForce):
-        return [term.vector for term in model.terms if term.kind == INERTIA and term.static_scale]
-    if isinstance(form, RootMeanSquare):
-        loads = [noise.vector for noise in form.noises]
-    elif isinstance(form, PeakInTime):
-        loads = list(form.loads.T)
-    else:
-        lines = [line.vector for drive in form.drives for line in drive.lines]
-        loads = [part for one in lines for part in (one.real, one.imag) if part.any()]
-    if any(load[model.n_free :].any() for load in loads):
-        loads += [row for row in model.vectors if row[model.n_free :].any()]
-    return loads
 
 
 def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[FloatArray], FloatArray]:

@@ -10,6 +10,7 @@ from vibopt.signals import Noise, Output
 
 if TYPE_CHECKING:
     from vibopt.arrays import FloatArray
+    from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
 
 
@@ -29,3 +30,8 @@ class RootMeanSquare(Form):
         from vibopt.forms.mean_square import root_mean_square_slope
 
         return root_mean_square_slope(model, self, x)
+
+    def reach(self, model: Model) -> Reach:
+        from vibopt.forms.reduce import driven
+
+        return driven(model, self.output, [noise.vector for noise in self.noises])

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vibopt.arrays import FloatArray
 from vibopt.forms.form import Form, bend_of_slopes
 from vibopt.forms.monomials import Monomials
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
+    from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
 
 
@@ -29,6 +32,11 @@ class StaticRow(Form):
         from vibopt.mechanics.modes import sag_slope
 
         return sag_slope(model, self.row, x)
+
+    def reach(self, model: Model) -> Reach:
+        from vibopt.forms.reduce import weighed
+
+        return weighed(model, [self.row])
 
     def bend(self, model: Model, x: FloatArray) -> FloatArray:
         return bend_of_slopes(self, model, x)
@@ -74,3 +82,8 @@ class StaticForce(Form):
         if down is None:
             return float("inf")
         return float((self.signs * model.values(x, static=True)) @ (model.vectors @ down))
+
+    def reach(self, model: Model) -> Reach:
+        from vibopt.forms.reduce import weighed
+
+        return weighed(model, [model.vectors[t] for t in np.flatnonzero(self.signs)])
