@@ -21,15 +21,15 @@ from vibopt.answer.answer import EXIT_CODES, Conflict
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.report.mode_shapes import Shape, shapes_of
 from vibopt.report.sheet import browser, digests_of, html, printed
-from vibopt.report.sheet.design_values import verified
 from vibopt.report.sheet.fit import SIZES
 from vibopt.report.sheet.judgement import HELD, assumptions_of, limit_rows, verdict_of
 from vibopt.report.sheet.mount_plan import plan_figure
 from vibopt.report.sheet.printing import pages_of, pdf
 from vibopt.report.sheet.schematic import schematic_figure
-from vibopt.report.sheet.shapes import Shape, shapes_of
 from vibopt.report.sheet.sheet_page import machine_in
+from vibopt.report.what_to_build import verified
 from vibopt.scene.read import from_dict, read
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
@@ -262,7 +262,7 @@ def test_everything_stands_on_the_sheet() -> None:
         "Changed against the file: limits.sag.at_most=8 mm",
         "All limits met Least transmitted force into ground along z is 156.8 N pk",
         "1850 kg; centre of mass x, y, z = 0.1, 0, 0.45 m; inertia about x, y, z = 310, 620, 590 kg m²",
-        "foot 4 alike: stiffness 2.154335 MN/m along its axis, 1.184884 MN/m across, loss factor 0.12",
+        "foot 4 mounts, each of stiffness 2.154335 MN/m along its axis, 1.184884 MN/m across, loss factor 0.12",
         "moment harmonics on genset about x; order 2 amplitude 400 N m; at 1500 rpm; amplitude the same at every speed",
         "unbalance on genset at (-0.5 m, 0 m, 0.5 m) about x; unbalance 20 g m; at 1500 rpm",
         "foot.1 0.85 0.4 0 5.069 kN",

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.entry import Checked, Entry, Value
+from vibopt.answer.entry import Checked, Entry, Value, in_one_unit
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -45,11 +45,15 @@ class Block:
 def table(
     title: str,
     heads: Sequence[str],
-    rows: Sequence[Sequence[str]],
+    given: Sequence[Sequence[str | Value]],
     kind: str = TABLE,
     whole: Sequence[int] | None = None,
 ) -> Block:
-    """A table without the columns in which nothing stands; unless `whole` names some, none is ever broken."""
+    """A table without the columns in which nothing stands; unless `whole` names some, none is ever broken.
+
+    Numbers of a column that measure the same thing are shown in one unit where the user gave none.
+    """
+    rows = told(given)
     kept = [k for k in range(len(heads)) if any(row[k] for row in rows)]
     cells = tuple(tuple(row[k] for k in kept) for row in rows)
     unbroken = kept if whole is None else [k for k in kept if k in whole]
@@ -59,7 +63,13 @@ def table(
     )
 
 
-def pairs(title: str, rows: Sequence[tuple[str, ...]], whole: Sequence[int] = ()) -> Block:
+def told(rows: Sequence[Sequence[str | Value]]) -> list[list[str]]:
+    """Rows as texts, each column in one unit a dimension."""
+    columns = [in_one_unit(column) for column in zip(*rows, strict=True)]
+    return [[one if isinstance(one, str) else one.shown for one in row] for row in zip(*columns, strict=True)]
+
+
+def pairs(title: str, rows: Sequence[tuple[str | Value, ...]], whole: Sequence[int] = ()) -> Block:
     """A table without heads."""
     return table(title, ("",) * max(map(len, rows), default=0), rows, whole=whole)
 
@@ -111,7 +121,9 @@ def prices_block(answer: Answer[Any]) -> Block:
 
 def measures_block(answer: Answer[Any]) -> Block:
     """One row per measure."""
-    rows = [(name, spoken(one.response, one.place), value_at(one)) for name, one in answer.measures.items()]
+    values = in_one_unit(one.value for one in answer.measures.values())
+    shown = [replace(one, value=value) for one, value in zip(answer.measures.values(), values, strict=True)]
+    rows = [(one.name, spoken(one.response, one.place), value_at(one)) for one in shown]
     return pairs("Measures", rows)
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from cmath import phase
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
 from math import inf, isfinite, tau
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar, cast
 
 from vibopt.records import dataclass
-from vibopt.units import plain, show, si_unit
+from vibopt.units import best_unit, plain, show, si_unit
 from vibopt.units.showing import show_angle
 
 TOLERANCE = 1e-9
@@ -97,6 +97,31 @@ class Word:
 
 
 Value: TypeAlias = Entry | Word
+
+
+Cell = TypeVar("Cell", bound=str | Entry | Word)
+
+
+def in_one_unit(column: Iterable[Cell]) -> list[Cell]:
+    """Numbers that measure the same thing in one unit, where the user gave none: the one with the shortest texts.
+
+    Texts, and numbers in a unit of the user's, stay as they are.
+    """
+    cells = list(column)
+    free = [one for one in cells if isinstance(one, Entry) and not one.unit and not one.text]
+    for dimension in dict.fromkeys(one.dimension for one in free):
+        alike = [one for one in free if one.dimension == dimension]
+        ladder = dict.fromkeys(
+            best_unit(one.value, dimension) for one in sorted(alike, key=lambda one: -abs(one.value))
+        )
+        if len(ladder) > 1:
+            longest = {unit: max(len(replace(one, unit=unit).shown) for one in alike) for unit in ladder}
+            unit = min(ladder, key=longest.__getitem__)
+            cells = [
+                cast("Cell", replace(one, unit=unit)) if isinstance(one, Entry) and one in alike else one
+                for one in cells
+            ]
+    return cells
 
 
 @dataclass(frozen=True, slots=True)

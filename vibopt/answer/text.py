@@ -6,11 +6,12 @@ Reads well at 80 columns, and the same without colour in a file or a pipe.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from shlex import quote
 from typing import Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, LEAD, Block
-from vibopt.answer.console import Console, Grid
+from vibopt.answer.console import Console, Grid, columns
 from vibopt.answer.jsonable import views_of
 
 WIDTH = 80
@@ -42,7 +43,9 @@ def blocks_of(answer: Answer[Any]) -> list[Block]:
     return [one for one in views_of(answer).blocks(answer) if one.lines or one.rows]
 
 
-def text_of(answer: Answer[Any], *, width: int = WIDTH, colour: bool = False) -> str:
+def text_of(
+    answer: Answer[Any], *, width: int = WIDTH, colour: bool = False, file: str = "", changes: Sequence[str] = ()
+) -> str:
     """The whole answer as text.
 
     Parameters
@@ -53,11 +56,28 @@ def text_of(answer: Answer[Any], *, width: int = WIDTH, colour: bool = False) ->
         Columns of the terminal.
     colour
         Whether escape codes for colour may be written.
+    file, changes
+        The file as it was typed, by default the name of the job, and what was set beside it: for the next step.
     """
-    return rendered(lambda console: _write(answer, console), width=width, colour=colour)
+    return rendered(lambda console: _write(answer, console, file, changes), width=width, colour=colour)
 
 
-def _write(answer: Answer[Any], console: Console) -> None:
+def next_step(answer: Answer[Any], file: str = "", changes: Sequence[str] = ()) -> tuple[str, list[str]]:
+    """What for, and the one most useful command after this answer in pieces to be joined by blanks.
+
+    Nothing where there is none, or where the job comes from no file.
+    """
+    command, purpose = views_of(answer).next_step(answer)
+    if not command or not answer.name.endswith(".toml"):
+        return "", []
+    verb, _, options = command.partition(" FILE ")
+    kept = [one for one in changes if f"--set {one.partition('=')[0]}=" not in options]
+    sets = [f"--set {quote(one)}" for one in kept]
+    page = quote(f"{answer.name.removesuffix('.toml')}.html")
+    return purpose, [f"{verb} {quote(file or answer.name)}", *sets, options.replace("NAME.html", page)]
+
+
+def _write(answer: Answer[Any], console: Console, file: str, changes: Sequence[str]) -> None:
     console.print(answer.title, style="bold")
     console.print(verdict(answer), style=STYLES[answer.status])
     for text in (claim(answer), answer.reason):
@@ -70,6 +90,12 @@ def _write(answer: Answer[Any], console: Console) -> None:
     foot = [
         (one.title if k == 0 else "", line) for one in blocks if one.kind == FOOT for k, line in enumerate(one.lines)
     ]
+    purpose, pieces = next_step(answer, file, changes)
+    if pieces:
+        wide = max(columns(title) for title, _ in [*foot, ("Next", "")]) + 2
+        whole = columns(" ".join(pieces)) <= console.width - wide
+        lines = [" ".join(pieces)] if whole else " \\\n  ".join(pieces).split("\n")  # a shell joins them
+        foot += [("Next", f"{purpose}:"), *(("", line) for line in lines)]
     if foot:
         console.print()
         console.print(grid(foot))

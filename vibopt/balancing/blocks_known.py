@@ -6,11 +6,14 @@ from dataclasses import replace
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, rows_of, table
-from vibopt.answer.entry import Entry, Value
+from vibopt.answer.entry import Entry, Value, in_one_unit
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.known.known_job import KnownJob, Spot
 from vibopt.units import show
 from vibopt.units.showing import show_angle
+
+SMALL = 1e-6
+"""Part of what there was, or of all together, below which the rest is nothing."""
 
 
 def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
@@ -50,7 +53,7 @@ def _planes(outcome: Answer[KnownJob], planes: list[Spot]) -> Block:
         path = f"planes.{spot.plane.name}"
         cells = [outcome.values.get(f"{path}.{key}") for key in ("mass", "angle", "unbalance")]
         radius = show(spot.plane.radius, spot.plane.length_unit, "length") if spot.plane.radii else ""
-        rows.append((spot.plane.name, *("" if one is None else one.shown for one in cells), radius))
+        rows.append((spot.plane.name, *("" if one is None else one for one in cells), radius))
     return table("Weights, each plane together", ("Plane", "Weight", "Angle", "Unbalance", "Radius"), rows)
 
 
@@ -61,24 +64,27 @@ def _left(outcome: Answer[KnownJob], job: KnownJob) -> Block:
         (f"reaction of bearing {one.name}", f"bearings.{one.name}.reaction", f"bearings.{one.name}.angle")
         for one in job.bearings
     ]
+    times = ("as_found", "residual")
+    sizes = [[outcome.values.get(f"{when}.{size}") for when in times] for _, size, _ in keys]
+    sizes = [[one if one is None else _cell(one, SMALL * _size(row[0])) for one in row] for row in sizes]
+    shown = in_one_unit("" if one is None else one for row in sizes for one in row)
     rows = []
-    for words, size, angle in keys:
-        cells = [_at(outcome, f"{when}.{size}", f"{when}.{angle}") for when in ("as_found", "residual")]
+    for number, (words, _, angle) in enumerate(keys):
+        pair = shown[2 * number : 2 * number + 2]
+        cells = [_at(outcome, one, f"{when}.{angle}") for one, when in zip(pair, times, strict=True)]
         if any(cells):
             rows.append((words, *cells))
     title = "As found and after" if job.spots else "As found"
     return table(title, ("", "As found", "After"), rows, whole=(1, 2))
 
 
-def _at(outcome: Answer[KnownJob], size: str, angle: str) -> str:
+def _at(outcome: Answer[KnownJob], size: str | Value, angle: str) -> str:
     """ "27.91 N @ 190.9 deg" """
-    if size not in outcome.values:
-        return ""
-    turned = f" @ {outcome.values[angle].shown}" if angle in outcome.values else ""
-    return f"{outcome.values[size].shown}{turned}"
-
-
-SMALL = 1e-6
+    if isinstance(size, str):
+        return size
+    nothing = isinstance(size, Entry) and size.value == 0.0
+    turned = f" @ {outcome.values[angle].shown}" if angle in outcome.values and not nothing else ""
+    return f"{size.shown}{turned}"
 
 
 def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
@@ -163,10 +169,10 @@ def _orders(outcome: Answer[EngineJob], job: EngineJob) -> list[Block]:
     return [table("What still shakes, greatest over a turn", heads, rows), Block("Besides", TEXT, tuple(lines))]
 
 
-def _size(entry: Value) -> float:
+def _size(entry: Value | None) -> float:
     return entry.value if isinstance(entry, Entry) else 0.0
 
 
-def _cell(entry: Value, least: float) -> str:
+def _cell(entry: Value, least: float) -> Value:
     """A value; zero where it is less than a millionth of all together."""
-    return replace(entry, value=0.0).shown if isinstance(entry, Entry) and entry.value < least else entry.shown
+    return replace(entry, value=0.0) if isinstance(entry, Entry) and entry.value < least else entry

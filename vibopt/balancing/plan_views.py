@@ -119,6 +119,15 @@ def verdict(answer: Answer[BalancingJob]) -> str:
     return "; ".join(filter(None, (goal_words(answer), said)))
 
 
+def next_step(answer: Answer[BalancingJob]) -> tuple[str, str]:
+    """What to type next, with FILE for the file, and what for; "" where the plan itself says what to do."""
+    if answer.status in ("infeasible", "unbounded", "unproven"):
+        return "vibopt explain FILE --thorough", "learn why, with all that can be said"
+    if answer.status == "check_failed" or len(answer.plan.fittings) > 1:
+        return "", ""
+    return "vibopt report FILE --sheet -o NAME.html", "print a page for the shop floor"
+
+
 def blocks(answer: Answer[Any]) -> list[Block]:
     """Everything the answer says, in the order in which it is needed."""
     return BLOCKS[answer.job.kind](answer)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import EMPTY, UNPROVEN, Answer
+from vibopt.answer.text import rendered, text_of
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
@@ -74,7 +75,12 @@ def solve(
 
         write_file(place, text.encode())
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
-    _say(found, drawn, written, refused, as_json=as_json)
+    if as_json:
+        more: dict[str, Any] = {"written": written} if written or refused else {}
+        say_json({**found.to_json(), **more, **({"messages": [refused]} if refused else {})})
+    else:
+        say(text_of(found, width=width(), colour=colour(), file=file, changes=changes))
+        _say(drawn, written, refused)
     if require_proof and not found.proven and found.exit_code == 0:
         if not as_json:
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
@@ -129,15 +135,9 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
     return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(coefficients_document(job)))}
 
 
-def _say(found: Answer[Any], drawn: Rounded | None, written: list[str], refused: str, *, as_json: bool) -> None:
-    if as_json:
-        more: dict[str, Any] = {"written": written} if written or refused else {}
-        say_json({**found.to_json(), **more, **({"messages": [refused]} if refused else {})})
-        return
-    say(text_of(found))
+def _say(drawn: Rounded | None, written: list[str], refused: str) -> None:
+    """What was rounded and written."""
     if drawn is not None:
-        from vibopt.answer.text import rendered
-
         say(rendered(lambda console: _rounding(drawn, console), width=width(), colour=colour()))
     for one in written:
         say(f"Written: {one}")
@@ -163,13 +163,6 @@ def answer(job: Job, method: str | None = None) -> Answer[Any]:
 
     with Bar() as bar:
         return answer_of(job, method=method, progress=bar)
-
-
-def text_of(found: Answer[Any]) -> str:
-    """The answer for this terminal."""
-    from vibopt.answer.text import text_of
-
-    return text_of(found, width=width(), colour=colour())
 
 
 def with_prices(found: Answer[Any]) -> Answer[Any]:

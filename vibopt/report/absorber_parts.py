@@ -109,11 +109,6 @@ def parts_of(design: Design) -> tuple[Part, ...]:
     return tuple(_part(design.scene, machine, name, name in around) for name in design.scene.absorbers)
 
 
-def build_rows(design: Design) -> list[tuple[str, str]]:
-    """Name and words of each part."""
-    return [(one.name, one.words) for one in parts_of(design)]
-
-
 def _part(scene: Scene, machine: Machine, name: str, around: bool) -> Part:
     joint, mass, tuned = machine.joint(name), machine.masses[name], machine.tuned[name]
     words = AROUND if around else ALONG

@@ -6,20 +6,24 @@ from typing import Any
 
 from vibopt.answer import answer_schema as shape
 from vibopt.answer.blocks import FOOT, LEAD, TEXT, Block, limits_block, measures_block, pairs, prices_block
-from vibopt.answer.entry import Chosen, Word
-from vibopt.report.absorber_parts import BUILD, build_rows, parts_of
+from vibopt.answer.entry import Chosen, Value, Word
+from vibopt.report import isolators
+from vibopt.report.absorber_parts import BUILD, parts_of
 from vibopt.report.catalogue_choices import choice_rows, choices_of, dropped_rows, free_words, tied
 from vibopt.report.machine_words import (
     ENDS,
     conflict_words,
     interval,
     model_words,
+    next_step,
+    quiet_notes,
     ranges_of,
     tolerance_rows,
     verdict,
     worst_rows,
 )  # fmt: skip
 from vibopt.report.machine_words import notes_of as readings_of
+from vibopt.report.what_to_build import build_rows, machine_in
 from vibopt.scene.scene import Design
 
 _CHOSEN = shape.table(
@@ -32,6 +36,7 @@ _CHOSEN = shape.table(
 )
 _USED = shape.table({"declared_dof": {"type": "integer"}, "used_dof": {"type": "integer"}, "why": shape.TEXT})
 _INTERVALS = {"type": "array", "items": {"type": "array", "items": shape.ref("number")}}
+STANDS = "As it stands"
 KEYS = {
     "scene": (
         {"variables": shape.named(_CHOSEN), "set": shape.maybe(_INTERVALS), "model": shape.maybe(_USED)},
@@ -81,17 +86,20 @@ def blocks(design: Design) -> list[Block]:
         return [*lead, *_foot(design)]
     title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
     places = [(one["place"], one["status"], one["goal"]) for one in design.details.get("places", ())]
+    machine = machine_in(design)
+    built = [] if machine is None else build_rows(design, machine, whole=False)
     return [
         *lead,
-        pairs("Design", _values(design)),
-        pairs("Places", places),
-        pairs(BUILD, build_rows(design), whole=(0,)),
+        pairs(BUILD if design.x or design.places else STANDS, built, whole=(0,)),
+        *isolators.blocks_of(design, machine),
         limits_block(design, title, states=design.found is None),
         Block("What the tolerances cost", heads=("", "without", "with"), rows=tuple(tolerance_rows(design))),
         pairs("Worst machine within the tolerances", worst_rows(design)),
         prices_block(design),
         *_shelf(design),
         measures_block(design),
+        pairs("Places", places),
+        pairs("What was chosen", _values(design)),
         *_foot(design),
     ]
 
@@ -100,7 +108,7 @@ def _intervals(design: Design) -> Block:
     return pairs(f"All limits hold for {design.scene.find_all}", [(interval(*one),) for one in design.found or ()])
 
 
-def _values(design: Design) -> list[tuple[str, ...]]:
+def _values(design: Design) -> list[tuple[str | Value, ...]]:
     """Places, parts and variables with what they were chosen from."""
     ranges = ranges_of(design.scene)
     brought = {
@@ -108,11 +116,11 @@ def _values(design: Design) -> list[tuple[str, ...]]:
         for path, part in tied(design.scene).items()
         if part in design.places
     }
-    placed: list[tuple[str, ...]] = [
+    placed: list[tuple[str | Value, ...]] = [
         (path, one.value, f"chosen from {one.among or ', '.join(one.options)}") for path, one in design.places.items()
     ]
     return placed + [
-        (path, one.value.shown, ENDS.get(one.at_bound, "") or brought.get(path, f"chosen from {ranges.get(path, '')}"))
+        (path, one.value, ENDS.get(one.at_bound, "") or brought.get(path, f"chosen from {ranges.get(path, '')}"))
         for path, one in design.variables.items()
         if ".part." not in path
     ]
@@ -133,10 +141,15 @@ def _foot(design: Design) -> list[Block]:
     seconds = sum(design.timings.values())
     time = f"{seconds:.1f} s" if seconds >= 1.0 else f"{1e3 * seconds:.0f} ms"
     return [
-        Block("Model", FOOT, (model_words(design),) if design.model is not None else ()),
+        Block("Model", FOOT, (model_words(design),) if _reduced(design) else ()),
         Block("Method", FOOT, (f"{design.method}, {time}",) if design.method else ()),
-        Block("Notes", FOOT, tuple(notes_of(design))),
+        Block("Notes", FOOT, tuple(quiet_notes(design, notes_of(design)))),
     ]
+
+
+def _reduced(design: Design) -> bool:
+    """Whether the model is another one than was declared."""
+    return design.model is not None and design.model.declared_dof != design.model.used_dof
 
 
 def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
@@ -159,4 +172,4 @@ def signs(design: Design) -> tuple[str, ...]:
     return ("Designed by, date", "Checked by, date")
 
 
-__all__ = ["KEYS", "blocks", "figures", "notes_of", "own_json", "sense_of", "signs", "verdict"]
+__all__ = ["KEYS", "blocks", "figures", "next_step", "notes_of", "own_json", "sense_of", "signs", "verdict"]

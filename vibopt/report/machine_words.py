@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from math import isfinite
 
 from vibopt.answer.blocks import spoken
@@ -18,6 +18,7 @@ from vibopt.units.spelling import split_detector
 from vibopt.values.fields import Fact, rule_of
 
 ENDS = {"from": "at the lower end of its range", "to": "at the upper end of its range"}
+PEAK = "An amplitude is peak (pk, zero to peak) unless pp or rms is written behind its unit."
 MOST_LISTED = 12
 THOROUGH = "`vibopt explain FILE --thorough`"
 """What computes all that an answer leaves out because of the work."""
@@ -144,6 +145,13 @@ def _short(value: float, variable: Variable) -> str:
     return text if len(number) <= 5 else show(value, "", variable.dimension)
 
 
+def quiet_notes(design: Design, notes: Iterable[str]) -> list[str]:
+    """Without the reading of amplitudes where nothing that is asked is one: then it changes nothing."""
+    scene = design.scene
+    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    return [one for one in notes if one != PEAK or any(response.amplitude for response in asked)]
+
+
 def model_words(design: Design) -> str:
     """Degrees of freedom declared and used."""
     if design.model is None:
@@ -179,11 +187,44 @@ def listed(words: list[str], last: str = "and") -> str:
     return f" {last} ".join(filter(None, (", ".join(words[:-1]), words[-1]))) if words else ""
 
 
+def next_step(design: Design) -> tuple[str, str]:
+    """What to type next, with FILE for the file, and what for; "" where nothing helps."""
+    scene = design.scene
+    if design.status == "infeasible":
+        loosened = _loosened(design)
+        return (f"vibopt solve FILE {loosened}", "with the smallest loosening") if loosened else _WHY
+    if design.status in ("unproven", "unbounded"):
+        return _WHY
+    if design.status == "check_failed":
+        return "", ""
+    exact = any(one.values is None for one in scene.variables) and "rounded" not in design.details
+    if design.status in ("optimal", "feasible") and exact:
+        return "vibopt solve FILE --round 3", "round the values for the drawing"
+    if design.found is not None or design.status == "violated":
+        return "vibopt report FILE -o NAME.html", "see its curves"
+    return "vibopt report FILE --sheet -o NAME.html", "print a page to sign"
+
+
+_WHY = ("vibopt explain FILE --thorough", "learn why, with all that can be said")
+
+
+def _loosened(design: Design) -> str:
+    """The least loosening that helps, as a change of the file; "" where none is one."""
+    steps = design.conflict.loosenings if design.conflict is not None else ()
+    for name, now, then in sorted(steps, key=lambda one: abs(one[2].value - one[1].value) / (abs(one[1].value) or 1.0)):
+        response = design.scene.limits.get(name)
+        for side in ("at_most", "at_least"):
+            bound = getattr(response, side, None)
+            if bound is not None and abs(bound.value - now.value) <= 1e-9 * abs(now.value):
+                return f'--set limits.{name}.{side}="{then.shown}"'
+    return ""
+
+
 def notes_of(scene: Scene) -> list[str]:
     """Readings of units and assumptions that an answer rests on."""
     notes = list(scene.notes)
     if _says_amplitude(scene):
-        notes.append("An amplitude is peak (pk, zero to peak) unless pp or rms is written behind its unit.")
+        notes.append(PEAK)
     for name, excitation in scene.excitations.items():
         varies = _varies(excitation)
         if varies:

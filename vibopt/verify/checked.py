@@ -79,6 +79,12 @@ def checked_measures(
     return {name: _worst_of(built, (offs or {}).get(name, ()), name, one, "") for name, one in scene.measures.items()}
 
 
+def measured_row(scene: Scene, machine: Machine, name: str, response: Response) -> Checked:
+    """A measure on a machine that is built already; the model is not asked."""
+    found = measure_on(scene, machine, response, response.worst_side)
+    return _checked(scene, found, name, response, "")
+
+
 def _load_compared(row: Checked, parts: Sequence[float]) -> Checked:
     """A row of a rated load beside what the model says of each mount, as parts of the rating."""
     assert row.limit is not None

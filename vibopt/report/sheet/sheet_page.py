@@ -12,21 +12,19 @@ from vibopt.answer.answer_page import inline, version
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import SpaceMachine
-from vibopt.report.absorber_parts import chosen_in
+from vibopt.report import isolators
 from vibopt.report.figures import saved
-from vibopt.report.sheet.design_values import build_rows
+from vibopt.report.mode_shapes import shapes_of
 from vibopt.report.sheet.fit import SIZES, density_of
 from vibopt.report.sheet.judgement import assumptions_of, limit_rows, measure_rows, proof_of, verdict_of
 from vibopt.report.sheet.machine_tables import body_rows, excitation_rows
 from vibopt.report.sheet.mount_plan import plan_figure, short, spots_of, sums_of
 from vibopt.report.sheet.printing import pages_of, pdf
 from vibopt.report.sheet.schematic import schematic_figure
-from vibopt.report.sheet.shapes import shapes_of
-from vibopt.scene.open_places import open_places
+from vibopt.report.what_to_build import build_rows, machine_in
 from vibopt.scene.places import turning
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import best_unit, plain, show
-from vibopt.verify.as_built import machine_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -127,13 +125,6 @@ def printed(
     return found[min(density + 1, len(SIZES) - 1)]
 
 
-def machine_in(design: Design) -> Machine | None:
-    """The machine as built without tolerances; None where no design was found."""
-    scene = design.scene
-    found = len(design.x) == len(scene.variables) and design.status not in ("infeasible", "unbounded", "unproven")
-    return machine_of(scene, chosen_in(design)) if found and not open_places(scene) else None
-
-
 def _words(design: Design) -> dict[str, Any]:
     """Everything the template says, as text."""
     scene, machine = design.scene, machine_in(design)
@@ -154,6 +145,7 @@ def _words(design: Design) -> dict[str, Any]:
         "more_mounts": len(mounts[MOST_MOUNTS:]),
         "sums": sums,
         "scatter": design.tolerances is not None,
+        "isolators": isolators.isolator_block(design, machine) if machine is not None else None,
         "modes": shapes[:MOST_MODES],
         "more_modes": len(shapes[MOST_MODES:]),
         "limits": limits,

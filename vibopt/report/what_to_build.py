@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
 
 from vibopt.answer.entry import Entry
@@ -10,15 +11,18 @@ from vibopt.devices.mount import MountTable
 from vibopt.devices.part import Part
 from vibopt.mechanics.machine import Joint, Machine
 from vibopt.mechanics.rigid import SpaceMachine, Spring3
-from vibopt.report.absorber_parts import parts_of
-from vibopt.scene.open_places import asked_positions
+from vibopt.report.absorber_parts import chosen_in, parts_of
+from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show, to_unit
 from vibopt.units.spelling import split_detector
+from vibopt.verify.as_built import machine_of
 
 DIGITS, MOST_DIGITS = 4, 7
 ROUNDING = 1e-7
 """Part of a value by which what is shown may differ from what was verified."""
+Shown = Callable[[float, str, str], str]
+"""A value [SI], its unit and its dimension as text."""
 _DEVICES = ("mounts", "links", "absorbers")
 _WORDS = ("stiffness", "damping", "loss_factor", "dynamic_to_static", "part", "count", "shear_ratio", "damping_ratio")
 
@@ -34,20 +38,46 @@ def verified(value: float, unit: str, dimension: str) -> str:
     return show(value, unit, dimension, digits=MOST_DIGITS)
 
 
-def build_rows(design: Design, machine: Machine) -> list[tuple[str, str]]:
-    """What to order or to build, group by group; then every other number that was chosen."""
+def machine_in(design: Design) -> Machine | None:
+    """The machine as built without tolerances; None where no design was found."""
+    scene = design.scene
+    found = len(design.x) == len(scene.variables) and design.status not in ("infeasible", "unbounded", "unproven")
+    return machine_of(scene, chosen_in(design)) if found and not open_places(scene) else None
+
+
+def build_rows(design: Design, machine: Machine, *, whole: bool = True) -> list[tuple[str, str]]:
+    """What to order or to build, group by group; then every other number that was chosen.
+
+    Parameters
+    ----------
+    design, machine
+        An answer with a design, and the machine that it is.
+    whole
+        Whether all is said, and with as many digits as were verified: for a page to build by.  Else what was chosen,
+        and springs of which there are several, in the digits of the answer.
+    """
     scene, rows = design.scene, []
+    exact = verified if whole else show
     for name, mount in scene.mounts.items():
-        assert isinstance(machine, SpaceMachine)
-        own = machine.mount(machine.groups[name][0])
-        rows.append((name, _joined(_order(design, f"mounts.{name}", mount.part, mount.count), _mount(mount, own))))
+        if whole or _chosen_in(design, f"mounts.{name}"):
+            assert isinstance(machine, SpaceMachine)
+            own = machine.mount(machine.groups[name][0])
+            order = _order(design, f"mounts.{name}", mount.part, mount.count)
+            rows.append((name, _joined(order, _mount(mount, own, exact))))
     for name, link in scene.links.items():
         joint = machine.joint(name)
-        rows.append((name, _joined(_order(design, f"links.{name}", link.part, joint.count), _link(link, joint, name))))
+        if whole or joint.count > 1 or _chosen_in(design, f"links.{name}"):
+            order = _order(design, f"links.{name}", link.part, joint.count)
+            rows.append((name, _joined(order, _link(link, joint, exact))))
     for part in parts_of(design):
         words = [f"{key.replace('_', ' ')} {_again(one)}" for key, one in part.numbers.items()]
-        rows.append((part.name, f"on {part.on}: {', '.join(words)}"))
-    return rows + _others(design)
+        rows.append((part.name, f"on {part.on}: {', '.join(words)}" if whole else part.words))
+    return rows + _others(design, exact)
+
+
+def _chosen_in(design: Design, device: str) -> bool:
+    """Whether a number, a part or a place of a device was chosen."""
+    return any(path.startswith(f"{device}.") for path in (*design.variables, *design.places))
 
 
 def _joined(first: str, then: list[str]) -> str:
@@ -62,9 +92,9 @@ def _again(one: Entry) -> str:
 
 
 def _order(design: Design, path: str, part: Part | None, count: float) -> str:
-    """What to order: "4 x S60-60, 26.95 EUR each, 107.8 EUR"; of what is not bought the number of mounts."""
+    """What to order: "4 x S60-60 (26.95 EUR each, 107.8 EUR)"; "" of what is not bought."""
     if part is None:
-        return f"{plain(count)} alike" if count > 1 else ""
+        return ""
     placed = design.places.get(f"{path}.part")
     words = f"{plain(count)} x {placed.value if placed is not None else part.name}"
     price = part.price
@@ -80,16 +110,17 @@ def _money(value: float, unit: str) -> str:
     return show(value, unit, "price", digits=8)
 
 
-def _mount(table: MountTable, own: Spring3) -> list[str]:
+def _mount(table: MountTable, own: Spring3, exact: Shown) -> list[str]:
     """Stiffness along its own axes, damping, what is static of it; of one mount."""
     unit = _unit(table, "stiffness")
-    x, y, z = (verified(float(one), unit, "stiffness") for one in own.stiffness)
-    words = [f"stiffness {z} along its axis", f"{x} across" if x == y else f"{x} across along x, {y} along y"]
+    x, y, z = (exact(float(one), unit, "stiffness") for one in own.stiffness)
+    many = f"{table.count} mounts, each of " if table.count > 1 else ""
+    words = [f"{many}stiffness {z} along its axis", f"{x} across" if x == y else f"{x} across along x, {y} along y"]
     if own.damping.any():
-        dx, dy, dz = (verified(float(one), _unit(table, "damping"), "damping") for one in own.damping)
+        dx, dy, dz = (exact(float(one), _unit(table, "damping"), "damping") for one in own.damping)
         words.append(f"damping {dz} along, {dx if dx == dy else f'{dx}, {dy}'} across")
     if own.loss_factor:
-        words.append(f"loss factor {verified(own.loss_factor, '', 'ratio')}")
+        words.append(f"loss factor {exact(own.loss_factor, '', 'ratio')}")
     if own.static_stiffness[2] != own.stiffness[2]:
         words.append(f"static stiffness {show(float(own.static_stiffness[2]), unit, 'stiffness')}")
     axes = {tuple(round(float(one), 3) for one in frame[2]) for frame in table.frames}
@@ -99,19 +130,26 @@ def _mount(table: MountTable, own: Spring3) -> list[str]:
     return words
 
 
-def _link(table: LinkTable, joint: Joint, name: str) -> list[str]:
-    """Stiffness and damping of one mount of a link."""
+def _link(table: LinkTable, joint: Joint, exact: Shown) -> list[str]:
+    """Springs and dampers: of each, and of all together where there are several."""
     around = table.torsional_stiffness is not None or table.shaft is not None or table.torsional_damping is not None
-    words, turn = [], "torsional_" if around else ""
-    for key, value in (("stiffness", joint.stiffness), ("damping", joint.damping)):
+    words: list[str] = []
+    turn = "torsional_" if around else ""
+    for key, value, noun in (("stiffness", joint.stiffness, "spring"), ("damping", joint.damping, "damper")):
         if value > 0.0:
             unit = _unit(table, f"{turn}{key}")
-            words.append(f"{key} {verified(value / joint.count, unit, f'{turn}{key}')}")
+            one, all_ = (exact(each, unit, f"{turn}{key}") for each in (value / joint.count, value))
+            what = f"{turn.replace('_', ' ')}{noun} of" if not words else key
+            if joint.count == 1:
+                words.append(one if table.part is not None and not words else f"{what} {one}")
+            elif words:
+                words.append(f"{what} {one} each")
+            else:
+                many = "" if table.part is not None else f"{plain(joint.count)} {what.replace(noun, f'{noun}s')} "
+                words.append(f"{many}{one} each, {all_} together")
     if joint.loss_factor:
-        words.append(f"loss factor {verified(joint.loss_factor, '', 'ratio')}")
-    each = " of one" if joint.count > 1 and words else ""
-    ends = f"between {table.between[0]} and {table.between[1]}"
-    return [*words[:-1], f"{words[-1]}{each}", ends] if words else [ends]
+        words.append(f"loss factor {exact(joint.loss_factor, '', 'ratio')}")
+    return [*words, f"between {table.between[0]} and {table.between[1]}"]
 
 
 def _unit(table: object, key: str) -> str:
@@ -120,14 +158,15 @@ def _unit(table: object, key: str) -> str:
     return str(getattr(given, "unit", "") or "")
 
 
-def _others(design: Design) -> list[tuple[str, str]]:
+def _others(design: Design, exact: Shown) -> list[tuple[str, str]]:
     """Chosen numbers and places that no row has said yet."""
-    rows = [(_owner(path), one.value) for path, one in design.places.items() if not path.endswith(".part")]
+    places = {path: one.value for path, one in design.places.items() if not path.endswith(".part")}
+    rows = [(_owner(path), one) for path, one in places.items() if not path.startswith("absorbers.")]
     units = asked_positions(design.scene) | {variable.path: variable for variable in design.scene.variables}
     for path, chosen in design.variables.items():
         if path in units and not _told(design.scene, path):
             one = units[path]
-            rows.append((_owner(path), verified(chosen.value.value, one.unit, one.dimension)))
+            rows.append((_owner(path), exact(chosen.value.value, one.unit, one.dimension)))
     return rows
 
 
@@ -145,4 +184,4 @@ def _told(scene: Scene, path: str) -> bool:
     return family in _DEVICES and bool(steps) and steps[0].removeprefix("torsional_") in _WORDS
 
 
-__all__ = ["build_rows", "verified"]
+__all__ = ["build_rows", "machine_in", "verified"]

@@ -1,0 +1,224 @@
+"""What everybody asks of an isolator: natural frequency, damping, static deflection, isolation; and of the machine its
+modes.  All is asked in the language of files: what that refuses has no single meaning here, and is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.answer.blocks import Block, at_words, table
+from vibopt.answer.entry import Checked, Entry
+from vibopt.document.mistakes import Mistakes
+from vibopt.mechanics.hosted import HostedMachine
+from vibopt.mechanics.machine import GROUND, Joint, Machine
+from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.records import dataclass
+from vibopt.report.mode_shapes import Shape, shapes_of
+from vibopt.responses import KINDS
+from vibopt.scene.check_scene import check
+from vibopt.scene.places import turning
+from vibopt.scene.scene import Design, Scene
+from vibopt.units import plain, show
+from vibopt.verify.checked import measured_row
+
+if TYPE_CHECKING:
+    from vibopt.responses import Response
+
+MOST_MODES = 8
+TITLE, MODES = "Springs and mounts", "Natural frequencies"
+
+
+@dataclass(frozen=True, slots=True)
+class Isolator:
+    """All springs and dampers between the same two points, or the mounts of a group.
+
+    mode
+        Number of the mode in which it is strained most, and the part of that mode's strain energy in it; None of a
+        machine in space or with a structure, where it governs several.
+    sag
+        Static deflection; None where no weight acts along it.
+    isolation
+        By what shakes.
+    """
+
+    name: str
+    ends: tuple[str, str]
+    mode: tuple[int, float] | None
+    shape: Shape | None
+    sag: Checked | None
+    isolation: Mapping[str, Checked]
+
+
+def blocks_of(design: Design, machine: Machine | None) -> list[Block]:
+    """Isolators, and the modes of a machine that has more than one."""
+    if machine is None:
+        return []
+    shapes = _shapes(design, machine)
+    block = isolator_block(design, machine)
+    return [block, mode_block(design, shapes if len(shapes) > 1 or not block.rows else [])]
+
+
+def isolator_block(design: Design, machine: Machine) -> Block:
+    """One row an isolator, and one more for each further excitation."""
+    shapes = _shapes(design, machine)
+    found = isolators_of(design.scene, machine, shapes)
+    rows = [row for one in found for row in _rows(one, found, several=len(shapes) > 1)]
+    sag = "Static sag" if isinstance(machine, SpaceMachine) else "Static sag\nif upright"
+    heads = ("", "Strained\nin mode", "Natural\nfrequency", "Damping\nratio", sag, "Isolation")
+    return table(f"{TITLE}{_without(design)}", heads, [row for row in rows if any(row[1:])])
+
+
+def _shapes(design: Design, machine: Machine) -> list[Shape]:
+    """Modes with their shapes; none with structures, of which they are many."""
+    return [] if isinstance(machine, HostedMachine) else shapes_of(machine, sorted(turning(design.scene)))
+
+
+def _without(design: Design) -> str:
+    return ", without tolerances" if design.tolerances is not None else ""
+
+
+def mode_block(design: Design, shapes: list[Shape]) -> Block:
+    """The first modes with their shapes in words."""
+    rows = [
+        (
+            plain(number),
+            Entry(one.frequency, "angular_rate", "Hz"),
+            Entry(one.damping, "ratio", digits=3) if one.damping is not None else "",
+            one.words if one.frequency > 0.0 else f"{one.words}: free, nothing holds it",
+        )
+        for number, one in enumerate(shapes[:MOST_MODES], start=1)
+    ]
+    more = len(shapes) - MOST_MODES
+    title = f"{MODES}{_without(design)}{f' (the first {MOST_MODES} of {len(shapes)})' if more > 0 else ''}"
+    return table(title, ("Mode", "Frequency", "Damping\nratio", "Share of kinetic energy"), rows, whole=(0, 1, 2))
+
+
+def _rows(one: Isolator, every: list[Isolator], *, several: bool) -> Iterator[tuple[str | Entry, ...]]:
+    """A row, and one more for each further excitation."""
+    alone = [_support(other.ends) for other in every].count(_support(one.ends)) == 1
+    said = [
+        f"{'' if len(one.isolation) == 1 else f'{name}: '}{isolation_words(row)}"
+        f"{'' if alone else f', all into {_support(one.ends)}'}"
+        for name, row in one.isolation.items()
+    ]
+    first = (
+        one.name,
+        f"{one.mode[0]} ({plain(100.0 * one.mode[1], 2)} %)" if one.mode is not None and several else "",
+        Entry(one.shape.frequency, "angular_rate", "Hz") if one.shape is not None else "",
+        Entry(one.shape.damping, "ratio", digits=3) if one.shape is not None and one.shape.damping else "",
+        one.sag.value if one.sag is not None and isfinite(one.sag.value.value) else "",
+    )
+    yield (*first, said[0] if said else "")
+    yield from (("", "", "", "", "", more) for more in said[1:])
+
+
+def isolation_words(row: Checked) -> str:
+    """ "82.4 % at 1450 rpm"; where more comes through than goes in, how many times as much."""
+    at = f" at {at_words(row.worst_at)}" if row.worst_at else ""
+    if row.value.value >= 0.0:
+        return f"{show(row.value.value, '%', 'ratio')}{at}"
+    if not isfinite(row.value.value):
+        return f"none: resonance{at}"
+    return f"none: {show(1.0 - row.value.value, '', 'ratio')} times{at}"
+
+
+def isolators_of(scene: Scene, machine: Machine, shapes: list[Shape] | None = None) -> list[Isolator]:
+    """Everything that is held by springs between two points, in the order of the file; absorbers are none."""
+    told = shapes_of(machine) if shapes is None else shapes
+    found = []
+    for ends, names in _groups(machine):
+        joints = [one for one in machine.joints if one.name in names]
+        mode = None if isinstance(machine, (SpaceMachine, HostedMachine)) else _mode(machine, joints)
+        found.append(
+            Isolator(
+                name=" and ".join(names),
+                ends=ends,
+                mode=mode,
+                shape=told[mode[0] - 1] if mode is not None else None,
+                sag=_sag(scene, machine, names),
+                isolation=dict(_isolation(scene, machine, ends)),
+            )
+        )
+    return found
+
+
+def _groups(machine: Machine) -> list[tuple[tuple[str, str], list[str]]]:
+    """Two ends and the names of what is between them, where that is a spring; mounts in space by group."""
+    names: dict[tuple[str, str], list[str]] = {}
+    held: set[tuple[str, str]] = set()
+    for one in machine.joints:
+        if one.name not in machine.tuned:
+            ends = one.ends[::-1] if one.ends[::-1] in names else one.ends
+            names.setdefault(ends, []).append(one.name)
+            held |= {ends} if one.stiffness > 0.0 else set()
+    found = [(ends, some) for ends, some in names.items() if ends in held]
+    if isinstance(machine, SpaceMachine):
+        found += [(machine.mount(singles[0]).ends, [group]) for group, singles in machine.groups.items()]
+    return found
+
+
+def _mode(machine: Machine, joints: list[Joint]) -> tuple[int, float] | None:
+    """The mode in which these springs have the greatest part of the strain energy, and that part."""
+    omega, modes = machine.mode_shapes()
+    rows = {name: modes[i] for i, name in enumerate(machine.masses)}
+    still = np.zeros(len(omega))
+    apart = [rows.get(one.ends[1], still) - rows.get(one.ends[0], still) for one in joints]
+    energy = np.sum([one.stiffness * stretch**2 for one, stretch in zip(joints, apart, strict=True)], axis=0)
+    share = np.divide(energy, omega**2, out=np.zeros(len(omega)), where=omega > 0.0)
+    best = int(np.argmax(share))
+    return (best + 1, float(min(share[best], 1.0))) if share[best] > 0.0 else None
+
+
+def _support(ends: tuple[str, str]) -> str:
+    return GROUND if GROUND in ends else ends[1]
+
+
+def _sag(scene: Scene, machine: Machine, names: list[str]) -> Checked | None:
+    """Of the group the greatest; of a machine that is not held none."""
+    found = [row for one in names if (row := asked(scene, machine, "static_deflection", of=one)) is not None]
+    return max(found, key=lambda row: row.value.value, default=None)
+
+
+def _isolation(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tuple[str, Checked]]:
+    """Into a support of what shakes a body, and of a body from the base that shakes; at own speeds the least."""
+    for name, one in scene.excitations.items():
+        if one.sort != "steady":
+            continue
+        for here, there in (ends, ends[::-1]):
+            words = {"of": here} if there == one.on else {"into": there}
+            held = there == GROUND or there in scene.bases
+            row = asked(scene, machine, "isolation", **words, due_to=[name]) if held else None
+            if row is not None:
+                yield name, row
+
+
+def asked(scene: Scene, machine: Machine, kind: str, **words: object) -> Checked | None:
+    """A response as a measure of a file would ask for it; None where a file with it would be refused."""
+    from pydantic import ValidationError
+
+    try:
+        response: Response = KINDS[kind].model_validate({"response": kind, **words})
+    except ValidationError:
+        return None
+    mistakes = Mistakes(scene.name)
+    check(replace(scene, limits={}, measures={"asked": response}, goal=None, find_all=None), mistakes, {"goal"})
+    if mistakes.found:
+        return None
+    return measured_row(scene, machine, "asked", response)
+
+
+__all__ = [
+    "MODES",
+    "TITLE",
+    "Isolator",
+    "asked",
+    "blocks_of",
+    "isolation_words",
+    "isolator_block",
+    "isolators_of",
+    "mode_block",
+]
