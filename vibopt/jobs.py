@@ -24,7 +24,6 @@ from vibopt.work import answering, each_answer_within
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
-    from vibopt.balancing.engine.engine_job import EngineJob
     from vibopt.balancing.job_kinds import BalancingJob
     from vibopt.balancing.parse_influence import Saved
     from vibopt.scene.scene import Scene
@@ -152,12 +151,7 @@ def kept_plan(job: B, found: Answer[Any]) -> B:
         return job
     from vibopt.balancing import kept as plans
 
-    if is_rotor(job):
-        document = plans.of_rotor(job, found)
-    elif is_known(job):
-        document = plans.of_known(job)
-    else:
-        document = plans.of_engine(cast("EngineJob", job), found)
+    document = plans.of_engine(job, found) if is_engine(job) else plans.of_planes(cast(Any, job), found)
     return cast(B, _read(document, Mistakes(job.name, None)))
 
 

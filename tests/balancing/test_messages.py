@@ -237,7 +237,7 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "fact": (
         [('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius = "150 mm"\nweight = "60 g"\n')],
         [
-            'fan.toml line 10: planes.left.weight = "60 g" is no range. The correction is to be chosen: write { from = "0 g", to = "60 g" }.'
+            'fan.toml line 10: planes.left.weight = "60 g" is no range. The correction is to be chosen: write { from = "0 g", to = "60 g" }; or write the weight that is fitted with its angle, "10 g @ 270 deg".'
         ],
     ),
     "from": (

@@ -113,7 +113,7 @@ def test_a_weight_is_drawn_at_the_angle_written_in_the_sense_of_the_file(
     solved: Answers, angles: str, sense: int
 ) -> None:
     plan, _ = solved(FAN.replace("against rotation", angles))
-    drawn = disc(plan.job, plan.job.planes[0], plan.plan.planes[0])
+    drawn = disc(plan.job.conventions, plan.job.planes[0], plan.plan.planes[0])
     assert drawn.sense == sense
     assert drawn.spots[0].angle == pytest.approx(plan.plan.planes[0].angle.value)
     figure = figure_of(plan)

@@ -207,7 +207,7 @@ class Answer(Generic[J_co]):
 
     def entries(self) -> dict[str, Value]:
         """Every number and word by its path, as the records of a problem file name them."""
-        found: dict[str, Value] = {"status": Word(self.status), **self.values, **self.plan.entries()}
+        found: dict[str, Value] = {"status": Word(self.status), **self.plan.entries(), **self.values}
         found.update({f"variables.{path}": one for path, one in self.places.items()})
         found.update({f"variables.{path}": one.value for path, one in self.variables.items()})
         for family, rows in (("limits", self.limits), ("measures", self.measures)):

@@ -8,7 +8,8 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, rows_of, table
 from vibopt.answer.entry import Entry, Value, in_one_unit
 from vibopt.balancing.engine.engine_job import EngineJob
-from vibopt.balancing.known.known_job import KnownJob, Spot
+from vibopt.balancing.known.known_job import KnownJob
+from vibopt.balancing.planes import Plane
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 
@@ -19,20 +20,19 @@ SMALL = 1e-6
 def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
     """What the answer for known masses says, in the order in which it is needed."""
     job = outcome.job
-    planes = [one for one in job.spots if outcome.status != "infeasible"]
+    planes = [one for one in job.planes if outcome.status != "infeasible"]
     return [
         Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
         _planes(outcome, planes), _left(outcome, job), *rows_of(outcome),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
-        Block("Method", FOOT, (outcome.method,) if job.spots else ()),
+        Block("Method", FOOT, (outcome.method,) if job.planes else ()),
     ]  # fmt: skip
 
 
-def plane_words(outcome: Answer[KnownJob], spot: Spot) -> str:
+def plane_words(outcome: Answer[KnownJob], plane: Plane) -> str:
     """The sentence for the shop floor."""
-    plane, path = spot.plane, f"planes.{spot.plane.name}"
-    value = outcome.values
+    path, value = f"planes.{plane.name}", outcome.values
     if plane.keep:
         return f"{plane.name}: leave untouched."
     angle = value.get(f"{path}.angle")
@@ -47,13 +47,13 @@ def plane_words(outcome: Answer[KnownJob], spot: Spot) -> str:
     return f"{plane.name}: {verb} {amount.shown}{where}, {angle.shown} from zero{depth}."
 
 
-def _planes(outcome: Answer[KnownJob], planes: list[Spot]) -> Block:
+def _planes(outcome: Answer[KnownJob], planes: list[Plane]) -> Block:
     rows = []
-    for spot in planes:
-        path = f"planes.{spot.plane.name}"
+    for plane in planes:
+        path = f"planes.{plane.name}"
         cells = [outcome.values.get(f"{path}.{key}") for key in ("mass", "angle", "unbalance")]
-        radius = show(spot.plane.radius, spot.plane.length_unit, "length") if spot.plane.radii else ""
-        rows.append((spot.plane.name, *("" if one is None else one for one in cells), radius))
+        radius = show(plane.radius, plane.length_unit, "length") if plane.radii else ""
+        rows.append((plane.name, *("" if one is None else one for one in cells), radius))
     return table("Weights, each plane together", ("Plane", "Weight", "Angle", "Unbalance", "Radius"), rows)
 
 
@@ -74,7 +74,7 @@ def _left(outcome: Answer[KnownJob], job: KnownJob) -> Block:
         cells = [_at(outcome, one, f"{when}.{angle}") for one, when in zip(pair, times, strict=True)]
         if any(cells):
             rows.append((words, *cells))
-    title = "As found and after" if job.spots else "As found"
+    title = "As found and after" if job.planes else "As found"
     return table(title, ("", "As found", "After"), rows, whole=(1, 2))
 
 

@@ -81,9 +81,9 @@ def _known(job: KnownJob) -> dict[str, Any]:
         else f"goal: minimise {job.goal.minimise.replace('_', ' ')}"
     )
     return {
-        "title": job.title, "masses": len(job.masses), "planes": len(job.spots), "bearings": len(job.bearings),
+        "title": job.title, "masses": len(job.masses), "planes": len(job.planes), "bearings": len(job.bearings),
         "limits": len(job.limits), "measures": len(job.measures), "expected": len(job.expected), "asked": goal,
-        "choices": {f"planes.{one.plane.name}": _plane(one.plane) for one in job.spots}, "notes": list(job.notes),
+        "choices": {f"planes.{one.name}": _plane(one) for one in job.planes}, "notes": list(job.notes),
     }  # fmt: skip
 
 
@@ -168,7 +168,7 @@ def of_known(job: KnownJob, found: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of a shaft with known masses, and how its weights are found."""
     model = (
         ("shaft", "rigid: forces and couples of masses that turn, as vectors" + (" in one plane" if job.flat else "")),
-        ("masses", f"{len(job.masses)} known, " + _counts(plane=len(job.spots), bearing=len(job.bearings))),
+        ("masses", f"{len(job.masses)} known, " + _counts(plane=len(job.planes), bearing=len(job.bearings))),
     )
     ways = {
         "none": (GIVEN, "nothing to choose: the shaft as it is given"),
@@ -178,7 +178,7 @@ def of_known(job: KnownJob, found: Answer[Any]) -> tuple[Model, Methods]:
     }
     name, why = ways[found.method]
     before = (("vector sums", False, "caps, lists, limits or the goal stand in the way"),) if name == CONE else ()
-    tree = any(spot.plane.is_discrete and spot.plane.is_open for spot in job.spots)
+    tree = any(plane.is_discrete and plane.is_open for plane in job.planes)
     last = (TREE, True, "all fillings of all planes jointly, with bounds") if tree else (name, True, why)
     return model, (*before, last)
 

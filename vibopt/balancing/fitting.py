@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.answer.entry import Entry, direction
 from vibopt.answer.plan import Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.conventions import show_angle
+from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.deferred import DeferredRows
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import Options, neighbours
@@ -33,7 +33,7 @@ def fitting_of(
 ) -> Fitting:
     """The correction u as weights, and what is left with it."""
     tiny = NOTHING * _scale(identified, u)
-    planes = tuple(_plane(job, index, complex(u[index]), options[index], tiny) for index in range(len(job.planes)))
+    planes = fitted_planes(job.planes, job.conventions, u, options, tiny)
     left = _without_rounding(identified, u)
     return Fitting(planes, DeferredRows(len(left), lambda: _rows(job, identified, left, band)), left)
 
@@ -45,10 +45,16 @@ def _scale(identified: Identified, u: ComplexArray) -> float:
     return float(max(felt if np.isfinite(felt) else 0.0, np.abs(u).max(initial=0.0)))
 
 
-def _plane(job: RotorJob, index: int, u: complex, options: Options | None, tiny: float) -> PlaneAnswer:
-    plane = job.planes[index]
-    weights = _weights(job, plane, u, options) if abs(u) > tiny else ()
-    angle = job.conventions.weight_angle(-u if plane.remove else u) if weights else 0.0
+def fitted_planes(
+    planes: Sequence[Plane], spoken: Conventions, u: ComplexArray, options: Sequence[Options | None], tiny: float = 0.0
+) -> tuple[PlaneAnswer, ...]:
+    """What is done in each plane for the correction u (n_planes,); unbalances up to `tiny` [kg m] are none."""
+    return tuple(_plane(p, spoken, complex(z), one, tiny) for p, z, one in zip(planes, u, options, strict=True))
+
+
+def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | None, tiny: float) -> PlaneAnswer:
+    weights = _weights(spoken, plane, u, options) if abs(u) > tiny else ()
+    angle = spoken.weight_angle(-u if plane.remove else u) if weights else 0.0
     action = "keep" if plane.keep else "nothing" if not weights else "remove" if plane.remove else "add"
     amount = plane.amount(u) if weights else 0.0
     radius = plane.radius if plane.kind == MASS and plane.radii else None
@@ -59,7 +65,7 @@ def _plane(job: RotorJob, index: int, u: complex, options: Options | None, tiny:
         plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
         direction(angle),
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
-        _words(job, plane, action, weights),
+        _words(spoken, plane, action, weights),
     )  # fmt: skip
 
 
@@ -72,12 +78,12 @@ def weight_text(job: RotorJob, plane: int, u: complex) -> str:
     return f"{own.name} {own.show(own.amount(u))} @ {show_angle(angle)}"
 
 
-def _weights(job: RotorJob, plane: Plane, u: complex, options: Options | None) -> tuple[Weight, ...]:
+def _weights(spoken: Conventions, plane: Plane, u: complex, options: Options | None) -> tuple[Weight, ...]:
     if plane.fitted is not None:
         return tuple(_decided(plane, one) for one in plane.fitted)
     if options is not None:
         return tuple(_in_hole(plane, *one) for one in options.weights(int(np.argmin(np.abs(options.u - u)))))
-    size, angle = plane.amount(u), job.conventions.weight_angle(-u if plane.remove else u)
+    size, angle = plane.amount(u), spoken.weight_angle(-u if plane.remove else u)
     if plane.split:
         return split(plane, size, angle)
     radius = plane.radius if plane.radii else None
@@ -121,39 +127,44 @@ def sentence(job: RotorJob, index: int, u: complex) -> str:
     """What to do for an unbalance u in a plane, for the shop floor."""
     plane = job.planes[index]
     action = "remove" if plane.remove else "add"
-    return _words(job, plane, action, _weights(job, plane, u, None))
+    return _words(job.conventions, plane, action, _weights(job.conventions, plane, u, None))
 
 
-def _words(job: RotorJob, plane: Plane, action: str, weights: Sequence[Weight]) -> str:
+def _words(spoken: Conventions, plane: Plane, action: str, weights: Sequence[Weight]) -> str:
     """The sentence for the shop floor."""
     if action == "keep":
         return f"{plane.name}: leave untouched."
     if action == "nothing":
         return f"{plane.name}: no weight."
     verb = "take away" if plane.remove else "fit"
-    parts = [_one(job, plane, weight) for weight in weights]
-    counted = f" {job.conventions.angles} from {_zero(job)}"
+    parts = [_one(spoken, plane, weight) for weight in weights]
+    counted = _counted(spoken)
     parts[:-1] = [one.replace(counted, "") for one in parts[:-1]]  # said once is enough
     return f"{plane.name}: {verb} {' and '.join(parts)}."
 
 
-def _one(job: RotorJob, plane: Plane, weight: Weight) -> str:
+def _one(spoken: Conventions, plane: Plane, weight: Weight) -> str:
     said = plane.show(weight.mass)
     if weight.radius is not None:
         said += f" at radius {show(weight.radius, plane.length_unit, 'length')}"
     if weight.hole is not None:
-        said += f" in {hole_name(plane, weight.hole)} {job.conventions.angles} from {_zero(job)}"
+        said += f" in {hole_name(plane, weight.hole)}{_counted(spoken)}"
     else:
-        said += f", {show_angle(weight.angle)} {job.conventions.angles} from {_zero(job)}"
+        said += f", {show_angle(weight.angle)}{_counted(spoken)}"
     if weight.depth is not None and plane.drill is not None:
         wide, deep = show(plane.drill.diameter, "mm", "length"), show(weight.depth, "mm", "length", digits=3)
         said += f" (hole of {wide}, {deep} deep)"
     return said
 
 
-def _zero(job: RotorJob) -> str:
+def _counted(spoken: Conventions) -> str:
+    """How angles are counted, behind one."""
+    return f" {spoken.angles} from {_zero(spoken)}" if spoken.zero else " from zero"
+
+
+def _zero(spoken: Conventions) -> str:
     """The zero mark behind "from": "the reflective tape", but "blade 1" and "my mark" as they are written."""
-    zero = job.conventions.zero
+    zero = spoken.zero
     first, last = zero.split()[0].lower(), zero.split()[-1]
     if first == "the":
         return f"the {zero[4:].lstrip()}"

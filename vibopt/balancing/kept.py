@@ -21,28 +21,13 @@ MINIMISED = "minimised"
 """Name of the measure that the goal of an engine becomes."""
 
 
-def of_rotor(job: RotorJob, plan: Answer[RotorJob]) -> dict[str, Any]:
-    """The file of a measured rotor with the weights of the first answer."""
+def of_planes(job: RotorJob | KnownJob, plan: Answer[Any]) -> dict[str, Any]:
+    """The file of a measured rotor, or of known masses, with the weights of the first answer."""
     weights = [
         [Fitted(one.mass, one.radius or plane.radius, one.angle, one.hole) for one in answer.weights]
         for plane, answer in zip(job.planes, plan.plan.fittings[0].planes, strict=True)
     ]
     return _with_weights(job.document, job.planes, weights)
-
-
-def of_known(job: KnownJob) -> dict[str, Any]:
-    """The file of a shaft with known masses with the weights that correct it."""
-    from vibopt.balancing.known.correct import AS_WRITTEN, correct
-
-    found = correct(job)
-    own = found.weights or ((),) * len(job.spots)
-    planes = [spot.plane for spot in job.spots]
-    weights = []
-    for plane, u, several in zip(planes, found.u, own, strict=True):
-        z = -complex(u) if plane.remove else complex(u)
-        free = [Fitted(plane.amount(z), plane.radius, AS_WRITTEN.weight_angle(z))] if z else []
-        weights.append([Fitted(mass, radius, plane.holes[hole], hole) for hole, mass, radius in several] or free)
-    return _with_weights(job.document, planes, weights)
 
 
 def _with_weights(
@@ -85,4 +70,4 @@ def _bare(given: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
-__all__ = ["MINIMISED", "of_engine", "of_known", "of_rotor"]
+__all__ = ["MINIMISED", "of_engine", "of_planes"]

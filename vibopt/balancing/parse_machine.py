@@ -87,22 +87,22 @@ def _choice(key: str, given: Mapping[str, Any], has_angles: bool, mistakes: Mist
     return str(value)
 
 
-def read_planes(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Plane, ...] | None:
-    """The planes in the order of the file; None where one cannot be read."""
-    tables = named_tables(document, "planes", mistakes)
-    if not tables:
-        mistakes.add(("planes",), 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".')
-    read = [_plane(name, table, mistakes) for name, table in tables.items()]
+def read_planes(
+    document: Mapping[str, Any], mistakes: Mistakes, kind: type[PlaneTable] = PlaneTable
+) -> tuple[Plane, ...] | None:
+    """The planes in the order of the file, tables of one kind; None where one cannot be read."""
+    read = [_plane(name, table, kind, mistakes) for name, table in named_tables(document, "planes", mistakes).items()]
     _check_stock([one for one in read if one is not None], mistakes)
-    return None if None in read or not read else tuple(cast(list[Plane], read))
+    return None if None in read else tuple(cast(list[Plane], read))
 
 
-def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
+def _plane(name: str, given: object, of: type[PlaneTable], mistakes: Mistakes) -> Plane | None:
     path: Path = ("planes", name)
     before = len(mistakes.found)
-    table = read_table(PlaneTable, given, path, mistakes)
+    table = read_table(of, given, path, mistakes)
     if table is None:
         return None
+    place = getattr(table, "at", None)
     radii, length_unit = _radii((*path, "radius"), table.radius, mistakes)
     kind, cap, unit = _cap(path, table, radii, mistakes)
     holes = _holes((*path, "holes"), table.holes, mistakes)
@@ -113,6 +113,7 @@ def _plane(name: str, given: object, mistakes: Mistakes) -> Plane | None:
         name=name, kind=kind, radii=radii, unit=unit or shelf_unit,
         length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, stock=stock, most_weights=most, split=table.split,
         forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
+        at=None if place is None else place.value,
     )  # fmt: skip
     plane = with_fitted(path, plane, cast(Mapping[str, Any], given), mistakes)
     if len(mistakes.found) == before:
@@ -140,6 +141,14 @@ def _positive(given: object, dimension: str) -> tuple[float, str]:
 
 def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mistakes) -> tuple[str, float, str]:
     """Kind of the plane, its cap in kg (kg m) and the unit of it."""
+    bare = MASS if radii else table.bare
+    if bare == UNBALANCE and (table.weight is not None or table.shelf is not None or table.drill is not None):
+        mistakes.add(
+            path,
+            f"planes.{table_name(path)} has weights or a drill but no radius: what a mass does there is not known. "
+            'Write radius = "150 mm", or cap its unbalance.',
+        )
+        return MASS, inf, ""
     if table.weight is not None and table.unbalance is not None:
         mistakes.add(path, f"planes.{table_name(path)} has weight and unbalance. Keep one of them.")
         return MASS, inf, ""
@@ -155,7 +164,7 @@ def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mist
     if table.weight is not None:
         found = read_value((*path, "weight"), table.weight, mistakes, _range, "mass", '{ from = "0 g", to = "60 g" }')
         return MASS, *(found or (inf, ""))
-    return MASS, inf, ""
+    return bare, inf, ""
 
 
 def table_name(path: Path) -> str:
@@ -165,7 +174,10 @@ def table_name(path: Path) -> str:
 def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
     """Upper end of a range from zero."""
     if not isinstance(given, Mapping) or not set(given) <= {"from", "to"} or "to" not in given:
-        raise QuantityError(f"is no range. The correction is to be chosen: write {example}.")
+        raise QuantityError(
+            f"is no range. The correction is to be chosen: write {example}; or write the weight that is fitted with "
+            'its angle, "10 g @ 270 deg".'
+        )
     high = read_end(given, "to", dimension)
     low = read_end(given, "from", dimension).value if "from" in given else 0.0
     if low != 0.0:

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import inf, isclose, pi, tau
+from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
+from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import Fitted, Plane
 from vibopt.records import dataclass
 
@@ -54,6 +56,33 @@ class Options:
         return tuple(self.offers[item] for item in self.items[index] if item >= 0)
 
 
+def choices_of(planes: Sequence[Plane], conventions: Conventions) -> tuple[tuple[Options | None, ...], dict[str, Any]]:
+    """What may be fitted in each plane (None: any size), and the same as fields of a question."""
+    stock = counted([plane for plane in planes if plane.is_discrete])
+    options = tuple(options_of(one, conventions, tuple(stock)) if one.is_discrete else None for one in planes)
+    fans = tuple(_fan(plane, conventions) for plane in planes)
+    listed = any(one is not None for one in options)
+    return options, {
+        "sectors": tuple(() if plane.is_discrete else plane.internal_sectors(conventions) for plane in planes),
+        "options": tuple(None if one is None else one.u for one in options) if listed else (),
+        "mass_per_unbalance": np.array([1.0 / plane.radius for plane in planes]),
+        "option_masses": tuple(None if one is None else one.masses for one in options),
+        "stock": np.array(list(stock.values())),
+        "option_uses": tuple(None if one is None else one.uses for one in options) if stock else (),
+        "fans": fans if any(one is not None for one in fans) else (),
+    }
+
+
+def _fan(plane: Plane, conventions: Conventions) -> Fan | None:
+    """The holes of a plane whose weight is cut in two, and the most that each of them takes."""
+    if not plane.split or plane.keep or plane.is_discrete:
+        return None
+    turn = pi if plane.remove else 0.0
+    used = [hole for hole in plane.holes if plane.may_sit_at(hole)]
+    each = plane.drill.most * plane.radius if plane.drill is not None else inf
+    return Fan.of([float(np.angle(conventions.weight(1.0, hole))) + turn for hole in used], each)
+
+
 def counted(planes: Sequence[Plane]) -> dict[float, float]:
     """Masses of which there are only so many, for all planes together [kg], with their number."""
     return {mass: many for plane in planes for mass, many in zip(plane.shelf, plane.stock, strict=False) if many < inf}
@@ -71,6 +100,7 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
         for hole, angle in enumerate(plane.holes)
         if plane.may_sit_at(angle)
         for mass in plane.shelf
+        if plane.drill is None or mass <= plane.drill.most * (1.0 + _HAIR)
         for radius in (plane.radii or (1.0,))
     )
     sign = -1.0 if plane.remove else 1.0

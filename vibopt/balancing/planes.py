@@ -30,6 +30,11 @@ class Drill:
         """Depth of a flat-bottomed hole that takes `mass` [kg] away [m]."""
         return mass / (self.density * 0.25 * pi * self.diameter**2)
 
+    @property
+    def most(self) -> float:
+        """What a hole of the greatest depth takes away [kg]."""
+        return self.deepest / self.depth(1.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
@@ -76,6 +81,8 @@ class Plane:
         Nothing may be changed here.
     fitted
         The weights that are decided, none where it is empty; None where they are to be chosen.
+    at
+        Axial place [m]; None where the file says none.
     """
 
     name: str
@@ -94,11 +101,23 @@ class Plane:
     keep: bool = False
     drill: Drill | None = None
     fitted: tuple[Fitted, ...] | None = None
+    at: float | None = None
 
     @property
     def radius(self) -> float:
         """Radius at which a mass does most [m]; 1 m where none is said, 1 for unbalances."""
         return self.radii[-1] if self.radii and self.kind == MASS else 1.0
+
+    @property
+    def place(self) -> float:
+        """Axial place [m], zero where the file says none."""
+        return self.at or 0.0
+
+    @property
+    def most(self) -> float:
+        """Greatest correction [kg] (unbalance [kg m]): the cap, and of one drilled hole what it holds."""
+        drilled = self.drill is not None and not self.is_discrete and not self.split
+        return min(self.cap, self.drill.most) if drilled and self.drill is not None else self.cap
 
     @property
     def is_discrete(self) -> bool:
@@ -163,6 +182,22 @@ class Plane:
     def may_sit_at(self, angle: float) -> bool:
         """Whether the written `angle` [rad] is outside the forbidden arcs."""
         return not any(_within(angle, low, high) for low, high in self.forbidden)
+
+
+class Corrected:
+    """A job whose answer is weights in its planes."""
+
+    planes: tuple[Plane, ...]
+
+    @property
+    def decided_at(self) -> tuple[str, ...]:
+        """Where the weights stand that are chosen freely, once they are decided."""
+        return tuple(f"planes.{one.name}.{one.kind_word}." for one in self.planes if one.is_open and not one.shelf)
+
+    def beyond(self, decided: Corrected) -> list[str]:
+        """Planes whose decided weights are not among those that this job may choose, by path."""
+        pairs = zip(self.planes, decided.planes, strict=True)
+        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
 
 
 def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex:

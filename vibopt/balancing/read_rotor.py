@@ -130,7 +130,9 @@ def read_rotor(
     conventions = read_conventions(document, with_angles, mistakes)
     planes = read_planes(document, mistakes)
     measured = None
-    if conventions is not None and planes is not None:
+    if planes == ():
+        mistakes.add(("planes",), 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".')
+    if conventions is not None and planes:
         planes = with_units(planes, [(name, given) for raw in raws for name, given in raw.weights.items()])
         if not raws and whole and not mistakes.found:
             mistakes.add(
@@ -140,8 +142,8 @@ def read_rotor(
         sensors = read_sensors(document, conventions, mistakes)
         measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
     merge(own, mistakes)
-    if conventions is None or planes is None or measured is None or not raws or not whole:
-        if conventions is not None and planes is not None:
+    if conventions is None or not planes or measured is None or not raws or not whole:
+        if conventions is not None and planes:
             _read_asked(document, conventions, planes, mistakes)
         mistakes.raise_any()
         raise AssertionError("a job that cannot be read has a mistake")
@@ -173,7 +175,7 @@ def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | Non
         return None
     mistakes = Mistakes(like.name, None)
     planes = read_planes(document, mistakes)
-    if planes is None or [_as_measured(one) for one in planes] != [_as_measured(one) for one in like.planes]:
+    if not planes or [_as_measured(one) for one in planes] != [_as_measured(one) for one in like.planes]:
         return None
     texts = [(like.planes[plane].name, text) for run in like.runs for plane, text in run.fitted]
     measured = Measured(like.runs, like.sensors, like.speeds, like.speed_units, (), like.notes)

@@ -13,7 +13,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_reading
 from vibopt.balancing.grades import Quality
-from vibopt.balancing.planes import Plane
+from vibopt.balancing.planes import Corrected, Plane
 from vibopt.balancing.written import Written
 from vibopt.records import dataclass
 from vibopt.units import Detector, show
@@ -126,7 +126,7 @@ class RotorGoal:
 
 
 @dataclass(frozen=True)
-class RotorJob:
+class RotorJob(Corrected):
     """A balancing job from a measured rotor.
 
     speeds
@@ -174,17 +174,6 @@ class RotorJob:
     def aim(self) -> str:
         """What is made least; "" where there is nothing to fit."""
         return ("correction" if self.goal.goal == "correction" else "residual") if self.runs else ""
-
-    @property
-    def decided_at(self) -> tuple[str, ...]:
-        """Where the weights stand that are chosen freely, once they are decided."""
-        free = [plane for plane in self.planes if plane.is_open and not plane.shelf]
-        return tuple(f"planes.{one.name}.{one.kind_word}." for one in free)
-
-    def beyond(self, decided: RotorJob) -> list[str]:
-        """Planes whose decided weights are not among those that this job may choose, by path."""
-        pairs = zip(self.planes, decided.planes, strict=True)
-        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
 
     @cached_property
     def choices(self) -> tuple[str, ...]:

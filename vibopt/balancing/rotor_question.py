@@ -10,9 +10,8 @@ from typing import cast
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.fan import Fan
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.plane_options import Options, counted, options_of
+from vibopt.balancing.plane_options import Options, choices_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
@@ -42,10 +41,7 @@ class Posed:
 
 def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle: Sequence[int] = ()) -> Posed:
     """The question of a job; rows for the scatter are added where the goal is robust, and `idle` planes get nothing."""
-    stock = counted([plane for plane in job.planes if plane.is_discrete])
-    options = tuple(
-        options_of(plane, job.conventions, tuple(stock)) if plane.is_discrete else None for plane in job.planes
-    )
+    options, choices = choices_of(job.planes, job.conventions)
     question = Question(
         y0=identified.y0,
         H=identified.H,
@@ -53,36 +49,16 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         limits=row_limits(job),
         caps=caps(job),
         total_cap=min((one.at_most for one in job.correction_limits if one.plane is None), default=inf),
-        sectors=tuple(() if plane.is_discrete else plane.internal_sectors(job.conventions) for plane in job.planes),
-        options=tuple(None if one is None else one.u for one in options),
         goal=cast(Goal, job.goal.goal),
         huber=job.goal.huber,
-        mass_per_unbalance=np.array([1.0 / plane.radius for plane in job.planes]),
-        option_masses=tuple(None if one is None else one.masses for one in options),
-        stock=np.array(list(stock.values())),
-        option_uses=tuple(None if one is None else one.uses for one in options) if stock else (),
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
+        **choices,
     )
-    question = replace(question, options=()) if not question.is_discrete else question
     question = without_plane(question, idle) if len(idle) else question
-    fans = tuple(_fan(plane, job) for plane in job.planes)
-    question = replace(question, fans=fans) if any(one is not None for one in fans) else question
     return Posed(
         _robust(job, identified, noise, question), options, len(identified.y0),
         lambda other: pose(other, identified, noise, idle),
     )  # fmt: skip
-
-
-def _fan(plane: Plane, job: RotorJob) -> Fan | None:
-    """The holes of a plane whose weight is cut in two, and the most that each of them takes."""
-    if not plane.split or plane.keep or plane.is_discrete:
-        return None
-    turn = np.pi if plane.remove else 0.0
-    angles = [
-        float(np.angle(job.conventions.weight(1.0, hole))) + turn for hole in plane.holes if plane.may_sit_at(hole)
-    ]
-    each = plane.drill.deepest / plane.drill.depth(1.0) * plane.radius if plane.drill is not None else inf
-    return Fan.of(angles, each)
 
 
 def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:
@@ -132,9 +108,7 @@ def caps(job: RotorJob) -> FloatArray:
 def _cap(job: RotorJob, index: int, plane: Plane) -> float:
     if plane.keep:
         return 0.0
-    own = min([plane.cap, *(one.at_most for one in job.correction_limits if one.plane == index)])
-    if plane.drill is not None and not plane.is_discrete and not plane.split:
-        own = min(own, plane.drill.deepest / plane.drill.depth(1.0))
+    own = min([plane.most, *(one.at_most for one in job.correction_limits if one.plane == index)])
     return own * plane.radius
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import model_validator
 
+from vibopt.balancing.planes import MASS
 from vibopt.document.mistakes import Mistakes, Path, validated
 from vibopt.errors import QuantityError
 from vibopt.values import Fact, Table, number
@@ -70,6 +71,8 @@ class PlaneTable(Table):
     remove: bool = False
     drill: Any = None
     keep: bool = False
+    bare: ClassVar[str] = MASS
+    """What a plane without a radius counts in."""
 
 
 class SensorTable(Table):

@@ -36,8 +36,7 @@ def solver_of(job: Any, method: str) -> Callable[..., Any]:
             opened = posed(job)
             (opened.cvxpy if method == CVXPY else opened.casadi)()
         return {CVXPY: engine.least, IPOPT: _engine_by_ipopt}[method]
-    planes = job.planes if type(job).__name__ == "RotorJob" else [spot.plane for spot in job.spots]
-    paths = tuple(f"planes.{plane.name}" for plane in planes)
+    paths = tuple(f"planes.{plane.name}" for plane in job.planes)
     run = {CVXPY: _cvxpy, IPOPT: _ipopt}[method]
 
     def solver(question: Question) -> Solved:

@@ -71,7 +71,7 @@ def _cap_word(kind: str) -> str:
 
 
 def _known(job: KnownJob) -> Posed:
-    if not job.spots or job.goal is None:
+    if not job.planes or job.goal is None:
         return refused(job.name, "nothing is to be corrected")
     return _of_weights(job.name, named_known(job))
 
@@ -84,7 +84,7 @@ def named_known(job: KnownJob) -> Named:
     from vibopt.posed.weights import Named
 
     question = complete(job, pose(job)[0])
-    limits, caps = [], [f"planes.{one.plane.name}.weight" for one in job.spots]
+    limits, caps = [], [f"planes.{one.name}.weight" for one in job.planes]
     total = "limits.total"
     bare = pose(replace(job, limits={}))[0]
     for name, table in job.limits.items():
@@ -98,7 +98,7 @@ def named_known(job: KnownJob) -> Named:
     if not limits and np.isfinite(question.limits).any():
         rows = np.flatnonzero(np.isfinite(question.limits))
         limits.append(("complete balance", rows, question.limits[rows]))
-    return Named.of(question, tuple(f"planes.{one.plane.name}" for one in job.spots), limits, caps, total)
+    return Named.of(question, tuple(f"planes.{one.name}" for one in job.planes), limits, caps, total)
 
 
 def _engine(job: EngineJob) -> Posed:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry
 from vibopt.answer.plan import PlaneAnswer, RowAnswer, Weight
-from vibopt.balancing.conventions import MARK
+from vibopt.balancing.conventions import MARK, Conventions
 from vibopt.balancing.figures.drawing import (
     Bar,
     Dial,
@@ -47,7 +47,7 @@ def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | No
     job = plan.job
     several = len(plan.plan.fittings) > 1
     discs = [
-        disc(job, plane, answer, f", answer {number}" if several else "")
+        disc(job.conventions, plane, answer, f", answer {number}" if several else "")
         for number, fitting in enumerate(plan.plan.fittings, start=1)
         for plane, answer in zip(job.planes, fitting.planes, strict=True)
     ]
@@ -129,14 +129,14 @@ def _caption(job: RotorJob, dials: bool) -> str:
     return f"{words}\nReadings: phase {job.conventions.phase}, counted {sense}."
 
 
-def disc(job: RotorJob, plane: Plane, answer: PlaneAnswer, which: str = "") -> Disc:
+def disc(spoken: Conventions, plane: Plane, answer: PlaneAnswer, which: str = "") -> Disc:
     """A plane with what happens in it."""
     look = "away" if answer.action == "remove" else "fit"
     spots = tuple(
         Spot(one.angle % tau, _words(one, answer.mass), look, _part(one.radius, plane)) for one in answer.weights
     )
     title = f"Plane {answer.name}{which}"
-    return Disc(title, job.conventions.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
+    return Disc(title, spoken.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
 
 
 def _part(radius: float | None, plane: Plane) -> float:

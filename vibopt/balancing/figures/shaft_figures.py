@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Sequence
+from dataclasses import replace
 from math import tau
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,11 @@ from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.figures.drawing import AFTER, BEFORE, Bar, Disc, bars, draw_disc, height, key, pad_more
 from vibopt.balancing.figures.drawing import Spot as Placed
-from vibopt.balancing.known.known_job import KnownJob, Spot
+from vibopt.balancing.figures.rotor_figure import disc
+from vibopt.balancing.known.correct import AS_WRITTEN
+from vibopt.balancing.known.known_job import KnownJob
 from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, dress, sheet
 from vibopt.units import best_unit, to_unit
-from vibopt.units.showing import show_angle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +30,10 @@ def known_figure(outcome: Answer[KnownJob], job: KnownJob, *, compact: bool = Fa
     """The known masses, a disc for each plane, and bars of what was and what is left (not in a compact one)."""
     if outcome.status in ("infeasible", "unbounded"):
         return None
-    discs = [_masses(job), *(_disc(outcome, one) for one in job.spots)]
+    discs = [
+        _masses(job),
+        *(replace(disc(AS_WRITTEN, *both), turns=False) for both in zip(job.planes, outcome.plan.planes, strict=True)),
+    ]
     groups = _groups(outcome, job) if not compact else []
     columns = 3 if compact or len(discs) not in (1, 2, 4) else 2
     count = -(-len(discs) // columns)
@@ -41,23 +45,23 @@ def known_figure(outcome: Answer[KnownJob], job: KnownJob, *, compact: bool = Fa
         draw_disc(figure, grid[divmod(k, columns)] if len(discs) > 1 else grid[0, :], one, WIDTH / columns)
     for index, (unit, rows) in enumerate(groups):
         axes = figure.add_subplot(grid[count + index, :])
-        bars(axes, "" if index else "As found and after" if job.spots else "As found", unit, rows)
+        bars(axes, "" if index else "As found and after" if job.planes else "As found", unit, rows)
     if not compact:
         figure.suptitle(job.title, fontsize=SIZE + 3, color=INK, fontweight="bold")
     caption = "  ".join(("Drawn with the angles counted counter-clockwise from the top.", *job.notes))
-    removed = any(one.plane.remove for one in job.spots)
-    fitted = any(not one.plane.remove for one in job.spots)
+    removed = any(one.remove for one in job.planes)
+    fitted = any(not one.remove for one in job.planes)
     limits = any(row.limit is not None for _, rows in groups for row in rows)
     key(
         figure,
         caption,
-        dials=bool(job.spots),
+        dials=bool(job.planes),
         limits=limits,
         fitted=fitted,
         removed=removed,
         masses=True,
         before=bool(groups),
-        after=bool(job.spots and groups),
+        after=bool(job.planes and groups),
     )
     return figure
 
@@ -69,33 +73,6 @@ def _masses(job: KnownJob) -> Disc:
         Placed(cmath.phase(one.u) % tau, one.name, "there", 0.35 + 0.65 * abs(one.u) / top) for one in job.masses
     )
     return Disc("Known masses", 1, spots, turns=False)
-
-
-def _disc(outcome: Answer[KnownJob], spot: Spot) -> Disc:
-    plane, path = spot.plane, f"planes.{spot.plane.name}"
-    look = "away" if plane.remove else "fit"
-    note, angle = "", outcome.values.get(f"{path}.angle")
-    spots: tuple[Placed, ...] = ()
-    if plane.shelf and f"{path}.weights" in outcome.values:
-        spots = _in_holes(outcome.values[f"{path}.weights"].shown, plane.holes, look)
-    elif angle is not None and isinstance(angle.value, float):
-        amount = outcome.values.get(f"{path}.mass", outcome.values[f"{path}.unbalance"])
-        spots = (Placed(angle.value, f"{amount.shown}\n{angle.shown.replace(' deg', '°')}", look),)
-    if not spots:
-        note = "leave\nuntouched" if plane.keep else "no weight"
-    return Disc(f"Plane {plane.name}", 1, spots, plane.holes, plane.forbidden, note, turns=False)
-
-
-def _in_holes(text: str, holes: Sequence[float], look: str) -> tuple[Placed, ...]:
-    """Weights of the shelf from "50 g in hole 10 (202.5 deg), 20 g in hole 11 (225 deg)"."""
-    spots = []
-    for part in text.split(", "):
-        weight, sign, rest = part.partition(" in hole ")
-        if sign:
-            hole = int(rest.split(" ")[0])
-            angle = show_angle(holes[hole - 1]).replace(" deg", "°")
-            spots.append(Placed(holes[hole - 1], f"{weight}, hole {hole}\n{angle}", look))
-    return tuple(spots)
 
 
 def _groups(outcome: Answer[KnownJob], job: KnownJob) -> list[tuple[str, list[Bar]]]:

@@ -9,8 +9,10 @@ from typing import cast
 
 import numpy as np
 
+from vibopt.answer.plan import PlaneAnswer
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import WITH, Conventions
+from vibopt.balancing.fitting import fitted_planes
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.known.shaft_statics import (
     Aim,
@@ -21,7 +23,7 @@ from vibopt.balancing.known.shaft_statics import (
     middle_and_arm,
     unbalances,
 )
-from vibopt.balancing.plane_options import Options, options_of
+from vibopt.balancing.plane_options import Options, choices_of
 from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.records import dataclass
@@ -39,8 +41,8 @@ class Correction:
         "vector sum", "least mass", "program" or "none".
     prices
         What the goal falls by per unit of each limit [SI], by name.
-    weights
-        Per plane (hole, mass, radius) of each weight; empty where the plane is continuous.
+    planes
+        What is done in each plane.
     """
 
     u: ComplexArray
@@ -48,42 +50,46 @@ class Correction:
     claim: str
     way: str
     prices: dict[str, float]
-    weights: tuple[tuple[tuple[int, float, float], ...], ...] = ()
+    planes: tuple[PlaneAnswer, ...] = ()
 
 
 def correct(job: KnownJob, solver: Solver | None = None) -> Correction:
-    """The best correction under the goal and the limits of the job; `solver` answers its question, whatever it is.
+    """The best correction as weights, under the goal and the limits of the job; `solver` answers its question."""
+    found, options = _corrected(job, solver)
+    return replace(found, planes=fitted_planes(job.planes, AS_WRITTEN, found.u, options))
+
+
+def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequence[Options | None]]:
+    """The correction, and what its planes were chosen from.
 
     Complete balance is a set of linear equations.  Where it has one solution that breaks nothing, that is the answer;
     where it has many, the one with the least mass; where caps, lists or limits stand in the way, the program decides.
     """
     question, options = pose(job)
-    n = len(job.spots)
+    n = len(job.planes)
     if not n or job.goal is None:
-        return Correction(np.zeros(n, dtype=complex), "met", "nothing is corrected: the shaft as it is", "none", {})
+        as_it_is = "nothing is corrected: the shaft as it is"
+        return Correction(np.zeros(n, dtype=complex), "met", as_it_is, "none", {}), (None,) * n
     if not job.choices:
-        return _given(job, options)
-    if solver is None and job.goal.minimise != "reaction" and not question.is_discrete:
+        return _given(options), options
+    if solver is None and job.goal.minimise != "reaction" and not question.is_search:
         exact = _exact(job, question)
         if exact is not None:
-            return exact
+            return exact, options
     if solver is None and job.goal.minimise == "correction" and not np.isfinite(question.limits).any():
-        return _no_balance(job, question)
+        return _no_balance(job, question), options
     solved = solve_question(question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
-    prices = _prices(job, question, solved)
-    weights = tuple(
-        one.weights(solved.chosen[k]) if one is not None and solved.u is not None else ()
-        for k, one in enumerate(options)
-    )
-    return Correction(np.asarray(u), solved.status, solved.claim, "program", prices, weights)
+    if solved.u is not None and question.is_discrete:
+        options = tuple(None if one is None else one.only(k) for one, k in zip(options, solved.chosen, strict=True))
+    found = Correction(np.asarray(u), solved.status, solved.claim, "program", _prices(job, question, solved))
+    return found, options if solved.u is not None else (None,) * n
 
 
-def _given(job: KnownJob, options: Sequence[Options | None]) -> Correction:
+def _given(options: Sequence[Options | None]) -> Correction:
     """The weights that are decided, in planes that are not left untouched."""
     u = np.array([0.0 if one is None else one.u[0] for one in options], dtype=complex)
-    weights = tuple(() if one is None else one.weights(0) for one in options)
-    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", {}, weights)
+    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", {})
 
 
 def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
@@ -92,9 +98,8 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
     known, aim = unbalances(job), aim_of(job)
     rows += [aim.rows] if aim is not None else []
     importance = _importance(aim, [len(one.names) for one in rows])
-    planes = [spot.plane for spot in job.spots]
-    options = tuple(options_of(one, AS_WRITTEN) if one.is_discrete else None for one in planes)
-    caps = np.array([0.0 if one.keep else one.cap * one.radius for one in planes])
+    options, choices = choices_of(job.planes, AS_WRITTEN)
+    caps = np.array([0.0 if one.keep else one.most * one.radius for one in job.planes])
     question = Question(
         y0=np.concatenate([one.masses @ known for one in rows]),
         H=np.concatenate([one.planes for one in rows]).astype(complex),
@@ -102,11 +107,8 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
         limits=_limits(job, rows),
         caps=np.minimum(caps, _own_caps(job)),
         total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
-        sectors=tuple(one.internal_sectors(AS_WRITTEN) for one in planes),
-        options=tuple(None if one is None else one.u for one in options),
         goal=_combined(job, aim),
-        mass_per_unbalance=np.array([1.0 / one.radius for one in planes]),
-        option_masses=tuple(None if one is None else one.masses for one in options),
+        **choices,
     )
     return question, options
 
@@ -159,11 +161,11 @@ def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
 
 def _own_caps(job: KnownJob) -> FloatArray:
     """Caps from limits on the correction of one plane [kg m]."""
-    caps = np.full(len(job.spots), inf)
+    caps = np.full(len(job.planes), inf)
     for table in job.limits.values():
-        for k, spot in enumerate(job.spots):
-            if table.response == "correction" and table.of == spot.plane.name:
-                caps[k] = min(caps[k], table.bound * spot.plane.radius)
+        for k, plane in enumerate(job.planes):
+            if table.response == "correction" and table.of == plane.name:
+                caps[k] = min(caps[k], table.bound * plane.radius)
     return caps
 
 
@@ -283,8 +285,8 @@ def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, floa
         elif table.total:
             found[name] = float(prices.total)
         else:
-            k = next(i for i, spot in enumerate(job.spots) if spot.plane.name == table.of)
-            found[name] = float(prices.caps[k]) * job.spots[k].plane.radius
+            k = next(i for i, plane in enumerate(job.planes) if plane.name == table.of)
+            found[name] = float(prices.caps[k]) * job.planes[k].radius
     if aim is not None:
         found = {name: price * aim.scale for name, price in found.items()}
     return found

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, inf, isfinite, tau
+from typing import Any
 
 from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
+from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.known.correct import Correction, correct
-from vibopt.balancing.known.known_job import KnownJob, Spot
+from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.known.known_tables import KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
     aim_of,
@@ -21,8 +23,7 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
-from vibopt.balancing.plane_options import neighbours
-from vibopt.balancing.planes import MASS, Fitted, Plane
+from vibopt.balancing.planes import MASS, Drill, Plane
 from vibopt.balancing.question_prices import Solver, allowance, clash, left_out
 from vibopt.records import dataclass
 from vibopt.units import show, si_unit
@@ -68,7 +69,7 @@ def prices(
     """
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
         return {}, ()
-    steps = any(spot.plane.is_discrete for spot in job.spots)
+    steps = any(plane.is_discrete for plane in job.planes)
     words, left = {}, []
     for one in (*_limits(job, held), *_caps(job)):
         if not steps and one.measured(job, found) < one.now * (1.0 - _ACTIVE):
@@ -137,29 +138,40 @@ def _limits(job: KnownJob, held: Callable[[KnownJob, Correction, str], Checked])
 
 def _caps(job: KnownJob) -> list[Bound]:
     """Of the planes: the greatest weight, unbalance, or depth of a hole."""
-    return [_cap(job, k) for k, spot in enumerate(job.spots) if isfinite(spot.plane.cap) and not spot.plane.keep]
+    free = [(k, plane) for k, plane in enumerate(job.planes) if not plane.keep]
+    drilled = [(k, plane.drill) for k, plane in free if plane.drill is not None and not plane.is_discrete]
+    return [
+        *(_cap(job, k) for k, plane in free if isfinite(plane.cap)),
+        *(_depth(job, k, drill) for k, drill in drilled if isfinite(drill.deepest)),
+    ]
 
 
 def _cap(job: KnownJob, k: int) -> Bound:
-    plane = job.spots[k].plane
-    deep = plane.drill is not None and plane.drill.depth(plane.cap) >= plane.drill.deepest * (1.0 - 1e-9)
-    per = plane.drill.depth(1.0) if deep and plane.drill is not None else 1.0
+    plane = job.planes[k]
 
     def measured(_: KnownJob, found: Correction) -> float:
-        own = found.weights[k] if found.weights else ()
-        return per * (sum(mass for _, mass, _ in own) if plane.shelf else plane.amount(complex(found.u[k])))
+        return sum((one.mass for one in found.planes[k].weights), 0.0)
 
-    def moved(value: float) -> KnownJob:
-        spots = list(job.spots)
-        spots[k] = replace(spots[k], plane=replace(plane, cap=value / per))
-        return replace(job, spots=tuple(spots))
-
-    key, dimension, unit = ("drill", "length", "mm") if deep else (_key(plane), plane.dimension, plane.unit)
-    return Bound(f"planes.{plane.name}.{key}", per * plane.cap, unit, dimension, measured, moved)
+    key = "unbalance" if "unbalance" in job.document["planes"][plane.name] else "weight"
+    path = f"planes.{plane.name}.{key}"
+    return Bound(path, plane.cap, plane.unit, plane.dimension, measured, lambda cap: _with(job, k, cap=cap))
 
 
-def _key(plane: Plane) -> str:
-    return "weight" if plane.unit and plane.dimension == "mass" else "unbalance"
+def _depth(job: KnownJob, k: int, drill: Drill) -> Bound:
+    def measured(_: KnownJob, found: Correction) -> float:
+        return max((drill.depth(one.mass) for one in found.planes[k].weights), default=0.0)
+
+    def moved(deepest: float) -> KnownJob:
+        return _with(job, k, drill=replace(drill, deepest=deepest))
+
+    return Bound(f"planes.{job.planes[k].name}.drill", drill.deepest, "mm", "length", measured, moved)
+
+
+def _with(job: KnownJob, k: int, **changes: Any) -> KnownJob:
+    """The job with one plane changed."""
+    planes = list(job.planes)
+    planes[k] = replace(planes[k], **changes)
+    return replace(job, planes=tuple(planes))
 
 
 def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
@@ -200,6 +212,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         method=found.way,
         notes=(*job.notes, *_notes(job, found), *unpriced),
         prices={path: Price(one) for path, one in words.items()},
+        plan=Plan((Fitting(found.planes, (), found.u),)),
     )
 
 
@@ -212,7 +225,7 @@ def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tup
     speed2 = job.speed**2 if job.speed is not None else 1.0
     size = (abs(unbalances(job)).sum() + abs(found.u).sum()) * speed2 or 1.0
     middle, _ = middle_and_arm(job)
-    places = [one.at for one in job.masses] + [one.at for one in job.spots]
+    places = [one.at for one in job.masses] + [one.place for one in job.planes]
     length = max(abs(at - middle) for at in places) or 1.0
     misfit = max(abs(force - abs(static) * speed2), abs(moment - abs(couple) * speed2) / length) / size
     if max(misfit, equilibrium(job, found.u)) > _TINY:
@@ -238,7 +251,7 @@ def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
         return None
     aim = aim_of(job)
     if aim is None:
-        return "correction", Entry(_total(job, found), "mass")
+        return "correction", Entry(_total(found), "mass")
     size = float(abs(unbalances(job)).sum()) * aim.scale
     return aim.name, Entry(_clean(aim.value(job, found.u), size), aim.dimension)
 
@@ -253,24 +266,20 @@ def _limit(job: KnownJob, found: Correction, name: str) -> Checked:
     return _held(job, found, name, job.limits[name])
 
 
-def _total(job: KnownJob, found: Correction) -> float:
-    return sum(amounts(job, found))
+def _total(found: Correction) -> float:
+    return sum(amounts(found), 0.0)
 
 
-def amounts(job: KnownJob, found: Correction) -> list[float]:
-    """Mass per plane [kg] (unbalance [kg m] where a plane has no radius); of all weights where it takes several."""
-    weights = found.weights or ((),) * len(job.spots)
-    return [
-        sum(mass for _, mass, _ in own) if own else spot.plane.amount(z)
-        for spot, z, own in zip(job.spots, found.u, weights, strict=True)
-    ]
+def amounts(found: Correction) -> list[float]:
+    """Mass per plane [kg] (unbalance [kg m] where a plane has no radius), of all its weights."""
+    return [sum((weight.mass for weight in one.weights), 0.0) for one in found.planes]
 
 
 def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
     """Every number by its path."""
     values: dict[str, Value] = {}
-    for k, spot in enumerate(job.spots):
-        values.update(_plane_values(spot, complex(found.u[k]), found.weights[k] if found.weights else ()))
+    for plane, one in zip(job.planes, found.planes, strict=True):
+        values.update(_plane_values(plane, one))
     for when, u in (("as_found", 0.0 * found.u), ("residual", found.u)):
         static, couple = left_over(job, u)
         size = float(abs(unbalances(job)).sum())
@@ -287,41 +296,33 @@ def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
             values[f"{path}.reaction"] = Entry(value, "force")
             if value:
                 values[f"{path}.angle"] = direction_of(force)
-        if not job.spots:
+        if not job.planes:
             break
     return values
 
 
-def _plane_values(spot: Spot, u: complex, weights: tuple[tuple[int, float, float], ...]) -> dict[str, Value]:
+def _plane_values(plane: Plane, answer: PlaneAnswer) -> dict[str, Value]:
     """Mass, angle, hole and depth of one plane; where material is removed, of the material to take away."""
-    plane, path = spot.plane, f"planes.{spot.plane.name}"
-    where = -u if plane.remove else u
+    path, u, weights = f"planes.{plane.name}", answer.u, answer.weights
     values: dict[str, Value] = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
     if plane.kind == MASS:
-        mass = sum(m for _, m, _ in weights) if weights else plane.amount(u)
-        values[f"{path}.mass"] = Entry(mass, "mass", plane.unit)
+        values[f"{path}.mass"] = Entry(sum((one.mass for one in weights), 0.0), "mass", plane.unit)
     if abs(u) > 0.0:
-        values[f"{path}.angle"] = direction_of(where)
+        values[f"{path}.angle"] = direction_of(-u if plane.remove else u)
     if plane.remove:
         values[f"{path}.action"] = Word("remove material here")
     if plane.drill is not None:
-        values[f"{path}.depth"] = Entry(plane.drill.depth(plane.amount(u)), "length", "mm")
-    if plane.shelf or any(one.hole is not None for one in plane.fitted or ()) or len(plane.fitted or ()) > 1:
-        own = plane.fitted or [None] * len(weights)
-        said = ", ".join(_weight_words(plane, *one) for one in zip(weights, own, strict=True))
-        values[f"{path}.weights"] = Word(said or "none")
-    elif plane.holes and abs(u) > 0.0:
-        one, other = neighbours(plane, float(direction_of(where).value))
-        said = f"between hole {one + 1} and hole {other + 1}" if one != other else f"hole {one + 1}"
-        values[f"{path}.holes"] = Word(said)
+        values[f"{path}.depth"] = Entry(max((one.depth or 0.0 for one in weights), default=0.0), "length", "mm")
+    if plane.shelf or len(weights) > 1 or any(one.hole is not None for one in weights):
+        values[f"{path}.weights"] = Word(", ".join(_weight_words(plane, one) for one in weights) or "none")
     return values
 
 
-def _weight_words(plane: Plane, weight: tuple[int, float, float], decided: Fitted | None) -> str:
+def _weight_words(plane: Plane, weight: Weight) -> str:
     """ "5 g in hole 7 (105 deg)", or away from holes "5 g @ 105 deg"."""
-    hole, mass, _ = weight
-    where = f"in hole {hole + 1} ({_degrees(plane.holes[hole])})" if hole >= 0 or decided is None else ""
-    return f"{plane.show(mass)} {where or f'@ {_degrees(decided.angle) if decided else 0.0}'}"
+    turned = _degrees(weight.angle)
+    where = f"@ {turned}" if weight.hole is None else f"in hole {weight.hole + 1} ({turned})"
+    return f"{plane.show(weight.mass)} {where}"
 
 
 def _degrees(turn: float) -> str:
@@ -346,7 +347,7 @@ def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -
         place = f"of {table.of}" if table.of else ""
         value = _clean(all_forces[table.of] if table.of else max(all_forces.values()), size * (job.speed or 1.0) ** 2)
     else:
-        masses = dict(zip((spot.plane.name for spot in job.spots), amounts(job, found), strict=True))
+        masses = dict(zip((plane.name for plane in job.planes), amounts(found), strict=True))
         place = f"of {table.of}" if table.of else "in total"
         value = masses[table.of] if table.of else sum(masses.values())
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)

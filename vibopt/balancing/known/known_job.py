@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Mapping
-from dataclasses import field, replace
-from math import inf, pi
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 from typing import Any, ClassVar, TypeVar
 
-from vibopt.balancing.fitted import with_fitted
 from vibopt.balancing.known.known_tables import (
     KnownGoalTable,
     KnownLimitTable,
@@ -16,11 +14,12 @@ from vibopt.balancing.known.known_tables import (
     MassTable,
     ShaftTable,
 )
-from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane
+from vibopt.balancing.parse_machine import read_planes
+from vibopt.balancing.planes import Corrected, Plane
 from vibopt.balancing.rotor_tables import named_tables, read_table
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
-from vibopt.values import Choice, Table
+from vibopt.values import Table
 
 KEYS = (
     "title", "statement", "source", "conventions", "shaft", "masses", "planes", "limits", "measures", "goal",
@@ -47,16 +46,8 @@ class Bearing:
     at: float
 
 
-@dataclass(frozen=True, slots=True)
-class Spot:
-    """A correction plane and its axial place [m]."""
-
-    plane: Plane
-    at: float
-
-
 @dataclass(frozen=True)
-class KnownJob:
+class KnownJob(Corrected):
     """Known masses on a shaft, where corrections may go, and what is asked of them.
 
     flat
@@ -74,7 +65,7 @@ class KnownJob:
     name: str
     title: str
     masses: tuple[Mass, ...]
-    spots: tuple[Spot, ...]
+    planes: tuple[Plane, ...]
     bearings: tuple[Bearing, ...]
     speed: float | None
     flat: bool
@@ -88,8 +79,7 @@ class KnownJob:
     @property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
-        free = [one.plane for one in self.spots if one.plane.is_open]
-        return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
+        return tuple(f"planes.{one.name}.{word}" for one in self.planes if one.is_open for word in one.chosen_words)
 
     @property
     def aim(self) -> str:
@@ -97,20 +87,9 @@ class KnownJob:
         return self.goal.minimise if self.goal is not None else ""
 
     @property
-    def decided_at(self) -> tuple[str, ...]:
-        """Where the weights stand that are chosen freely, once they are decided."""
-        free = [one.plane for one in self.spots if one.plane.is_open and not one.plane.shelf]
-        return tuple(f"planes.{one.name}.{one.kind_word}." for one in free)
-
-    def beyond(self, decided: KnownJob) -> list[str]:
-        """Planes whose decided weights are not among those that this job may choose, by path."""
-        pairs = [(mine.plane, its.plane) for mine, its in zip(self.spots, decided.spots, strict=True)]
-        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
-
-    @property
     def results(self) -> tuple[str, ...]:
         """What the paths of that begin which the answer measures."""
-        return ("residual." if self.spots else "as_found.",)
+        return ("residual." if self.planes else "as_found.",)
 
 
 def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
@@ -133,20 +112,15 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
             mistakes.unknown_key((key,), list(KEYS))
     shaft = read_table(ShaftTable, document.get("shaft", {}), ("shaft",), mistakes)
     masses = read_tables(document, "masses", MassTable, mistakes)
-    planes = read_tables(document, "planes", KnownPlaneTable, mistakes)
+    planes = read_planes(document, mistakes, KnownPlaneTable)
     limits = read_tables(document, "limits", KnownLimitTable, mistakes)
     measures = read_tables(document, "measures", KnownLimitTable, mistakes)
     goal = read_table(KnownGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
     notes = _conventions(document.get("conventions", {}), mistakes)
     mistakes.raise_any()
     assert shaft is not None
+    assert planes is not None
     _check(shaft, masses, planes, limits, measures, goal, mistakes)
-    mistakes.raise_any()
-    given = document.get("planes", {})
-    spots = tuple(
-        Spot(with_fitted(("planes", name), plane_of(name, one), given[name], mistakes), _at(one))
-        for name, one in planes.items()
-    )
     mistakes.raise_any()
     if not planes:
         goal = None
@@ -156,40 +130,16 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         name=mistakes.name,
         title=str(document.get("title", mistakes.name)),
         masses=tuple(Mass(n, cmath.rect(m.size, m.angle.value), _at(m)) for n, m in masses.items()),
-        spots=spots,
+        planes=planes,
         bearings=tuple(Bearing(n, at) for n, at in shaft.bearings.items()),
         speed=None if shaft.speed is None else shaft.speed.value,
-        flat=all(m.at is None for m in masses.values()) and all(p.at is None for p in planes.values()),
+        flat=all(one.at is None for one in masses.values()) and all(one.at is None for one in planes),
         limits=limits,
         measures=measures,
         goal=goal,
         notes=notes,
         expected=tuple(document.get("expected", ())),
         document=document,
-    )
-
-
-def plane_of(name: str, table: KnownPlaneTable) -> Plane:
-    """The plane in SI; a drill that must not go deeper caps its mass."""
-    kind = MASS if table.radius is not None else UNBALANCE
-    drill = table.drill and Drill(
-        table.drill.diameter.value, table.drill.density.value, table.drill.deepest.value if table.drill.deepest else inf
-    )
-    cap = table.weight.high if isinstance(table.weight, Choice) else inf
-    if isinstance(table.unbalance, Choice):
-        cap = min(cap, table.unbalance.high / (table.radius.value if table.radius is not None else 1.0))
-    if drill and drill.deepest < inf:
-        cap = min(cap, drill.deepest * drill.density * 0.25 * pi * drill.diameter**2)
-    unit = table.weight.unit if isinstance(table.weight, Choice) else ""
-    plane = Plane(name, kind, unit=unit, cap=cap, remove=table.remove, keep=table.keep, drill=drill or None)
-    return replace(
-        plane,
-        radii=(table.radius.value,) if table.radius is not None else (),
-        length_unit=table.radius.unit if table.radius is not None else "mm",
-        holes=tuple(table.holes or ()),
-        shelf=table.weights,
-        most_weights=table.most_weights,
-        forbidden=tuple(table.forbidden),
     )
 
 
@@ -200,7 +150,7 @@ def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mist
     return {name: table for name, table in found.items() if table is not None}
 
 
-def _at(table: MassTable | KnownPlaneTable) -> float:
+def _at(table: MassTable) -> float:
     return 0.0 if table.at is None else table.at.value
 
 
@@ -221,7 +171,7 @@ def _conventions(given: Any, mistakes: Mistakes) -> tuple[str, ...]:
 def _check(
     shaft: ShaftTable,
     masses: Mapping[str, MassTable],
-    planes: Mapping[str, KnownPlaneTable],
+    planes: Sequence[Plane],
     limits: Mapping[str, KnownLimitTable],
     measures: Mapping[str, KnownLimitTable],
     goal: KnownGoalTable | None,
@@ -230,8 +180,8 @@ def _check(
     """What the tables say of each other."""
     if not masses:
         mistakes.add(("masses",), "there is no mass on the shaft. Write [masses.NAME] with mass, radius and angle.")
-    placed: dict[tuple[str, str], MassTable | KnownPlaneTable] = {("masses", n): m for n, m in masses.items()}
-    placed.update({("planes", n): p for n, p in planes.items()})
+    placed: dict[tuple[str, str], MassTable | Plane] = {("masses", n): m for n, m in masses.items()}
+    placed.update({("planes", one.name): one for one in planes})
     if any(one.at is not None for one in placed.values()) or shaft.bearings:
         for path, one in placed.items():
             if one.at is None:
@@ -254,7 +204,7 @@ def _check_limit(
     path: tuple[str, str],
     table: KnownLimitTable,
     shaft: ShaftTable,
-    planes: Mapping[str, KnownPlaneTable],
+    planes: Sequence[Plane],
     mistakes: Mistakes,
 ) -> None:
     """Whether a limit speaks of something that is there."""
@@ -266,5 +216,9 @@ def _check_limit(
             mistakes.add(path, f"{'.'.join(path)} needs [shaft] with {example}.")
         elif table.of is not None and table.of not in shaft.bearings:
             mistakes.unknown_name((*path, "of"), table.of, "bearing", list(shaft.bearings))
-    elif table.response == "correction" and table.of is not None and table.of not in planes:
-        mistakes.unknown_name((*path, "of"), table.of, "plane", list(planes))
+    elif (
+        table.response == "correction"
+        and table.of is not None
+        and table.of not in (names := [one.name for one in planes])
+    ):
+        mistakes.unknown_name((*path, "of"), table.of, "plane", names)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from math import tau
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from vibopt.balancing.fitted import is_fitted
-from vibopt.balancing.plane_options import ALL_FORBIDDEN, KEPT_AND_REMOVED, listed_twice
-from vibopt.balancing.planes import open_arcs, read_arc
+from vibopt.balancing.planes import UNBALANCE
+from vibopt.balancing.rotor_tables import PlaneTable
 from vibopt.errors import QuantityError
 from vibopt.units import read_quantity
-from vibopt.values import Choice, Fact, Table, number
+from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint, word
 
 _DIMENSION_OF = {
@@ -85,140 +83,20 @@ class MassTable(Table):
         return -full if self.removed else full
 
 
-class DrillTable(Table):
-    """drill = { diameter, density }: turns a removed mass into the depth of a flat-bottomed hole.
-
-    Keys
-    ----
-    diameter: Of the drill.
-    density: Of the material.
-    deepest: The deepest hole that is allowed.
-    """
-
-    diameter: Fact = number("length", choice=False, required=True)
-    density: Fact = number("density", choice=False, required=True)
-    deepest: Fact | None = number("length", choice=False)
-
-
-class Decided(Table):
-    """The weights of a plane where they are no range to choose from: texts as those of runs are written."""
-
-    texts: Any
-
-
-class KnownPlaneTable(Table):
+class KnownPlaneTable(PlaneTable):
     """[planes.NAME]: where a correction may be fitted, and what there is to fit.
 
     Keys
     ----
     at: Place along the shaft.
-    radius: Where weights sit: `radius = "50 mm"`. Without it a plane counts in unbalance alone.
+    radius: Where weights sit, one length or a list to choose from; without it a plane counts in unbalance alone:
+        `radius = "50 mm"`.
     weight: The most that may be fitted, `weight = { from = "0 g", to = "60 g" }`; or weights that are fitted, "10 g
         @ 270 deg".
-    unbalance: Instead of `weight` the most mass times radius: `unbalance = { from = "0 g mm", to = "5000 g mm" }`.
-    holes: A count, the first hole at 0 deg, or their angles: `holes = 24`. Needs a shelf.
-    shelf: The weights there are, one a hole: `shelf = ["5 g", "10 g", "20 g"]`. Needs holes and a radius.
-    most_weights: How many weights may be fitted in this plane.
-    forbidden: Sectors without weights; "350..10 deg" goes through zero: `forbidden = ["80..110 deg"]`.
-    remove: Material is taken away, on the other side: `remove = true`. Not beside a shelf.
-    drill: Says the depth of what is removed: `drill = { diameter = "10 mm", density = "7850 kg/m³" }`.
-    keep: The plane stays untouched: `keep = true`.
     """
 
     at: Fact | None = number("length", choice=False, sign="any")
-    radius: Fact | None = number("length", choice=False)
-    weight: Fact | Choice | Decided | None = number("mass")
-    unbalance: Fact | Choice | Decided | None = number("unbalance")
-    holes: Any = None
-    shelf: list[str] = Field(default_factory=list)
-    most_weights: int = 1
-    forbidden: list[Any] = Field(default_factory=list)
-    remove: bool = False
-    drill: DrillTable | None = None
-    keep: bool = False
-
-    @model_validator(mode="before")
-    @classmethod
-    def _decided(cls, given: Any) -> Any:
-        if not isinstance(given, dict):
-            return given
-        return {
-            key: Decided(texts=one) if key in ("weight", "unbalance") and is_fitted(one) else one
-            for key, one in given.items()
-        }
-
-    @field_validator("weight", "unbalance")
-    @classmethod
-    def _cap(cls, given: Any) -> Any:
-        if isinstance(given, Fact):
-            raise word(
-                'is one value, but a plane needs the range to choose from. Write { from = "0 g", to = "60 g" }, or '
-                'the weight that is fitted with its angle, "10 g @ 270 deg".'
-            )
-        return given
-
-    @field_validator("holes")
-    @classmethod
-    def _angles(cls, given: Any) -> tuple[float, ...] | None:
-        """Angles [rad]; a count starts at zero."""
-        if isinstance(given, int) and not isinstance(given, bool) and given > 0:
-            return tuple(tau * k / given for k in range(given))
-        if isinstance(given, list) and given:
-            holes = tuple(quantity(one, "angle") for one in given)
-            if twice := listed_twice(holes):
-                raise complaint(twice)
-            return holes
-        raise complaint('is neither a number of holes nor a list of angles. Write 24, or ["0 deg", "30 deg"].')
-
-    @field_validator("shelf")
-    @classmethod
-    def _weights(cls, given: list[str]) -> list[str]:
-        for one in given:
-            if quantity(one, "mass") <= 0.0:
-                raise complaint(f'holds "{one}", which is no weight. Write the mass of each, shelf = ["5 g", "10 g"].')
-        return given
-
-    @field_validator("forbidden")
-    @classmethod
-    def _sectors(cls, given: list[Any]) -> list[tuple[float, float]]:
-        try:
-            return [read_arc(one) for one in given]
-        except QuantityError as error:
-            raise complaint(f"holds a sector that {error.complaint}") from None
-
-    @model_validator(mode="after")
-    def _fits(self) -> KnownPlaneTable:
-        for wrong, sentence in (
-            (
-                self.holes is not None and not self.shelf and not self.is_decided,
-                'has holes but no weights to put in. Write shelf = ["5 g", "10 g"].',
-            ),
-            (bool(self.shelf) and self.holes is None, "has weights on the shelf but no holes. Write holes = 24."),
-            (self.radius is None and bool(self.shelf), 'has weights but no radius. Write radius = "150 mm".'),
-            (self.drill is not None and not self.remove, "has a drill but adds weights. Write remove = true."),
-            (self.radius is None and self.drill is not None, 'has a drill but no radius. Write radius = "150 mm".'),
-            (
-                self.radius is None and self.weight is not None,
-                'limits its weight but has no radius. Write radius = "150 mm", or limit unbalance.',
-            ),
-            (self.remove and bool(self.shelf), "removes material and has weights on the shelf. Keep one of them."),
-            (self.holes is None and not open_arcs(self.forbidden), ALL_FORBIDDEN),
-            (self.keep and self.remove, KEPT_AND_REMOVED),
-            (self.most_weights < 1, "has most_weights below 1. Write 1, or keep = true where nothing may change."),
-        ):
-            if wrong:
-                raise word(sentence)
-        return self
-
-    @property
-    def is_decided(self) -> bool:
-        """Whether its weights are given."""
-        return isinstance(self.weight, Decided) or isinstance(self.unbalance, Decided)
-
-    @property
-    def weights(self) -> tuple[float, ...]:
-        """Masses on the shelf [kg]."""
-        return tuple(sorted({quantity(one, "mass") for one in self.shelf}))
+    bare: ClassVar[str] = UNBALANCE
 
 
 class KnownLimitTable(Table):

@@ -29,7 +29,7 @@ def middle_and_arm(job: KnownJob) -> tuple[float, float]:
     """Place about which the couple is taken, and the arm it is divided by [m]."""
     places = [one.at for one in job.bearings]
     if not places:
-        places = [one.at for one in job.masses] + [one.at for one in job.spots]
+        places = [one.at for one in job.masses] + [one.place for one in job.planes]
     low, high = min(places), max(places)
     return 0.5 * (low + high), 0.5 * (high - low) or 1.0
 
@@ -38,7 +38,7 @@ def balance_rows(job: KnownJob) -> Rows:
     """Static, and unless all is in one plane, couple over arm [kg m]."""
     middle, arm = middle_and_arm(job)
     mass_at = np.array([one.at for one in job.masses])
-    plane_at = np.array([one.at for one in job.spots])
+    plane_at = np.array([one.place for one in job.planes])
     names, masses, planes = ["static"], [np.ones_like(mass_at)], [np.ones_like(plane_at)]
     if not job.flat:
         names.append("couple")
@@ -52,7 +52,7 @@ def bearing_rows(job: KnownJob) -> Rows:
     first, second = job.bearings
     span = second.at - first.at
     mass_at = np.array([one.at for one in job.masses])
-    plane_at = np.array([one.at for one in job.spots])
+    plane_at = np.array([one.place for one in job.planes])
     return Rows(
         (first.name, second.name),
         np.array([(second.at - mass_at) / span, (mass_at - first.at) / span]),
@@ -140,7 +140,7 @@ def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[floa
     1 rad/s where there is no speed.  No vector sum of the optimiser is used; a balanced shaft shows zero for both.
     """
     middle, _ = middle_and_arm(job)
-    points = [(one.u, one.at) for one in job.masses] + [(z, s.at) for z, s in zip(u, job.spots, strict=True)]
+    points = [(one.u, one.at) for one in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
     speed2 = job.speed**2 if job.speed is not None else 1.0
     force = couple = 0.0
     for step in range(steps):
@@ -157,7 +157,7 @@ def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[floa
 
 def equilibrium(job: KnownJob, u: ComplexArray) -> float:
     """Force and moment (about the first bearing) that the reactions leave over, relative to all forces."""
-    points = [(one.u, one.at) for one in job.masses] + [(z, s.at) for z, s in zip(u, job.spots, strict=True)]
+    points = [(one.u, one.at) for one in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
     back = reactions(job, u)
     if not back or job.speed is None:
         return 0.0
