@@ -73,6 +73,7 @@ rounding = click.option(
     '"50 kN/m" for steps; may be repeated.',
 )
 force = click.option("--force", is_flag=True, help="Write over a file that vibopt did not write.")
+fresh = click.option("--fresh", is_flag=True, help="Solve again, whatever the last answer to the same content was.")
 keep_design = click.option("--keep-design", is_flag=True, help="The design is bought: measure it, choose nothing anew.")
 
 

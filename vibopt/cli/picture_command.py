@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import Answer
-from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
+from vibopt.cli.answer_cache import Asked
+from vibopt.cli.options import Once, as_json, changes, file, force, fresh, limited, method, read_job, rounding
 from vibopt.cli.output import say, say_json
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, format_of, write_file
@@ -56,6 +57,7 @@ def _map_of(args: list[str]) -> Iterator[str]:
 @method
 @limited
 @changes
+@fresh
 @force
 @as_json
 def plot(
@@ -64,6 +66,7 @@ def plot(
     as_map: str | None,
     method: str | None,
     changes: tuple[str, ...],
+    fresh: bool,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -75,11 +78,11 @@ def plot(
 
     Exit code: that of the answer.
     """
-    from vibopt.cli.solve_command import answer
+    from vibopt.cli.solve_command import answered
 
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
-    found = answer(job, method)
+    found = answered(Asked(file, job, changes, method), fresh=fresh)
     write_file(target, _drawn(found, job, as_map, format_of(target, FORMATS)))
     return _done(found, target, as_json)
 
@@ -158,6 +161,7 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
 @limited
 @changes
 @rounding
+@fresh
 @force
 @as_json
 def report(
@@ -167,6 +171,7 @@ def report(
     method: str | None,
     changes: tuple[str, ...],
     rounding: tuple[str, ...],
+    fresh: bool,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -177,7 +182,7 @@ def report(
 
     Exit code: that of the answer.
     """
-    from vibopt.cli.solve_command import answer, with_prices
+    from vibopt.cli.solve_command import answered
 
     if rounding and not sheet:
         raise InputError("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.")
@@ -185,32 +190,31 @@ def report(
     target = checked_target(output, (*PAGES, ".pdf") if sheet else PAGES, force=force)
     found: Answer[Any]
     if sheet:
-        found, page = _sheet(file, target, job, method, changes, rounding)
+        found, page = _sheet(target, Asked(file, job, changes, method), rounding, fresh=fresh)
     else:
-        found = with_prices(answer(job, method))
+        found = answered(Asked(file, job, changes, method), fresh=fresh, prices=True)
         page = _page(found, changes).encode()
     write_file(target, page)
     return _done(found, target, as_json)
 
 
-def _sheet(
-    file: str, target: Path, job: Job, method: str | None, changes: tuple[str, ...], rounding: tuple[str, ...]
-) -> tuple[Answer[Any], bytes]:
+def _sheet(target: Path, asked: Asked, rounding: tuple[str, ...], *, fresh: bool) -> tuple[Answer[Any], bytes]:
     """The page to sign; what cannot be printed is refused before anything is solved."""
     from vibopt.answer.answer import EMPTY
-    from vibopt.cli.solve_command import answer
+    from vibopt.cli.solve_command import answered
     from vibopt.jobs import is_scene
     from vibopt.report.sheet import asks_for_one_design, browser
 
+    job = asked.job
     if is_scene(job):
         asks_for_one_design(job)
     program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
-    found = answer(job, method)
+    found = answered(asked, fresh=fresh)
     if rounding and found.status not in EMPTY:
         from vibopt.study.rounded_plan import drawn
 
         found = drawn(job, found, rounding).design
-    return found, _printed(file, found, program, target, changes)
+    return found, _printed(asked.file, found, program, target, asked.changes)
 
 
 def _printed(file: str, found: Answer[Any], program: str, target: Path, changes: tuple[str, ...]) -> bytes:

@@ -9,9 +9,11 @@ import click
 
 from vibopt.answer.answer import EMPTY, UNPROVEN, Answer
 from vibopt.answer.text import rendered, text_of
+from vibopt.cli.answer_cache import Asked
 from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
+from vibopt.work import seconds_of_each_answer
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
@@ -63,12 +65,13 @@ def solve(
 
         target = checked_target(save, PROBLEMS, force=force)
     learnt = _coefficients(job, save_coefficients, force=force)
-    found: Answer[Any] = answer(job, method)
+    asked = Asked(file, job, changes, method)
+    found = answered(asked, fresh=True)
     drawn = _rounded(found, job, rounding) if rounding else None
     if drawn is not None:
         found = drawn.design
     elif not no_prices:
-        found = with_prices(found)
+        found = answered(asked, fresh=True, prices=found)
     refused = "" if target is None else _save(found, job, drawn, target, changes)
     for place, text in learnt.items():
         from vibopt.files.writing import write_file
@@ -156,21 +159,42 @@ def _rounding(drawn: Rounded, console: Console) -> None:
     section(console, "Rounding", grid(rows, ("", "Exact", "Rounded")))
 
 
-def answer(job: Job, method: str | None = None) -> Answer[Any]:
-    """Solve, with a bar on standard error if it takes long."""
-    from vibopt.cli.progress import Bar
-    from vibopt.jobs import answer as answer_of
+def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -> Answer[Any]:
+    """The answer to a file: the last one to the same content, or solved anew and kept.
 
-    with Bar() as bar:
-        return answer_of(job, method=method, progress=bar)
-
-
-def with_prices(found: Answer[Any]) -> Answer[Any]:
-    """The same answer with what loosening each active limit buys; a balancing answer has its prices already."""
+    Parameters
+    ----------
+    asked
+        The file as it was read.
+    fresh
+        Solve, whatever is kept.
+    prices
+        Whether what loosening each limit buys is wanted too; or the answer to which it is to be added.
+    """
+    from vibopt.cli.answer_cache import keep, kept
     from vibopt.jobs import is_scene
 
-    if not is_scene(found.job):
-        return found
-    from vibopt.study.prices import priced
+    stage = "prices" if prices is not False and is_scene(asked.job) else "answer"
+    if prices is not False and not isinstance(prices, bool) and stage == "answer":
+        return prices  # a balancing answer has its prices already
+    key = "" if seconds_of_each_answer() is not None else asked.key(stage)  # what a clock may end is not kept
+    last = kept(asked, key) if key and not fresh else None
+    if last is not None:
+        return last
+    if stage == "answer":
+        found = _answer(asked)
+    else:
+        from vibopt.study.prices import priced
 
-    return priced(found)
+        found = priced(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
+    keep(asked, stage, found, key)
+    return found
+
+
+def _answer(asked: Asked) -> Answer[Any]:
+    """Solve, with a bar on standard error if it takes long."""
+    from vibopt.cli.progress import Bar
+    from vibopt.jobs import answer
+
+    with Bar() as bar:
+        return answer(asked.job, method=asked.method, progress=bar)

@@ -1,0 +1,190 @@
+"""Answers of the last files, kept by the content of all that was read, so that a report does not solve again."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vibopt.errors import InputError
+from vibopt.files.reading import FileFault, Kind, content_of
+from vibopt.records import dataclass
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
+
+MOST_ANSWERS, MOST_BYTES = 50, 50_000_000
+"""What is kept; the oldest go first."""
+OFF = "VIBOPT_CACHE"
+"""Environment variable that turns it off ("off") or names another folder."""
+_ANY = Kind("a file", 1_000_000_000, "", "")
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What an answer depends on: the file, its changes, the method; `job` is what was read of them."""
+
+    file: str
+    job: Job
+    changes: tuple[str, ...] = ()
+    method: str | None = None
+
+    def key(self, stage: str) -> str:
+        """SHA-256 [hex] of all of it and of the program; "" where a file is gone."""
+        try:
+            held = {name: sha256(content_of(one, _ANY, counts=False)).hexdigest() for name, one in self._files()}
+        except FileFault:
+            return ""
+        told = [_program(), stage, self.job.name, self.method, list(self.changes), held]
+        return sha256(json.dumps(told).encode()).hexdigest()
+
+    def _files(self) -> Iterator[tuple[str, Path]]:
+        from vibopt.document.toml_reading import FileText
+
+        yield "", Path(self.file)
+        for text in _texts(self.job.document):
+            if isinstance(text, FileText):
+                yield str(text), text.folder / text
+            elif self.changes and Path(text).suffix and len(text) < 200 and Path(text).is_file():
+                yield text, Path(text)  # a name that --set has put in
+
+
+def _texts(given: Any) -> Iterator[str]:
+    if isinstance(given, str):
+        yield given
+    elif isinstance(given, Mapping):
+        for one in given.values():
+            yield from _texts(one)
+    elif isinstance(given, (list, tuple)):
+        for one in given:
+            yield from _texts(one)
+
+
+@cache
+def _program() -> list[Any]:
+    """Version of the program, and the state of its files: after a change nothing kept is used."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        told = version("vibopt")
+    except PackageNotFoundError:
+        told = ""
+    home = Path(__file__).parents[1]
+    files = [os.stat(one) for one in home.rglob("*.py")]
+    return [told, str(home), len(files), max(one.st_mtime_ns for one in files), sum(one.st_size for one in files)]
+
+
+def folder() -> Path | None:
+    """Where answers are kept: the user's folder for what may be thrown away; None where nothing is to be kept."""
+    told = os.environ.get(OFF, "")
+    if told.lower() in ("off", "0", "no"):
+        return None
+    if told:
+        return Path(told)
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA", "")
+    elif sys.platform == "darwin":
+        base = str(Path("~/Library/Caches").expanduser())
+    else:
+        base = os.environ.get("XDG_CACHE_HOME", "") or str(Path("~/.cache").expanduser())
+    return Path(base) / "vibopt" / "answers" if base and not base.startswith("~") else None
+
+
+def kept(asked: Asked, key: str) -> Answer[Any] | None:
+    """The answer that was kept under a key; None where there is none, or what is there is damaged."""
+    from vibopt.answer.stored import unpacked
+
+    home = folder()
+    if home is None:
+        return None
+    file = home / f"{key}.json"
+    try:
+        digest, _, text = file.read_text(encoding="utf-8").partition("\n")
+        if digest != sha256(text.encode()).hexdigest():
+            return None
+        found: Answer[Any] = unpacked(json.loads(text), lambda told: _job(asked.job, told))
+        os.utime(file)  # looked at last, thrown away last
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+    return found
+
+
+def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
+    """Keep an answer, if it can be made again and the files still are what they were: their key was `before`."""
+    from vibopt.answer.stored import NotStoredError, alike, packed, unpacked
+    from vibopt.files.writing import replace_file
+
+    home = folder()
+    if home is None or not before or asked.key(stage) != before:
+        return
+    try:
+        data = packed(answer, lambda job: _told(asked.job, job, answer))
+        again = unpacked(data, lambda told: _job(asked.job, told))
+        if not alike(data, packed(again, lambda job: _told(asked.job, job, again))):
+            return
+        text = json.dumps(data)
+        home.mkdir(parents=True, exist_ok=True, mode=0o700)
+        replace_file(home / f"{before}.json", f"{sha256(text.encode()).hexdigest()}\n{text}".encode())
+        _thin(home)
+    except (NotStoredError, OSError, InputError, ValueError, RecursionError):
+        return
+
+
+def _thin(home: Path) -> None:
+    """Throw the oldest away until what is left is within its bounds."""
+    found = []
+    for file in home.iterdir():
+        with suppress(OSError):  # another run has thrown it away
+            found.append((file.stat().st_mtime_ns, file.stat().st_size, file))
+    room, count = MOST_BYTES, 0
+    for _, size, file in sorted(found, key=lambda one: -one[0]):
+        room, count = room - size, count + 1
+        if room < 0 or count > MOST_ANSWERS:
+            with suppress(OSError):
+                file.unlink()
+
+
+def _told(job: Job, made: Any, answer: Answer[Any]) -> Any:
+    """What stands for the job of an answer: itself, or the places and positions chosen in it."""
+    from vibopt.answer.stored import NotStoredError
+
+    if made is job:
+        return None
+    told = {
+        "places": {path: one.value for path, one in answer.places.items()},
+        "positions": {path: one.value.value for path, one in answer.variables.items()},
+    }
+    if _job(job, told).document != made.document:
+        raise NotStoredError("the job of the answer cannot be made again")
+    return told
+
+
+def _job(job: Any, told: Any) -> Any:
+    """The job of an answer, from what stands for it."""
+    if told is None:
+        return job
+    from dataclasses import replace
+
+    from vibopt.scene.open_places import open_places, open_positions, positioned, settled
+
+    made, opened = job, open_positions(job)
+    if opened:
+        if not set(opened) <= set(told["positions"]):
+            raise ValueError("no positions were chosen")
+        made = positioned(made, [told["positions"][path] for path in opened])
+    if open_places(made):
+        fitting = [one for words, one in settled(made) if dict(words) == told["places"]]
+        if not fitting:
+            raise ValueError("no places were chosen")
+        made = fitting[0]
+    return made if made.asked is job else replace(made, asked=job)
+
+
+__all__ = ["MOST_ANSWERS", "MOST_BYTES", "OFF", "Asked", "folder", "keep", "kept"]
