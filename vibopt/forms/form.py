@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
     from vibopt.forms.reduce import Reach
+    from vibopt.forms.tangents import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.signals import Drive
 
@@ -102,6 +103,20 @@ class Form:
             Part of the greatest value that a peak must have to be counted.
         """
         return [Local(log_of(self.value(model, x)), self.slope(model, x), bend=self.bend(model, x))]
+
+    def tangents(
+        self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
+    ) -> Iterator[Tangent]:
+        """What it is no less than where x is off by at most `reach` (n_vars,) of itself; the first is its value at x.
+
+        Only of forms that have `tangents_of`; `level` and `times` [s] say where it is worth looking.
+        """
+        return iter(())
+
+    @property
+    def tangents_of(self) -> tuple[float, ...]:
+        """Signs with which it has tangents: 1 where bounds from below are known, -1 those of its negative."""
+        return ()
 
     def reach(self, model: Model) -> Reach | None:
         """What moves the machine and what is read of it, where no other motion has a part in it."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form
+from vibopt.forms.form import WITHOUT_END, Form
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
+    from vibopt.forms.tangents import Tangent
     from vibopt.mechanics.model import Model
 
 
@@ -45,6 +47,19 @@ class Monomials(Form):
         slope = parts @ self.exponents / parts.sum()
         bend: FloatArray = (self.exponents.T * parts) @ self.exponents / parts.sum() - np.outer(slope, slope)
         return bend
+
+    @property
+    def tangents_of(self) -> tuple[float, ...]:
+        return 1.0, -1.0
+
+    def tangents(
+        self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
+    ) -> Iterator[Tangent]:
+        from vibopt.forms.tangents import Tangent, bent
+
+        parts = self._parts(x)
+        rest = float(np.abs(parts) @ bent(self.exponents, reach))
+        yield Tangent(float(parts.sum()), parts @ self.exponents, rest, np.zeros(len(x)))
 
     def cost(self, model: Model) -> float:
         return 0.02

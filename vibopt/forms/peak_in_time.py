@@ -6,23 +6,27 @@ slope is that of the motion at one time, by complex steps.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, by_differences
+from vibopt.forms.form import WITHOUT_END, Form, by_differences
 from vibopt.records import dataclass
 from vibopt.signals import Output, Segment
 
 if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
+    from vibopt.forms.tangents import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.transient import Peak, Reading, Transient
 
 _STEP = 1e-30
 _KEPT = 64
+_APART = 0.1
+"""Part of its time by which another time must differ from that of a peak to say more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +59,58 @@ class PeakInTime(Form):
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
+
+    @property
+    def tangents_of(self) -> tuple[float, ...]:
+        return (1.0,)
+
+    def tangents(
+        self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
+    ) -> Iterator[Tangent]:
+        """At the time of the peak at x, at each of `times` [s], and early on the way up to a peak above `level`.
+
+        Early, less can have changed.
+        """
+        from vibopt.mechanics.harmonic import mount_count
+
+        peak = self.peak(model, x)
+        if not np.isfinite(peak.value) or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
+            return
+        machine, reading = self.transient(model, model.values(x))
+        size = abs(peak.value)
+        half = 0.5 * (size + level * mount_count(model, self.output, x))
+        early = [machine.placed(machine.first_above(reading, half, peak))] if half < size else []
+        others = [machine.placed(time) for time in times if abs(time - peak.time) > _APART * peak.time]
+        for at in (*early, peak, *others):
+            tangent = self._tangent(model, x, reach, at)
+            if tangent is not None and np.isfinite(tangent.rest):
+                yield tangent
+
+    def _tangent(self, model: Model, x: FloatArray, reach: FloatArray, at: Peak) -> Tangent | None:
+        """At one time; None where the motion follows too suddenly to have one."""
+        from vibopt.forms.tangents import Tangent, bent
+        from vibopt.mechanics.harmonic import mount_count
+        from vibopt.mechanics.nearby import Element, nearby
+
+        p, active = model.values(x), np.flatnonzero(model.exponents.any(axis=1))
+        elements = [Element(int(model.kinds[i]), model.vectors[i], float(self.output.signs[i])) for i in active]
+        near = nearby(*self.transient(model, p), elements, at)
+        if near is None:
+            return None
+        slopes, exponents = np.zeros(len(active)), model.exponents[active]
+        for k, i in enumerate(active):
+            off = p.astype(complex)
+            off[i] *= 1.0 + 1j * _STEP
+            machine, reading = self.transient(model, off)
+            slopes[k] = machine.at(reading, at).imag / _STEP
+
+        def rest(reach: FloatArray) -> float:
+            bends = bent(exponents, reach)
+            return near.rest(p[active] * (np.abs(exponents) @ reach + bends)) + float(np.abs(slopes) @ bends)
+
+        share = float(np.copysign(1.0, near.value)) / mount_count(model, self.output, x)
+        sides = np.array([rest(reach * one) for one in np.eye(len(x))])
+        return Tangent(near.value * share, slopes @ exponents * share, rest(reach) * abs(share), sides * abs(share))
 
     def reach(self, model: Model) -> Reach:
         from vibopt.forms.reduce import driven

@@ -62,7 +62,7 @@ class Greatest:
 def exponential(a: Numbers, at: float = 1.0) -> Numbers:
     """exp(a at), shape of `a`."""
     halvings = _halvings(a)
-    power = _series(a / 2.0**halvings, np.array([at]))
+    power = series(a / 2.0**halvings, np.array([at]))
     for _ in range(halvings):
         power = power @ power
     return np.asarray(power[0])
@@ -151,7 +151,7 @@ def _halvings(a: Numbers) -> int:
     return max(0, int(np.ceil(np.log2(size)))) if size > 0.0 else 0
 
 
-def _series(a: Numbers, at: FloatArray) -> Numbers:
+def series(a: Numbers, at: FloatArray) -> Numbers:
     """exp(a at) for each of `at` (n,), shape (n, N, N); a of norm 1 or less."""
     powers = np.empty((_TERMS, *a.shape), dtype=a.dtype)
     powers[0] = np.eye(len(a))
@@ -163,7 +163,7 @@ def _series(a: Numbers, at: FloatArray) -> Numbers:
 def _propagators(a: FloatArray) -> list[FloatArray]:
     """exp(a t 2^-level) at the points t of a panel, (n_points, N, N) for each level, the whole first."""
     halvings = _halvings(a)
-    levels = [_series(a / 2.0**halvings, _POINTS)]
+    levels = [series(a / 2.0**halvings, _POINTS)]
     for _ in range(halvings):
         levels.append(levels[-1] @ levels[-1])
     return levels[::-1]

@@ -24,6 +24,8 @@ from vibopt.signals import Segment
 _NOTHING = 1e-12
 """Part of its size below which a state, a reading or a damping is rounding."""
 _SURE = 1e-13
+_LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
+"""Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _FIRST, HORIZON = 4.0, 1000.0
 """Periods of the slowest motion in the first window behind the load, each further one twice as long, and in all."""
 
@@ -82,10 +84,10 @@ class Transient:
         found = Peak(0.0, 0.0)
         begun = 0
         state, ended = np.zeros(self.size), 0.0
-        for alike in self._runs:
-            starts, state = self._through(alike, state)
-            a, length = self._whole(alike[0]), alike[0].length
-            best = greatest(a, self._row(reading, a / (self.rate * length)), starts, abs(found.value))
+        for alike in self.runs:
+            starts, state = self.through(alike, state)
+            a, length = self.whole(alike[0]), alike[0].length
+            best = greatest(a, self.row(reading, a / (self.rate * length)), starts, abs(found.value))
             if best is not None:
                 part = best.at * length
                 found = Peak(best.value, ended + best.start * length + part, begun + best.start, part)
@@ -95,29 +97,56 @@ class Transient:
     def at(self, reading: Reading, peak: Peak) -> complex:
         """The reading where a peak of the like machine lies."""
         state, begun = np.zeros(self.size), 0
-        for alike in self._runs:
-            starts, after = self._through(alike, state)
+        for alike in self.runs:
+            starts, after = self.through(alike, state)
             if begun <= peak.within < begun + len(alike):
-                a, length = self._whole(alike[0]), alike[0].length
-                row = self._row(reading, a / (self.rate * length))
+                a, length = self.whole(alike[0]), alike[0].length
+                row = self.row(reading, a / (self.rate * length))
                 return complex(row @ exponential(a, peak.part / length) @ starts[peak.within - begun])
             state, begun = after, begun + len(alike)
-        return complex(self._row(reading, self.own) @ exponential(self.own * (self.rate * peak.part)) @ state)
+        return complex(self.row(reading, self.own) @ exponential(self.own * (self.rate * peak.part)) @ state)
+
+    def placed(self, time: float) -> Peak:
+        """A time [s] as the place of a peak."""
+        begun = 0.0
+        for index, segment in enumerate(self.segments):
+            if time < begun + segment.length:
+                return Peak(0.0, time, index, time - begun)
+            begun += segment.length
+        return Peak(0.0, time, len(self.segments), time - begun)
+
+    def first_above(self, reading: Reading, level: float, peak: Peak) -> float:
+        """About the first time [s] at which the size of the reading is `level`; that of `peak` if none is earlier."""
+        state, ended = np.zeros(self.size), 0.0
+        for segment in (*self.segments[: peak.within + 1], None):
+            whole = peak.time - ended if segment is None else segment.length
+            length = min(whole, peak.time - ended)
+            if length <= 0.0:
+                break
+            starts, after = (state[None, :], state) if segment is None else self.through([segment], state)
+            a = self.own * (self.rate * length) if segment is None else self.whole(segment) * (length / whole)
+            count = int(np.clip(_LOOKED_AT * self.rate * length, _FEW, _MANY))
+            values = _steps(exponential(a / count), starts[0], count) @ self.row(reading, a / (self.rate * length))
+            above = np.flatnonzero(np.abs(values) >= level)
+            if len(above):
+                return float(ended + length * above[0] / count)
+            state, ended = after, ended + length
+        return peak.time
 
     def history(self, reading: Reading, times: FloatArray) -> FloatArray:
         """The reading at times [s] that rise, (n,)."""
         found = np.zeros(len(times))
         state, ended = np.zeros(self.size), 0.0
-        for alike in self._runs:
-            starts, state = self._through(alike, state)
-            a, length = self._whole(alike[0]), alike[0].length
-            row = self._row(reading, a / (self.rate * length))
+        for alike in self.runs:
+            starts, state = self.through(alike, state)
+            a, length = self.whole(alike[0]), alike[0].length
+            row = self.row(reading, a / (self.rate * length))
             for start in starts:
                 for i in np.flatnonzero((times >= ended) & (times < ended + length)):
                     found[i] = row @ exponential(a, (times[i] - ended) / length) @ start
                 ended += length
         for i in np.flatnonzero(times >= ended):
-            found[i] = self._row(reading, self.own) @ exponential(self.own * self.rate * (times[i] - ended)) @ state
+            found[i] = self.row(reading, self.own) @ exponential(self.own * self.rate * (times[i] - ended)) @ state
         return found
 
     @cached_property
@@ -176,7 +205,7 @@ class Transient:
     def _pushed(self) -> Numbers:
         return self._pushed_by_one / self.scale
 
-    def _whole(self, segment: Segment) -> Numbers:
+    def whole(self, segment: Segment) -> Numbers:
         """A of machine and signal together, time from 0 to 1 on a segment."""
         size, span = self.size, self.rate * segment.length
         a = np.zeros((size + len(segment.start),) * 2, dtype=self.own.dtype)
@@ -185,7 +214,7 @@ class Transient:
         a[size:, size:] = segment.rates
         return a
 
-    def _row(self, reading: Reading, a: Numbers) -> Numbers:
+    def row(self, reading: Reading, a: Numbers) -> Numbers:
         """Row over the states that a reading is, where z' = a z, time in 1 / rate."""
         places = np.zeros((len(self.mass), len(a)), dtype=self.root.dtype)
         places[:, : len(self.mass)] = self.places
@@ -196,17 +225,17 @@ class Transient:
         return np.asarray(row * self.scale)
 
     @cached_property
-    def _runs(self) -> list[list[Segment]]:
+    def runs(self) -> list[list[Segment]]:
         """Segments of one length and one kind that follow each other."""
         return [
             list(run)
             for _, run in groupby(self.segments, lambda one: (one.length, one.rates.tobytes(), one.read.tobytes()))
         ]
 
-    def _through(self, alike: list[Segment], state: Numbers) -> tuple[Numbers, Numbers]:
+    def through(self, alike: list[Segment], state: Numbers) -> tuple[Numbers, Numbers]:
         """States at the beginning of each of a run of segments, (n, N), and behind the last, (size,)."""
         size = self.size
-        step = exponential(self._whole(alike[0]))
+        step = exponential(self.whole(alike[0]))
         signals = np.array([one.start for one in alike])
         blows = np.array([one.blows for one in alike]) @ self._pushed.T * self.rate
         states = np.empty((len(alike) + 1, size), dtype=np.result_type(state, self.own))
@@ -218,6 +247,18 @@ class Transient:
             states[reach:] += states[:-reach] @ power.T
             reach, power = 2 * reach, power @ power
         return np.hstack([states[:-1], signals]), states[-1]
+
+
+def _steps(step: Numbers, start: Numbers, count: int) -> Numbers:
+    """States (count + 1, N): the start, and after each of so many like steps."""
+    states = np.empty((count + 1, len(start)), dtype=np.result_type(step, start))
+    states[0] = start
+    known, power = 1, step
+    while known <= count:
+        more = min(known, count + 1 - known)
+        states[known : known + more] = states[:more] @ power.T
+        known, power = known + more, power @ power
+    return states
 
 
 def _cholesky(matrix: Numbers) -> Numbers:
@@ -278,7 +319,7 @@ class _Free:
 
     def __init__(self, machine: Transient, reading: Reading, state: FloatArray) -> None:
         self.a, self.rate, self.n = machine.own, machine.rate, len(machine.mass)
-        self.row = machine._row(reading, self.a)
+        self.row = machine.row(reading, self.a)
         right, left = _drifts(self.a, machine.n_free)
         self.basis = np.linalg.svd(left)[0][:, left.shape[1] :]
         self.drifting = right @ np.linalg.solve(left.T @ right, left.T @ state)

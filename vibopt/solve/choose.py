@@ -15,8 +15,8 @@ from vibopt.solve.outer import OneVariable
 
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
-_MODEST_GAP, _MODEST_BOXES, _MODEST_MEASUREMENTS = 1e-4, 20_000, 300
-"""Gap, boxes and exact measurements of a search for what an answer says beside itself."""
+_MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS = 1e-4, 20_000, 400, 300
+"""Gap, boxes, boxes with tangents and exact measurements of a search for what an answer says beside itself."""
 _FEW = 2
 """Starts beside a design that is known to be near."""
 
@@ -45,7 +45,12 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
 
     if blind(program):
         line = OneRange()
-        return line if line.refuses(program) is None else _begun(Nlp(), near)
+        if line.refuses(program) is None:
+            return line
+        from vibopt.solve.tangents import Tangents
+
+        tangents = Tangents(near=near)
+        return tangents if tangents.refuses(program) is None else _begun(Nlp(), near)
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
     discs = DiscsOfOneLink()
@@ -82,10 +87,13 @@ def modest(program: Program) -> Method:
     """The method for what stands beside an answer (conflicts, loosenings, ideal values): a coarser proof will do."""
     from vibopt.solve.global_search import BranchAndBound
     from vibopt.solve.nlp import Nlp
+    from vibopt.solve.tangents import Tangents
 
     method = choose(program, None)
     if isinstance(method, BranchAndBound):
         return BranchAndBound(_MODEST_GAP, _MODEST_BOXES)
+    if isinstance(method, Tangents):
+        return Tangents(_MODEST_GAP, _MODEST_TANGENTS)
     return replace(method, count=_FEW, most=_MODEST_MEASUREMENTS) if isinstance(method, Nlp) else method
 
 

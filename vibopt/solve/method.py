@@ -67,6 +67,7 @@ def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
 METHODS: dict[str, Callable[[], Method]] = {
     "closed_form": _late("outer", "OneVariable"),
     "closed_form_kc": _late("closed_form", "StiffnessAndDamping"),
+    "tangents": _late("tangents", "Tangents"),
     "each_listed": _late("each_listed", "EachListed"),
     "one_range": _late("one_range", "OneRange"),
     "discs": _late("plane.discs", "DiscsOfOneLink"),
@@ -89,5 +90,8 @@ METHODS: dict[str, Callable[[], Method]] = {
 }
 """Name and how to make the method."""
 
-OWN = ("closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "each_listed", "nlp", "catalogue")
+OWN = (
+    "closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "tangents", "each_listed", "nlp",
+    "catalogue",
+)  # fmt: skip
 """Those from which vibopt chooses by itself; the others only answer to --method."""

@@ -1,0 +1,132 @@
+"""Tangents of peaks in time are no higher than the peaks around them, and what is proven by them is true."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.arrays import FloatArray
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.solve.branch import Judge
+from vibopt.solve.tangents import Tangents
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
+SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "falling sawtooth", "drop")
+ASKED = (
+    ('response = "peak_relative_displacement"\nacross = "mount"', "m"),
+    ('response = "peak_acceleration"\nof = "body"', "m/s²"),
+    ('response = "peak_force"\nthrough = "mount"', "N"),
+    ('response = "peak_velocity"\nof = "body"', "m/s"),
+)
+
+
+def machine(rng: np.random.Generator, *, bodies: int = 1, wide: float = 3.0) -> str:
+    """A body on a mount that is open, and perhaps another one on it, under something that comes once."""
+    shape = SHAPES[int(rng.integers(len(SHAPES)))]
+    on_base = shape == "drop" or rng.random() < 0.5
+    length = 10.0 ** rng.uniform(-2.0, 0.0)
+    rate = 2.0 * np.pi / length * 10.0 ** rng.uniform(-0.7, 0.2)
+    foot = "base" if on_base else "ground"
+    stiffness, damping = 10.0 * rate**2, 10.0 * rate
+    words = [
+        "[bases.base]" if on_base else "",
+        '[bodies.body]\nmass = "10 kg"',
+        f'[links.mount]\nbetween = ["body", "{foot}"]',
+        f'stiffness = {{ from = "{stiffness / wide} N/m", to = "{stiffness * wide} N/m" }}',
+        f'damping = {{ from = "{0.1 * damping} N s/m", to = "{damping * wide} N s/m" }}',
+    ]
+    if bodies > 1:
+        words += [
+            '[bodies.rider]\nmass = { from = "1 kg", to = "3 kg" }\n[links.seat]\nbetween = ["rider", "body"]',
+            f'stiffness = "{0.3 * stiffness} N/m"\ndamping = "{0.1 * damping} N s/m"',
+        ]
+    if shape == "drop":
+        words += ['[excitations.load]\nkind = "drop"\non = "base"\nvelocity_change = "2 m/s"']
+    else:
+        size = 'on = "base"\nacceleration = "20 m/s²"' if on_base else 'on = "body"\namplitude = "200 N"'
+        words += [f'[excitations.load]\nkind = "pulse"\nshape = "{shape}"\nduration = "{length} s"\n{size}']
+    return "\n".join(words)
+
+
+def posed(folder: Path, text: str, limited: tuple[str, str], aimed: tuple[str, str], bound: float) -> Program:
+    file = folder / "shock.toml"
+    file.write_text(
+        f'{text}\n[limits.most]\n{limited[0]}\nat_most = "{bound!r} {limited[1]}"\n'
+        f"[goal]\n{aimed[0].replace('response', 'minimise')}\n"
+    )
+    scene: Any = vo.read(file)
+    return pose(scene)
+
+
+def within(rng: np.random.Generator, reach: FloatArray) -> FloatArray:
+    """Somewhere on a box, often in a corner."""
+    s = rng.uniform(-reach, reach)
+    return np.where(rng.random(len(s)) < 0.5, np.sign(s) * reach, s)
+
+
+@few
+@given(seed=st.integers(0, 100_000), bodies=st.sampled_from([1, 1, 2]), part=st.sampled_from([0.5, 0.1, 0.01]))
+def test_a_peak_is_never_below_its_tangents_less_their_rests(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, bodies: int, part: float
+) -> None:
+    """At the time of the peak, and at others; the rest shrinks with the square of the box."""
+    rng = np.random.default_rng(seed)
+    limited, aimed = (ASKED[i] for i in rng.permutation(len(ASKED))[:2])
+    program = posed(tmp_path_factory.mktemp("shock"), machine(rng, bodies=bodies), limited, aimed, 1.0)
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high)))
+    reach = part * rng.uniform(0.2, 1.0, len(x))
+    for one in program.parts:
+        times = one.form.peak(one.model, x).time * np.array([0.3, 0.7])  # type: ignore[attr-defined]
+        value = one.form.value(one.model, x)
+        tangents = list(one.form.tangents(one.model, x, reach, 0.5 * value, times))
+        near = list(one.form.tangents(one.model, x, 0.01 * reach, 0.5 * value, times))
+        for s in (within(rng, reach) for _ in range(8)):
+            there = one.form.value(one.model, x * (1.0 + s))
+            assert all(t.value + t.slope @ s - t.rest <= there * (1.0 + 1e-10) for t in tangents)
+        if len(tangents) == len(near):
+            assert all(n.rest <= 1e-3 * t.rest + 1e-12 * value for n, t in zip(near, tangents, strict=True))
+
+
+def test_without_its_rest_a_tangent_would_be_too_high(tmp_path: Path) -> None:
+    """The rest is needed, and no more than some thirty times greater than it must be."""
+    rng = np.random.default_rng(3)
+    needed = []
+    for _ in range(6):
+        program = posed(tmp_path, machine(rng), ASKED[0], ASKED[1], 1.0)
+        x, reach = np.sqrt(program.low * program.high), np.full(2, 0.2)
+        for one in program.parts:
+            tangent = next(one.form.tangents(one.model, x, reach))
+            corners = np.array(np.meshgrid([-0.2, 0.2], [-0.2, 0.2])).reshape(2, -1).T
+            lacking = [tangent.value + tangent.slope @ s - one.form.value(one.model, x * (1.0 + s)) for s in corners]
+            assert max(lacking) <= tangent.rest + 1e-12 * tangent.value
+            needed.append(max(lacking) / max(tangent.rest, 1e-9 * tangent.value))
+    assert max(needed) > 0.03
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_sample_beats_what_tangents_prove(seed: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    limited, aimed = (ASKED[i] for i in rng.permutation(3)[:2])
+    text = machine(rng, wide=1.5)
+    program = posed(tmp_path, text, limited, aimed, 1.0)
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (60, 2)))
+    limit = program.limits[0]
+    values = np.array([limit.form.value(limit.model, one) for one in x])
+    program = posed(
+        tmp_path, text, limited, aimed, float(np.quantile(values, 0.4)) if seed else 0.4 * float(values.min())
+    )
+    found, judge = Tangents().solve(program), Judge(program)
+    assert found.status == ("optimal" if seed else "infeasible")
+    feasible = [one for one in x if judge.feasible(one)]
+    assert bool(feasible) == bool(seed)
+    if found.x is not None:
+        assert judge.feasible(found.x)
+        assert judge.goal(found.x).value == pytest.approx(found.bound, rel=1.1e-6)
+    assert all(judge.goal(one).value >= found.bound for one in feasible)

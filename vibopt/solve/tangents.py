@@ -1,0 +1,304 @@
+"""Branch and bound on tangents: proves designs whose peaks in time are limited or made least.
+
+On a box of designs every limit and the goal are no less than some tangents less their rests.  A box is dropped where
+their linear program shows that no design in it keeps all limits and is better than the best known by more than the gap.
+The rests are of second order in the size of the box, and so the boxes that are left do not multiply around the optimum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import field
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.forms import PeakInTime
+from vibopt.forms.bounds import FormBounds
+from vibopt.forms.tangents import Tangent
+from vibopt.frontier import Frontier
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.records import dataclass
+from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
+from vibopt.solve.local import improved, refined
+from vibopt.solve.method import Found, Progress
+from vibopt.solve.nlp import Nlp
+from vibopt.solve.ranges import starts
+from vibopt.work import Budget
+
+_MOST_VARIABLES = 3
+_STARTS = 4
+_BETTER = 1e-3
+"""Part of the goal by which the middle of a box must be better to be sharpened."""
+_KNOWN, _APART = 3, 0.01
+"""Times of a peak that are kept for the boxes that follow, and the part of itself by which a new one must differ."""
+_WIDE = 4.0
+"""A side whose ends are further apart than this factor is halved in logarithms."""
+
+
+class Tangents:
+    """Branch and bound on tangents of peaks in time."""
+
+    name = "tangents"
+    summary = "branch and bound on tangents of peaks in time, each with a bound of what it leaves out"
+
+    def __init__(self, gap: float = 1e-6, most: int = 1000, near: Sequence[float] | None = None) -> None:
+        self.gap = gap
+        self.most = most
+        self.near = near
+
+    def refuses(self, program: Program) -> str | None:
+        if program.ties or any(axis.values is not None for axis in program.axes):
+            return "it takes continuous variables alone."
+        if not 1 <= len(program.axes) <= _MOST_VARIABLES:
+            return f"{len(program.axes)} continuous variables are not 1 to {_MOST_VARIABLES}."
+        if not any(isinstance(part.form, PeakInTime) for part in program.parts):
+            return "no peak in time is asked for."
+        if not all(_bounded(part, program) for part in program.parts):
+            return "a limit or the goal has no bound on boxes."
+        return None
+
+    def solve(self, program: Program, progress: Progress | None = None) -> Found:
+        """Status "optimal" with `bound`, "infeasible", or "feasible" and "unproven" where the boxes are used up."""
+        return _Search(program, progress, self).answer()
+
+
+def _sign(part: Limit | Aim) -> float:
+    """With which a part is a form that is to be small."""
+    return part.sense if isinstance(part, Aim) else -1.0 if part.side == "at_least" else 1.0
+
+
+def _bounded(part: Limit | Aim, program: Program) -> bool:
+    if _tangible(part):
+        return True
+    return isinstance(part, Limit) and FormBounds(part.model, part.form, program.high).bounded
+
+
+def _tangible(part: Limit | Aim) -> bool:
+    return _sign(part) in part.form.tangents_of and not (isinstance(part, Limit) and part.side == "outside")
+
+
+@dataclass
+class _Part:
+    """A limit or the goal with tangents: sign * (form - bound) / size, and times at which it was greatest [s]."""
+
+    of: Limit | Aim
+    bound: float
+    size: float
+    times: list[float] = field(default_factory=list)
+
+    def learn(self, x: FloatArray) -> None:
+        """Keep the time of the peak at a design."""
+        if isinstance(self.of.form, PeakInTime):
+            time = self.of.form.peak(self.of.model, x).time
+            if np.isfinite(time) and all(abs(time - one) > _APART * one for one in self.times):
+                self.times = [time, *self.times][:_KNOWN]
+
+    def tangents(self, x: FloatArray, reach: FloatArray, level: float) -> Iterator[Tangent]:
+        for one in self.of.form.tangents(self.of.model, x, reach, level, self.times):
+            yield one.signed(_sign(self.of)).scaled(_sign(self.of) * self.bound, self.size)
+
+
+@dataclass
+class _Box:
+    """Designs x (1 + s), |s| <= reach, with what is known of their limits (at most 0 where kept) and of their goal."""
+
+    x: FloatArray
+    reach: FloatArray
+    limits: list[Tangent] = field(default_factory=list)
+    goals: list[Tangent] = field(default_factory=list)
+    middle_feasible: bool = True
+
+    def side(self, best: float) -> int:
+        """Which side to halve: along which most is left out, and most changes of what is known."""
+        size = abs(best) if np.isfinite(best) else max([abs(one.value) for one in self.goals], default=1.0)
+        spread = np.zeros(len(self.reach))
+        for one in [*self.limits, *(goal.scaled(0.0, size or 1.0) for goal in self.goals)]:
+            spread += np.minimum(one.sides, 1e9) + np.abs(one.slope) * self.reach
+        return int(np.argmax(spread if spread.any() else self.reach))
+
+
+@dataclass
+class _Search:
+    program: Program
+    progress: Progress | None
+    method: Tangents
+
+    def __post_init__(self) -> None:
+        program = self.program
+        self.judge = Judge(program)
+        self.limits = [_Part(one, one.bound, abs(one.bound) or 1.0) for one in program.limits if _tangible(one)]
+        self.aims = [_Part(one, 0.0, 1.0) for one in (program.aim.pieces if program.aim else ())]
+        self.others = [
+            (one, FormBounds(one.model, one.form, program.high)) for one in program.limits if not _tangible(one)
+        ]
+        for limit, bounds in self.others:
+            for speeds in first_speeds(limit.form):
+                bounds.add(speeds)
+        self.best_x: FloatArray | None = None
+        self.best = np.inf
+        self.budget = Budget(self.method.most, "boxes", program.cost)
+
+    def answer(self) -> Found:
+        self.begin()
+        frontier = Frontier(self.budget, self.progress, "branch and bound")
+        frontier.add(np.array([-np.inf]), self.program.low[None, :], self.program.high[None, :])
+        while frontier and not frontier.over:
+            if self.best_x is not None and self.program.aim is None:
+                break
+            _, low, high = frontier.take(1)
+            self.budget.spend()
+            left = self.look(low[0], high[0])
+            if left is not None:
+                goal, side = left
+                frontier.add(np.full(2, goal), *_halves(low[0], high[0], side))
+            frontier.keep(self.bar)
+        return self.found(frontier)
+
+    def begin(self) -> None:
+        """A design to beat: one start that leads to a feasible one is enough, for the boxes see all others."""
+        near = [] if self.method.near is None else [np.log(np.maximum(self.method.near, 1e-300))]
+        for y in [*near, *starts(self.program, _STARTS)]:
+            there = refined(self.program, np.exp(y), only_feasible=self.program.aim is None)
+            if there is not None:
+                self.offer(there)
+            if self.best_x is not None:
+                return
+
+    @property
+    def bar(self) -> float:
+        """A box whose goal is no less than this holds nothing that matters."""
+        return self.best - self.method.gap * abs(self.best) if np.isfinite(self.best) else np.inf
+
+    def offer(self, x: FloatArray) -> None:
+        """Keep a design that is feasible and better, and the times of its peaks."""
+        if not self.judge.feasible(x):
+            return
+        goal = self.judge.goal(x).value
+        if goal < self.best or self.best_x is None:
+            self.best, self.best_x = goal, x
+            for part in [*self.limits, *self.aims]:
+                part.learn(x)
+
+    def look(self, low: FloatArray, high: FloatArray) -> tuple[float, int] | None:
+        """Bound of the goal on a box, and the side to halve; None where it holds nothing better."""
+        if not all(may_hold(limit, bounds, low[None, :], high[None, :])[0] for limit, bounds in self.others):
+            return None
+        box = _Box(0.5 * (low + high), (high - low) / np.maximum(high + low, 1e-300))
+        if not self.limited(box) or not self.aimed(box):
+            return None
+        if box.middle_feasible and self.better(box):
+            self.offer(improved(self.program, box.x, self.judge) if self.judge.feasible(box.x) else box.x)
+        goal = _together(box)
+        return None if goal is None or goal >= self.bar else (goal, box.side(self.best))
+
+    def limited(self, box: _Box) -> bool:
+        """Take up what the limits are no less than; whether they may all be kept."""
+        for part in self.limits:
+            before = len(box.limits)
+            for one in part.tangents(box.x, box.reach, part.bound):
+                if one.least(box.reach) > SAFETY:
+                    return False
+                box.limits.append(one)
+            known = box.limits[before:]
+            box.middle_feasible = box.middle_feasible and bool(known) and max(one.value for one in known) <= 0.0
+        for limit, bounds in self.others:
+            if box.middle_feasible:
+                missed, found = self.judge.limit(limit, box.x)
+                bounds.add(found.speeds)
+                box.middle_feasible = missed <= self.judge.tolerance
+        return True
+
+    def aimed(self, box: _Box) -> bool:
+        """Take up what the goal is no less than; whether it may be better than the best."""
+        for part in self.aims:
+            for one in part.tangents(box.x, box.reach, self.best if _sign(part.of) > 0.0 else np.inf):
+                if one.least(box.reach) >= self.bar:
+                    return False
+                box.goals.append(one)
+        return True
+
+    def better(self, box: _Box) -> bool:
+        """Whether the middle of a box may be worth while."""
+        value = max((one.value for one in box.goals), default=-np.inf)
+        return not np.isfinite(self.best) or value < self.best - _BETTER * abs(self.best)
+
+    def found(self, frontier: Frontier) -> Found:
+        boxes, name = self.budget.spent, Tangents.name
+        details = {"boxes": boxes}
+        if self.best_x is None:
+            if frontier:
+                claim = f"nothing found and nothing proven in {boxes} boxes"
+                return Found("unproven", None, claim, name, details=details)
+            claim = f"proven by branch and bound: every one of {boxes} boxes breaks a limit"
+            return Found("infeasible", None, claim, name, details=details)
+        if self.program.aim is None:
+            return Found("optimal", self.best_x, "a design that meets every limit", name, details=details)
+        if not frontier:
+            claim = f"proven by branch and bound: nothing is better by more than {self.method.gap:.0e} of the goal"
+            return Found("optimal", self.best_x, claim, name, self.bar, details)
+        return self.open(frontier.bound, details)
+
+    def open(self, bound: float, details: dict[str, int]) -> Found:
+        """The best there is, of this search and of many starts, where the boxes are used up."""
+        other = Nlp().solve(self.program, self.progress)
+        if other.x is not None:
+            self.offer(other.x)
+        gap = abs(self.best - bound) / max(abs(self.best), 1e-300)
+        left = f"with a gap of {gap:.1e} of the goal" if np.isfinite(bound) else "without a bound"
+        claim = f"{other.claim}; branch and bound stopped after {details['boxes']} boxes {left}"
+        return Found("feasible", self.best_x, claim, Tangents.name, bound, details)
+
+
+def _together(box: _Box) -> float | None:
+    """Bound of the goal where all limits are kept at once, -inf without one; None where they cannot be kept.
+
+    The weights of a linear program are only a proposal: any weights of what is known give a bound.
+    """
+    reach = box.reach
+    alone = max((one.least(reach) for one in box.goals), default=-np.inf)
+    if not box.limits:
+        return alone
+    if box.goals:
+        size = max(abs(one.value) for one in box.goals) or 1.0
+        goals = [one.scaled(0.0, size) for one in box.goals]
+        weights = _weights([*goals, *box.limits], len(goals), reach)
+        if weights is not None:
+            return max(alone, size * _weighed([*goals, *box.limits], weights, reach))
+    weights = _weights(box.limits, len(box.limits), reach)
+    return None if weights is not None and _weighed(box.limits, weights, reach) > SAFETY else alone
+
+
+def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> FloatArray | None:
+    """Of tangents, by the program: least t with the first `count` of them at most t and the others at most 0."""
+    from scipy.optimize import linprog
+
+    rows = np.array([[*one.slope, -1.0 if i < count else 0.0] for i, one in enumerate(tangents)])
+    rest = np.array([one.rest - one.value for one in tangents])
+    box = [*((-one, one) for one in reach), (None, None)]
+    solved = linprog(np.append(np.zeros(len(reach)), 1.0), rows, rest, bounds=box, method="highs")
+    if solved.status != 0:
+        return None
+    weights = np.maximum(-solved.ineqlin.marginals, 0.0)
+    total = weights[:count].sum()
+    return np.asarray(weights / total) if total > 0.0 else None
+
+
+def _weighed(tangents: Sequence[Tangent], weights: FloatArray, reach: FloatArray) -> float:
+    """What the weighed sum of tangents is no less than on the box."""
+    value = sum(weight * (one.value - one.rest) for weight, one in zip(weights, tangents, strict=True))
+    slope = sum((weight * one.slope for weight, one in zip(weights, tangents, strict=True)), np.zeros(len(reach)))
+    return float(value - np.abs(slope) @ reach)
+
+
+def _halves(low: FloatArray, high: FloatArray, side: int) -> tuple[FloatArray, FloatArray]:
+    """A box cut in two: lower ends and upper ends (2, n_vars)."""
+    cut = 0.5 * (low[side] + high[side])
+    if high[side] > _WIDE * low[side]:
+        cut = float(np.sqrt(max(low[side], 1e-6 * high[side]) * high[side]))
+    lows, highs = np.array([low, low]), np.array([high, high])
+    highs[0, side] = lows[1, side] = cut
+    return lows, highs
+
+
+__all__ = ["Tangents"]
