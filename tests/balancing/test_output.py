@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import date
+from math import atan2, tau
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -118,10 +119,9 @@ def test_a_weight_is_drawn_at_the_angle_written_in_the_sense_of_the_file(
     assert drawn.spots[0].angle == pytest.approx(plan.plan.planes[0].angle.value)
     figure = figure_of(plan)
     assert figure is not None
-    axes = figure.axes[0]
-    assert axes.get_theta_direction() == sense  # type: ignore[attr-defined]
-    places = [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "o"]
-    assert places[0][0] == pytest.approx(plan.plan.planes[0].angle.value)
+    discs = [axes for axes in figure.axes if any(one.get_text() == "angles" for one in axes.texts)]
+    [(x, y)] = [line.get_xydata()[0] for line in discs[0].lines if line.get_marker() == "o"]
+    assert sense * atan2(-x, y) % tau == pytest.approx(plan.plan.planes[0].angle.value % tau)
 
 
 def test_the_page_has_a_box_to_tick_an_empty_column_and_a_place_to_sign(solved: Answers) -> None:

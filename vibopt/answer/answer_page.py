@@ -15,6 +15,8 @@ from vibopt.answer.text import blocks_of, claim, verdict
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 TO_MEASURE = "Measured"
+PAGE, LEAST, MOST = 18.5, 5.0, 13.5
+"""What a page to sign has for its picture and its rows, and how small and large the picture may be [cm]."""
 NARROW = 42
 """Letters of a table that stands beside another one on a page to sign."""
 _REFERENCE = re.compile(r'(\bid="|url\(#|href="#)')
@@ -51,8 +53,16 @@ def html(
 
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    words = _words(answer, sheet, also or ())
     said = {"changes": list(changes), "date": (on or date.today()).isoformat(), "sheet": sheet, "version": version()}
-    return template.render(**_words(answer, sheet, also or ()), **said)
+    return template.render(**words, **said, room=_room(words))
+
+
+def _room(words: Mapping[str, Any]) -> float:
+    """Height that the picture of a page to sign may have beside what else stands on it [cm]."""
+    rows = [(len(one["rows"]) + len(one["lines"]) + 3, one["wide"]) for one in words["tables"]]
+    lines = 1.2 * len(words["todo"]) + sum(count if wide else 0.6 * count for count, wide in rows)
+    return min(max(PAGE - 0.5 * lines, LEAST), MOST)
 
 
 def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:

@@ -23,10 +23,10 @@ def figure_of(answer: Answer[Any], *, compact: bool = False) -> Figure | None:
 
         return plan_figure(answer, compact=compact)
     if is_known(job):
-        from vibopt.balancing.figures.shaft_figures import known_figure
+        from vibopt.balancing.figures.known_figure import known_figure
 
         return known_figure(answer, job, compact=compact)
-    from vibopt.balancing.figures.shaft_figures import engine_figure
+    from vibopt.balancing.figures.engine_figure import engine_figure
 
     assert is_engine(job)
     return engine_figure(answer, job, compact=compact)

@@ -4,29 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import tau
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry
 from vibopt.answer.plan import PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.conventions import MARK, Conventions
-from vibopt.balancing.figures.drawing import (
-    Bar,
-    Dial,
-    Disc,
-    Phasor,
-    Spot,
-    bars,
-    draw_dial,
-    draw_disc,
-    height,
-    key,
-    pad_more,
-)
+from vibopt.balancing.figures.dials import Dial, Disc, Phasor, Row, Spot, rows_of
+from vibopt.balancing.figures.drawing import COMPACT, Bar, Bars, Key, Part, page
+from vibopt.balancing.figures.shaft import Piece, Shaft
 from vibopt.balancing.plan_values import shows_whole
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import RotorJob
-from vibopt.report.figures.paper import INK, SIZE, WIDTH, sheet
+from vibopt.records import dataclass
+from vibopt.report.figures.canvas import Canvas
+from vibopt.report.figures.paper import WIDTH, drawn
 from vibopt.units import to_unit
 from vibopt.units.showing import show_angle
 
@@ -34,6 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_DIALS, MOST_BARS = 12, 8
+CLOSE = 0.7
+"""Radius of a circle where a page has to hold more [inches]."""
 _NOTES = {"keep": "leave\nuntouched", "nothing": "no weight"}
 
 
@@ -54,12 +48,15 @@ def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | No
     dials = _dials(job, plan.plan.rows) if job.has_phase and not compact else []
     dials = dials if len(dials) <= MOST_DIALS else []
     units = list(dict.fromkeys(one.residual.unit for one in plan.plan.rows))
-    groups = [[one for one in plan.plan.rows if one.residual.unit == unit] for unit in units]
-    figure = _compact(discs, groups, job) if compact else _whole(discs, dials, groups, job)
-    if not compact:
-        figure.suptitle(plan.title, fontsize=SIZE + 3, color=INK, fontweight="bold")
-    key(
-        figure,
+    bars = [
+        Bars(
+            "" if k else "What will be left",
+            unit,
+            [_bar(one, job) for one in plan.plan.rows if one.residual.unit == unit],
+        )
+        for k, unit in enumerate(units)
+    ]
+    key = Key(
         _caption(job, bool(dials)),
         dials=True,
         limits=any(one.limit for one in plan.plan.rows),
@@ -69,49 +66,55 @@ def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | No
         circles=bool(dials),
         whole=shows_whole(job),
     )
-    return figure
+    parts = _compact(discs, bars) if compact else [*_shaft(job), *_circles(discs, dials), *bars]
+    return page([*parts, key], *(("", COMPACT) if compact else (plan.title,)))
 
 
-def _whole(discs: list[Disc], dials: list[Dial], groups: list[list[RowAnswer]], job: RotorJob) -> Figure:
+def _shaft(job: RotorJob) -> list[Shaft]:
+    """Planes and sensors in their order: where they are is no part of a measurement."""
+    if len(job.planes) + len(job.sensors) <= 2:
+        return []
+    planes, sensors = len(job.planes), len(job.sensors)
+    above = [Piece((k + 0.5) / planes, titled("plane", one.name), "plane") for k, one in enumerate(job.planes)]
+    below = [Piece((k + 0.5) / sensors, titled("sensor", one.name), "sensor") for k, one in enumerate(job.sensors)]
+    note = "Planes (above) and sensors (below) in the order of the file; their places along the shaft are not to scale."
+    return [Shaft(tuple(above), tuple(below), note)]
+
+
+def _circles(discs: list[Disc], dials: list[Dial]) -> list[Row]:
+    """Discs, then dials; all in a row where they are few."""
+    if len(discs) + len(dials) <= 3:
+        return rows_of([*discs, *dials], max(len(discs) + len(dials), 2), WIDTH)
     columns = 2 if max(len(discs), len(dials)) <= 4 else 3
-    first = -(-len(discs) // columns)
-    count = first + -(-len(dials) // columns)
-    tall = [height(len(one)) for one in groups]
-    each = 0.94 * WIDTH / columns
-    figure = sheet(WIDTH, each * count + sum(tall) + 0.9)
-    pad_more(figure)
-    grid = figure.add_gridspec(count + len(groups), columns, height_ratios=[each] * count + tall)
-    for k, one in enumerate(discs):
-        draw_disc(figure, grid[divmod(k, columns)], one, WIDTH / columns)
-    for k, dial in enumerate(dials):
-        row, column = divmod(k, columns)
-        draw_dial(figure, grid[first + row, column], dial)
-    for index, rows in enumerate(groups):
-        _draw_bars(figure.add_subplot(grid[count + index, :]), index, rows, job)
-    return figure
+    return rows_of(discs, columns, WIDTH) + rows_of(dials, columns, WIDTH)
 
 
-def _compact(discs: list[Disc], groups: list[list[RowAnswer]], job: RotorJob) -> Figure:
-    columns = 3 if len(discs) <= 3 else 4
-    count = -(-len(discs) // columns)
-    beside = len(groups) == 1 and len(discs) % columns and len(groups[0]) <= MOST_BARS
-    below = [] if beside or sum(map(len, groups)) > MOST_BARS else groups  # the page has them in its table
-    tall = [height(len(one)) for one in below]
-    each = 1.06 * WIDTH / columns
-    figure = sheet(WIDTH, each * count + sum(tall) + 0.7)
-    pad_more(figure)
-    grid = figure.add_gridspec(count + len(below), columns, height_ratios=[each] * count + tall)
-    for k, one in enumerate(discs):
-        draw_disc(figure, grid[divmod(k, columns)], one, WIDTH / columns)
-    if beside:
-        _draw_bars(figure.add_subplot(grid[count - 1, len(discs) % columns :]), 0, groups[0], job)
-    for index, rows in enumerate(below):
-        _draw_bars(figure.add_subplot(grid[count + index, :]), index, rows, job)
-    return figure
+@dataclass(frozen=True)
+class _Beside:
+    """A row of discs, and bars in what it leaves free."""
+
+    row: Row
+    bars: Bars
+    discs: float
+
+    @property
+    def height(self) -> float:
+        return max(self.row.height, self.bars.height)
+
+    def draw(self, canvas: Canvas) -> None:
+        self.row.within(canvas, 0.0, self.discs)
+        self.bars.within(canvas, self.discs, canvas.width - self.discs)
+        canvas.down(self.height)
 
 
-def _draw_bars(axes: Any, index: int, rows: list[RowAnswer], job: RotorJob) -> None:
-    bars(axes, "" if index else "What will be left", rows[0].residual.unit, [_bar(one, job) for one in rows])
+def _compact(discs: list[Disc], bars: list[Bars]) -> list[Part]:
+    """Discs closely; few bars beside them or below, many are in the table of the page."""
+    few = sum(len(one.bars) for one in bars) <= MOST_BARS
+    if few and len(bars) == 1 and len(discs) < 3:
+        rows = rows_of(discs, len(discs), free := COMPACT * (0.4 if len(discs) == 1 else 0.7), CLOSE)
+        if len(rows) == 1:
+            return [_Beside(rows[0], bars[0], free)]
+    return [*rows_of(discs, 3 if len(discs) <= 3 else 4, COMPACT, CLOSE), *(bars if few else ())]
 
 
 def _caption(job: RotorJob, dials: bool) -> str:
@@ -135,7 +138,7 @@ def disc(spoken: Conventions, plane: Plane, answer: PlaneAnswer, which: str = ""
     spots = tuple(
         Spot(one.angle % tau, _words(one, answer.mass), look, _part(one.radius, plane)) for one in answer.weights
     )
-    title = f"Plane {answer.name}{which}"
+    title = f"{titled('plane', answer.name)}{which}"
     return Disc(title, spoken.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
 
 
@@ -144,7 +147,7 @@ def _part(radius: float | None, plane: Plane) -> float:
 
 
 def _words(one: Weight, mass: Entry) -> str:
-    hole = "" if one.hole is None else f", hole {one.hole + 1}"
+    hole = "" if one.hole is None else f"\nhole {one.hole + 1}"
     angle = show_angle(one.angle).replace(" deg", "°")
     return f"{Entry(one.mass, mass.dimension, mass.unit).shown}{hole}\n{angle}"
 
@@ -155,8 +158,7 @@ def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:
     sense = job.conventions.weight_sense if mark else job.conventions.reading_sense
     return [
         Dial(
-            f"Sensor {sensor.name}",
-            sensor.shown_unit,
+            f"{titled('sensor', sensor.name)} [{sensor.shown_unit}]",
             sense,
             tuple(_phasor(job, one) for one in rows if one.sensor == sensor.name),
         )
@@ -179,6 +181,12 @@ def _bar(one: RowAnswer, job: RotorJob) -> Bar:
     name = f"{one.sensor}\n{one.speed.shown}" if len(job.speeds) > 1 else one.sensor
     band = None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0)
     return Bar(name, number(one.found), number(one.residual), number(one.limit), band)
+
+
+def titled(noun: str, name: str) -> str:
+    """A name with what it is, unless it says so itself: "Plane left", "plane_1"."""
+    short = drawn(name, 24)
+    return short if short.lower().startswith(noun) else f"{noun.capitalize()} {short}"
 
 
 def number(entry: Entry | None) -> float | None:

@@ -31,6 +31,24 @@ DASHES: tuple[Any, ...] = ((0, (4, 3)), (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0
 HATCHES = ("////", "\\\\\\\\", "xxxx", "....", "++++", "oo")
 
 
+END = 4
+LAST_DRAWN = "\u0530"
+"""The font of figures knows Latin, Greek and Cyrillic letters, all below this."""
+
+
+def short(name: str, longest: int) -> str:
+    """A name without its middle where it is longer than `longest` letters; the number at its end is kept."""
+    if len(name) <= longest:
+        return name
+    return f"{name[: longest - END - 3]}...{name[-END:]}"
+
+
+def drawn(name: str, longest: int) -> str:
+    """A name for a figure: short, no formula, and "?" for letters that its font does not have."""
+    known = "".join(letter if letter < LAST_DRAWN else "?" for letter in short(name, longest))
+    return known.replace("$", r"\$")
+
+
 def sheet(width: float, height: float) -> Figure:
     """An empty figure [inches] on white paper."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -8,29 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.records import dataclass
-from vibopt.report.figures.paper import FAINT, GRID, INK, sheet
+from vibopt.report.figures.paper import FAINT, GRID, INK, drawn, sheet, short
 from vibopt.units import show
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-END = 4
-LAST_DRAWN = "\u0530"
-"""The font of figures knows Latin, Greek and Cyrillic letters, all below this."""
-
-
-def short(name: str, longest: int) -> str:
-    """A name without its middle where it is longer than `longest` letters; the number at its end is kept."""
-    if len(name) <= longest:
-        return name
-    return f"{name[: longest - END - 3]}...{name[-END:]}"
-
-
-def drawn(name: str, longest: int) -> str:
-    """A name for a figure: short, no formula, and "?" for letters that its font does not have."""
-    known = "".join(letter if letter < LAST_DRAWN else "?" for letter in short(name, longest))
-    return known.replace("$", r"\$")
 
 
 def said(value: object) -> str:

@@ -1,0 +1,104 @@
+"""Every picture can be read: words cover neither each other nor holes and spokes."""
+
+from math import tau
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pictures import covered, struck
+
+from vibopt.balancing.figures import figure_of
+from vibopt.balancing.figures.dials import Dial, Disc, Phasor, Spot, rows_of
+from vibopt.balancing.figures.drawing import page
+from vibopt.jobs import answer, is_scene, open_job
+from vibopt.report.figures.canvas import spread
+from vibopt.report.figures.paper import WIDTH
+
+PROBLEMS = Path(__file__).parents[2] / "problems"
+BALANCING = sorted((PROBLEMS / "balancing").glob("*.toml"))
+QUICK = ("assignment_2", "engine_lanchester", "engine_v_twin", "feese_two_speeds", "shaft_three_planes")
+
+
+def slower(files: list[Path]) -> list[object]:
+    """All files, those that are not quick only on demand."""
+    return [pytest.param(one, id=one.stem, marks=() if one.stem in QUICK else pytest.mark.slow) for one in files]
+
+
+@st.composite
+def discs(draw: st.DrawFn) -> list[Disc]:
+    """One to four planes of 3 to 36 holes with up to six weights in them."""
+    found = []
+    for k in range(draw(st.integers(1, 4))):
+        count = draw(st.integers(3, 36))
+        taken = draw(st.lists(st.integers(0, count - 1), max_size=min(count, 6), unique=True))
+        grams = draw(st.lists(st.floats(0.01, 9999.0), min_size=len(taken), max_size=len(taken)))
+        spots = [
+            Spot(tau * hole / count, f"{mass:.4g} g\nhole {hole + 1}\n{360.0 * hole / count:.4g}°")
+            for hole, mass in zip(taken, grams, strict=True)
+        ]
+        holes = tuple(tau * hole / count for hole in range(count))
+        found.append(Disc(f"Plane {k}", draw(st.sampled_from((1, -1))), tuple(spots), holes))
+    return found
+
+
+@given(discs(), st.integers(2, 4))
+@settings(max_examples=12)
+def test_weights_in_holes_cover_no_words_no_holes_and_no_spokes(shown: list[Disc], columns: int) -> None:
+    figure = page(rows_of(shown, columns, WIDTH), "Title")
+    assert covered(figure) == []
+    assert struck(figure, "hole") == []
+    assert struck(figure, "spoke") == []
+
+
+ANGLES = st.floats(0.0, tau)
+
+
+@given(st.lists(st.tuples(ANGLES, st.floats(0.35, 1.0), st.text("abcdefgh_0123456789", min_size=1, max_size=14)),
+                min_size=1, max_size=10))  # fmt: skip
+@settings(max_examples=12)
+def test_masses_anywhere_on_a_disc_have_their_names_beside_it(given_: list[tuple[float, float, str]]) -> None:
+    shown = Disc(
+        "Known masses", 1, tuple(Spot(angle, name, "there", part) for angle, part, name in given_), turns=False
+    )
+    figure = page(rows_of([shown], 3, WIDTH), "")
+    assert covered(figure) == []
+
+
+@given(st.lists(st.tuples(ANGLES, st.floats(0.1, 10.0), ANGLES, st.floats(0.0, 10.0)), min_size=1, max_size=6))
+@settings(max_examples=12)
+def test_readings_at_several_speeds_are_told_apart(given_: list[tuple[float, float, float, float]]) -> None:
+    phasors = tuple(Phasor(f"{1800 + 300 * k} rpm", (a, b), (c, d)) for k, (b, a, d, c) in enumerate(given_))
+    assert covered(page(rows_of([Dial("Sensor a [mil pp]", 1, phasors)] * 2, 2, WIDTH), "")) == []
+
+
+@given(st.lists(st.tuples(st.floats(-5.0, 5.0), st.floats(0.1, 2.0)), max_size=8))
+def test_boxes_spread_apart_touch_nowhere_and_stay_where_there_is_room(given_: list[tuple[float, float]]) -> None:
+    ordered = sorted(given_, key=lambda one: -one[0])
+    wanted, tall = [one for one, _ in ordered], [one for _, one in ordered]
+    found = spread(wanted, tall)
+    for k in range(1, len(found)):
+        assert found[k - 1] - found[k] >= 0.5 * (tall[k - 1] + tall[k]) - 1e-9
+    if all(wanted[k - 1] - wanted[k] >= 0.5 * (tall[k - 1] + tall[k]) for k in range(1, len(wanted))):
+        assert found == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("file", slower(BALANCING))
+def test_no_words_of_a_balancing_picture_cover_others(file: Path) -> None:
+    job = open_job(file)
+    assert not is_scene(job)
+    found = answer(job)
+    for compact in (False, True):
+        figure = figure_of(found, compact=compact)
+        if figure is not None:
+            assert covered(figure) == []
+            assert struck(figure, "spoke") == []
+
+
+def test_a_crank_is_drawn_with_its_counterweight_opposite() -> None:
+    """The web of a counterweight lies a half turn from its pin."""
+    figure = figure_of(answer(open_job(PROBLEMS / "balancing" / "engine_v_twin.toml")))
+    assert figure is not None
+    [wedge] = [one for one in figure.axes[0].patches if one.get_hatch() == "...."]
+    assert wedge.get_xy()[:, 1].min() < -0.2  # type: ignore[attr-defined]
+    assert wedge.get_xy()[:, 1].max() == pytest.approx(0.0)  # type: ignore[attr-defined]
