@@ -18,7 +18,7 @@ from vibopt.manual.schema import schema_of_answers
 from vibopt.study.recorded import KEYS, REL_TOL, compare
 
 if TYPE_CHECKING:
-    from vibopt.balancing.job_kinds import BalancingJob
+    from vibopt.balancing import BalancingJob
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 FILES = sorted(PROBLEMS.rglob("*.toml"))

@@ -13,7 +13,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 from vibopt.answer.answer import EMPTY, Answer
-from vibopt.balancing.job_kinds import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
+from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
 from vibopt.document.locate import located
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import FileText, changed, inside, parsed, placed, text_of
@@ -24,8 +24,8 @@ from vibopt.work import answering, each_answer_within
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
-    from vibopt.balancing.job_kinds import BalancingJob
-    from vibopt.balancing.parse_influence import Saved
+    from vibopt.balancing import BalancingJob
+    from vibopt.balancing.coefficients import Saved
     from vibopt.scene.scene import Scene
     from vibopt.values.fact_at import FactAt
 
@@ -149,7 +149,7 @@ def kept_plan(job: B, found: Answer[Any]) -> B:
         raise InputError(f"{job.name}: there is no design to keep: {found.status}. Solve the file first.")
     if not is_open(job):
         return job
-    from vibopt.balancing import kept as plans
+    from vibopt.balancing import decided as plans
 
     document = plans.of_engine(job, found) if is_engine(job) else plans.of_planes(cast(Any, job), found)
     return cast(B, _read(document, Mistakes(job.name, None)))
@@ -189,7 +189,7 @@ def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | No
     given = document.get("influence")
     if not isinstance(given, str):
         return None
-    from vibopt.balancing.parse_influence import Saved
+    from vibopt.balancing.coefficients import Saved
 
     file = (given.folder if isinstance(given, FileText) else FilePath()) / given
     try:

@@ -13,15 +13,15 @@ from rotor_jobs import FAN
 from vibopt.answer.answer import Answer
 from vibopt.answer.answer_page import html
 from vibopt.answer.text import blocks_of, text_of, verdict
+from vibopt.balancing import is_rotor
 from vibopt.balancing.figures import figure_of
 from vibopt.balancing.figures.rotor_figure import disc
-from vibopt.balancing.job_kinds import is_rotor
 from vibopt.jobs import answer, is_scene, open_job
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from vibopt.balancing.job_kinds import BalancingJob
+    from vibopt.balancing import BalancingJob
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
 HOLES = 'radius = "150 mm"\nholes = 24\nshelf = ["5 g", "10 g", "20 g"]\nmost_weights = 2\n[[runs]]\nname = "as found"'

@@ -11,13 +11,13 @@ import pytest
 import vibopt as vo
 from examples import agrees, blocks_of, run
 from vibopt.balancing.conventions import CHOICES
-from vibopt.balancing.table_schemas import SCHEMAS
 from vibopt.cli.main import main
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.book import GROUPS, the_book
 from vibopt.manual.keys import keys_of
 from vibopt.manual.reference import balancing_tables
+from vibopt.manual.schema import SCHEMAS
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.study.recorded import KEYS
 from vibopt.values import Table

@@ -12,7 +12,6 @@ from pydantic import ValidationError
 
 import vibopt as vo
 from vibopt.answer.answer import EXIT_CODES
-from vibopt.balancing.table_schemas import SCHEMAS
 from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import VERBS
 from vibopt.devices import FAMILIES
@@ -20,7 +19,7 @@ from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.key_examples import example_of, method_of, python_of, python_table
 from vibopt.manual.keys import keys_of, refusals_of, said_of, tables_in
 from vibopt.manual.reference import COMMON, balancing_tables
-from vibopt.manual.schema import schema_of
+from vibopt.manual.schema import SCHEMAS, schema_of
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse
 from vibopt.solve.method import METHODS

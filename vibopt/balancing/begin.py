@@ -10,9 +10,8 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value
-from vibopt.answer.plan import Plan
+from vibopt.answer.plan import DeferredMapping, Plan
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified

@@ -1,16 +1,162 @@
-"""Influence coefficients as a file of their own: saved by one job, read as `influence` by the next."""
+"""Influence coefficients that are known: listed or in a file of their own, read here and saved for the next job."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from math import degrees
 from typing import Any
 
-from vibopt.balancing.contradictions import heard
-from vibopt.balancing.conventions import CHOICES
-from vibopt.balancing.planes import MASS
-from vibopt.balancing.rotor_job import RotorJob
-from vibopt.errors import InputError
-from vibopt.units import to_unit
+from vibopt.balancing.conventions import CHOICES, Conventions, read_amplitude, split_angle
+from vibopt.balancing.parse_machine import read_conventions
+from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
+from vibopt.balancing.planes import MASS, Plane, read_weight
+from vibopt.balancing.rotor_job import RotorJob, Sensor
+from vibopt.balancing.rotor_tables import InfluenceTable, listed_tables, read_table, read_value
+from vibopt.document.mistakes import Mistakes, Path
+from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.records import dataclass
+from vibopt.units import read_quantity, to_unit
+
+Influence = dict[tuple[int, int, int], complex]
+FILE_KEYS = ("title", "statement", "source", "conventions", "influence")
+"""What a file of coefficients may have."""
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A file of coefficients that a job names: its document, and where its mistakes go."""
+
+    document: Mapping[str, Any]
+    mistakes: Mistakes
+
+
+def read_influence(
+    document: Mapping[str, Any],
+    conventions: Conventions,
+    planes: Sequence[Plane],
+    measured: Measured,
+    mistakes: Mistakes,
+    saved: Saved | None = None,
+) -> Influence:
+    """Ready coefficients, internal [SI peak per kg m], by (speed, sensor, plane)."""
+    if not isinstance(document.get("influence"), str):
+        return _listed(document, conventions, planes, measured, mistakes)
+    if saved is None:
+        return {}
+    found = _of_file(saved, conventions, planes, measured)
+    mistakes.found.extend((10**9 + line, message) for line, message in saved.mistakes.found)
+    return found
+
+
+def _of_file(saved: Saved, conventions: Conventions, planes: Sequence[Plane], measured: Measured) -> Influence:
+    """Those of a file for the planes, sensors and speeds of this job, by the conventions of that file."""
+    document, mistakes = saved.document, saved.mistakes
+    for key in document:
+        if key not in FILE_KEYS:
+            mistakes.unknown_key((key,), list(FILE_KEYS))
+    own = read_conventions(document, True, mistakes)
+    if own is None:
+        return {}
+    if wrong := _other_zero(conventions.zero, own.zero):
+        mistakes.add(("conventions", "zero"), wrong)
+    listed = listed_tables(document, "influence", mistakes)
+    mine = {"plane": [one.name for one in planes], "sensor": [one.name for one in measured.sensors]}
+    kept = [one for one in listed if not isinstance(one, Mapping) or _is_mine(one, mine, measured)]
+    if not kept:
+        mistakes.add(
+            ("influence",), "no coefficient is for a plane, a sensor and a speed of this job. Name another file."
+        )
+    return _listed({**document, "influence": kept}, own, planes, measured, mistakes)
+
+
+def _is_mine(given: Mapping[str, Any], mine: Mapping[str, Sequence[str]], measured: Measured) -> bool:
+    """Whether a coefficient is for something that this job has."""
+    try:
+        speed = read_quantity(given["speed"], "angular_rate").value if "speed" in given else None
+    except QuantityError:
+        return True  # said where it is read
+    at = speed is None or any(same_speed(speed, one) for one in measured.speeds)
+    return at and all(given.get(key) in known for key, known in mine.items() if isinstance(given.get(key), str))
+
+
+def _other_zero(mine: str, theirs: str) -> str:
+    """What is wrong where two files count angles from different marks; "" where they name the same."""
+    if " ".join(mine.split()).casefold() == " ".join(theirs.split()).casefold():
+        return ""
+    return (
+        f'counts angles from "{theirs}", this job from "{mine}": nothing says how the two lie to each other. Write the '
+        "same words where they are one mark; else measure the coefficients anew."
+    )
+
+
+def _listed(
+    document: Mapping[str, Any],
+    conventions: Conventions,
+    planes: Sequence[Plane],
+    measured: Measured,
+    mistakes: Mistakes,
+) -> Influence:
+    found = {}
+    for index, given in enumerate(listed_tables(document, "influence", mistakes)):
+        path: Path = ("influence", index)
+        table = read_table(InfluenceTable, given, path, mistakes)
+        if table is None:
+            continue
+        plane = _find((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
+        sensor = _find((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
+        speed = _speed_of(path, table, document, measured, mistakes)
+        if plane is None or sensor is None or speed is None:
+            continue
+        value = read_value(
+            (*path, "value"), table.value, mistakes, _coefficient, conventions, planes[plane], measured.sensors[sensor]
+        )
+        if value is not None:
+            found[speed, sensor, plane] = value
+    return found
+
+
+def _find(path: Path, name: str, what: str, known: list[str], mistakes: Mistakes) -> int | None:
+    if name in known:
+        return known.index(name)
+    mistakes.value(path, name, f"names no {what} of this job.{way_out(name, known)}")
+    return None
+
+
+def _speed_of(
+    path: Path, table: InfluenceTable, document: Mapping[str, Any], measured: Measured, mistakes: Mistakes
+) -> int | None:
+    if table.speed is None and len(measured.speeds) == 1:
+        return 0
+    if table.speed is None:
+        mistakes.add(
+            path, f'influence[{int(path[1]) + 1}] has no speed, but the runs have several. Write speed = "1200 rpm".'
+        )
+        return None
+    for index, speed in enumerate(measured.speeds):
+        if same_speed(table.speed.value, speed):
+            return index
+    mistakes.add(
+        (*path, "speed"),
+        f"influence[{int(path[1]) + 1}] is for a speed at which no run as found was made. Add that run, or remove "
+        f"the coefficient.",
+    )
+    return None
+
+
+def _coefficient(text: object, conventions: Conventions, plane: Plane, sensor: Sensor) -> complex:
+    """What a unit weight at angle zero would read, per kg m."""
+    example = "0.43 mil pp/g @ 120 deg"
+    front, angle = split_angle(text, example) if isinstance(text, str) else ("", None)
+    amount, sign, per = front.rpartition("/")
+    if angle is None or not sign:
+        raise QuantityError(f'is no influence coefficient. Write what a unit weight at 0 deg would read, "{example}".')
+    amplitude = read_amplitude(amount.strip(), conventions.detector, sensor.unit)
+    if sensor.dimension and amplitude.dimension != sensor.dimension:
+        raise QuantityError(
+            f"is {kind_of(amplitude.dimension)}, but sensor {sensor.name} reads {kind_of(sensor.dimension)}."
+        )
+    size = abs(read_weight(f"1 {per.strip(' ()')} @ 0 deg", plane, conventions))
+    return conventions.reading(amplitude.value, angle) / size
 
 
 def coefficients_document(job: RotorJob) -> dict[str, Any]:
@@ -28,6 +174,8 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
         )
     if not job.runs or job.is_advice:
         raise InputError(f"{job.name}: no run has weights, so no influence coefficient is known. Add a trial run.")
+    from vibopt.balancing.contradictions import heard
+
     of = heard(job)
     speeds = [
         f"{to_unit(one, unit, 'angular_rate'):.15g} {unit}"
@@ -38,7 +186,7 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
             "speed": speeds[speed],
             "sensor": job.sensors[sensor].name,
             "plane": plane.name,
-            "value": _text(job, complex(of.identified.H[row, column]), sensor, column),
+            "value": _saved_text(job, complex(of.identified.H[row, column]), sensor, column),
         }
         for row, (speed, sensor) in enumerate(job.readings)
         for column, plane in enumerate(job.planes)
@@ -48,7 +196,7 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
     return {"title": f"Influence coefficients of {job.title}", "conventions": said, "influence": rows}
 
 
-def _text(job: RotorJob, H: complex, sensor: int, column: int) -> str:
+def _saved_text(job: RotorJob, H: complex, sensor: int, column: int) -> str:
     """A coefficient with all digits, per unbalance where the plane has a radius: so it holds at any radius."""
     plane, reads = job.planes[column], job.sensors[sensor]
     per = "g mm" if plane.radii or plane.kind != MASS else "g"

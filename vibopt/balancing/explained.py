@@ -6,8 +6,8 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
+from vibopt.balancing import is_engine, is_known
 from vibopt.balancing.engine.engine_job import EngineJob
-from vibopt.balancing.job_kinds import is_engine, is_known
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.errors import counted

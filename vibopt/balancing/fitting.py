@@ -8,10 +8,9 @@ from math import pi, tau
 import numpy as np
 
 from vibopt.answer.entry import Entry, direction
-from vibopt.answer.plan import Fitting, PlaneAnswer, RowAnswer, Weight
+from vibopt.answer.plan import DeferredRows, Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
-from vibopt.balancing.deferred import DeferredRows
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import Options, neighbours
 from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name

@@ -11,8 +11,8 @@ import numpy as np
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Checked, Entry, Price, at_most
+from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.deferred import DeferredMapping
 from vibopt.balancing.fitting import greatest_readings
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.balancing.question_prices import THOROUGH, Step, allowance, clash, left_out, solve_question

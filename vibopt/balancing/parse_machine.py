@@ -15,7 +15,7 @@ from vibopt.balancing.conventions import (
     read_reading,
     show_angle,
 )
-from vibopt.balancing.fitted import is_fitted, with_fitted
+from vibopt.balancing.decided import is_fitted, with_fitted
 from vibopt.balancing.plane_options import (
     ALL_FORBIDDEN,
     KEPT_AND_REMOVED,

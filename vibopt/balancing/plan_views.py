@@ -10,12 +10,12 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.answer_schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref, table
 from vibopt.answer.blocks import Block
 from vibopt.answer.entry import Entry
+from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_rotor
 from vibopt.balancing.blocks_known import engine_blocks, known_blocks
 from vibopt.balancing.blocks_rotor import rotor_blocks
-from vibopt.balancing.job_kinds import ENGINE, KNOWN, ROTOR, is_rotor
 
 if TYPE_CHECKING:
-    from vibopt.balancing.job_kinds import BalancingJob
+    from vibopt.balancing import BalancingJob
 
 _CONVENTIONS = ("phase", "readings", "angles", "detector", "zero")
 

@@ -8,9 +8,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from vibopt.balancing.check_rotor import check_runs
+from vibopt.balancing.coefficients import Saved, read_influence
 from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.parse_asks import check_without_phase, read_goal, read_limits, read_quality, read_scatter
-from vibopt.balancing.parse_influence import Saved, read_influence
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
 from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_runs, with_units
 from vibopt.balancing.planes import MASS, Plane

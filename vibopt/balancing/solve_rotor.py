@@ -10,13 +10,12 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked
-from vibopt.answer.plan import Fitting, RowAnswer
+from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, RowAnswer
 from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, method_of, nothing
 from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.conventions import show_angle
-from vibopt.balancing.deferred import DeferredMapping, DeferredRows
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.limit_prices import limit_answers

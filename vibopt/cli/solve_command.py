@@ -121,7 +121,7 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
     """The file of coefficients that is asked for, and its text."""
     if save is None:
         return {}
-    from vibopt.balancing.job_kinds import is_rotor
+    from vibopt.balancing import is_rotor
     from vibopt.jobs import noun_of
 
     if not is_rotor(job):

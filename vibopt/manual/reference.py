@@ -15,6 +15,7 @@ from vibopt.manual.key_examples import example_of, method_of, python_of, python_
 from vibopt.manual.keys import keys_of, refusals_of, tables_in, told
 from vibopt.manual.markdown_rows import described, fenced, key_table, listed, rows_of
 from vibopt.manual.refusals import whole_file_refusals
+from vibopt.manual.schema import SCHEMAS
 from vibopt.manual.topic import Topic
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse, Response
@@ -90,15 +91,11 @@ def _response(name: str) -> str:
 
 def balancing() -> Iterator[Topic]:
     """A page for each kind of balancing file."""
-    from vibopt.balancing.table_schemas import SCHEMAS
-
     for name in SCHEMAS:
         yield Topic(f"{name}_file", BALANCE, partial(_balancing_file, name))
 
 
 def _balancing_file(name: str) -> str:
-    from vibopt.balancing.table_schemas import SCHEMAS
-
     made = SCHEMAS[name]
     titles = {"rotor": "a measured rotor", "known": "known masses on a shaft", "engine": "an engine"}
     words = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from vibopt.errors import InputError, way_out
@@ -23,8 +23,6 @@ def schema_of(kind: str) -> dict[str, Any]:
     """
     if kind in ("scene", "answer"):
         return problem_schema() if kind == "scene" else schema_of_answers()
-    from vibopt.balancing.table_schemas import SCHEMAS
-
     if kind not in SCHEMAS:
         raise InputError(f'there is no schema "{kind}".{way_out(kind, ["scene", *SCHEMAS, "answer"])}')
     parts: dict[str, Any] = {}
@@ -152,12 +150,7 @@ def _goal(one: dict[str, Any], name: str, sense: str) -> dict[str, Any]:
 
 def _find_all() -> dict[str, Any]:
     asked = {"type": "string", "pattern": r"\.speed$", "description": 'all good speeds, "fan.speed"'}
-    return {
-        "type": "object",
-        "properties": {"find_all": asked},
-        "required": ["find_all"],
-        "additionalProperties": False,
-    }
+    return _closed({"find_all": asked}, ["find_all"])
 
 
 def _record() -> dict[str, Any]:
@@ -167,9 +160,96 @@ def _record() -> dict[str, Any]:
     words["value"] = {"type": ["string", "number", "array"]}
     words["rel_tol"] = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     words["verdict"] = {"enum": list(VERDICTS)}
-    return {
-        "type": "object",
-        "properties": words,
-        "required": ["what", "path", "value"],
-        "additionalProperties": False,
-    }
+    return _closed(words, ["what", "path", "value"])
+
+
+Made = Callable[[Any], dict[str, Any]]
+Named = Callable[[dict[str, Any]], dict[str, Any]]
+_FILE = {"type": "string", "description": "a file beside this one that solve --save-coefficients wrote"}
+_WORDS = {"title": _TEXT, "statement": _TEXT, "source": _TEXT}
+
+
+def _rotor_file(made: Made, named: Named) -> dict[str, Any]:
+    from vibopt.balancing import rotor_tables as tables
+    from vibopt.balancing.conventions import CHOICES
+
+    words: dict[str, Any] = {key: {"enum": list(known), "description": text} for key, (known, text) in CHOICES.items()}
+    words["zero"] = {"type": "string", "description": "where angle zero is, in words"}
+    limits = {"anyOf": [_fixed(made(tables.ResidualLimit), "response", "residual"),
+                        _fixed(made(tables.CorrectionLimit), "response", "correction")]}  # fmt: skip
+    return _closed(
+        {
+            **_WORDS,
+            "conventions": _closed(words, ["angles", "detector", "zero"]),
+            "planes": named(made(tables.PlaneTable)),
+            "sensors": named(made(tables.SensorTable)),
+            "runs": _list(made(tables.RunTable)),
+            "readings": {"type": "string", "description": "a CSV file beside this one, instead of runs"},
+            "influence": {"anyOf": [_list(made(tables.InfluenceTable)), _FILE]},
+            "speed": {"type": "string", "description": "of all runs, instead of one in each"},
+            "scatter": made(tables.ScatterTable),
+            "pairs": named(made(tables.PairTable)),
+            "limits": named(limits),
+            "goal": made(tables.GoalTable),
+            "rotor": made(tables.RotorTable),
+            "quality": made(tables.QualityTable),
+        }
+    )
+
+
+def _known_file(made: Made, named: Named) -> dict[str, Any]:
+    from vibopt.balancing.known import known_tables as tables
+
+    limit = made(tables.KnownLimitTable)
+    return _closed(
+        {
+            **_WORDS,
+            "conventions": _closed(
+                {
+                    "angles": {"type": "string", "description": "in which sense angles are counted, in your words"},
+                    "zero": {"type": "string", "description": "where angle zero is, in your words"},
+                }
+            ),
+            "shaft": made(tables.ShaftTable),
+            "masses": named(made(tables.MassTable)),
+            "planes": named(made(tables.KnownPlaneTable)),
+            "limits": named(limit),
+            "measures": named(limit),
+            "goal": made(tables.KnownGoalTable),
+        },
+        ["masses"],
+    )
+
+
+def _engine_file(made: Made, named: Named) -> dict[str, Any]:
+    from vibopt.balancing.engine import engine_tables as tables
+
+    limit = made(tables.EngineLimitTable)
+    return _closed(
+        {
+            **_WORDS,
+            "engine": made(tables.EngineTable),
+            "cylinders": _list(made(tables.CylinderTable)),
+            "counterweights": named(made(tables.CounterweightTable)),
+            "balance_shafts": named(made(tables.BalanceShaftTable)),
+            "limits": named(limit),
+            "measures": named(limit),
+            "goal": made(tables.EngineGoalTable),
+        },
+        ["engine", "cylinders"],
+    )
+
+
+def _closed(properties: dict[str, Any], required: list[str] | None = None) -> dict[str, Any]:
+    return {"type": "object", "properties": properties, "required": required or [], "additionalProperties": False}
+
+
+def _list(one: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": one}
+
+
+SCHEMAS: Mapping[str, Callable[[Made, Named], dict[str, Any]]] = {
+    "rotor": _rotor_file,
+    "known": _known_file,
+    "engine": _engine_file,
+}

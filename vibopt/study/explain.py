@@ -22,7 +22,7 @@ from vibopt.study.prices import priced
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.balancing.job_kinds import BalancingJob
+    from vibopt.balancing import BalancingJob
     from vibopt.jobs import Job
 
 

@@ -20,7 +20,7 @@ from vibopt.study.rounded import Rounded, Value, asked_words, claim_of, rounded
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.balancing.job_kinds import BalancingJob
+    from vibopt.balancing import BalancingJob
     from vibopt.jobs import Job
 
 _MOST = 256

@@ -15,7 +15,7 @@ from vibopt.units import si_unit
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
-    from vibopt.balancing.job_kinds import BalancingJob
+    from vibopt.balancing import BalancingJob
 
 
 def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) -> list[Row]:

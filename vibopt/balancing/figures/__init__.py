@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
-from vibopt.balancing.job_kinds import is_engine, is_known, is_rotor
+from vibopt.balancing import is_engine, is_known, is_rotor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

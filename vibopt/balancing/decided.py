@@ -1,0 +1,123 @@
+"""Weights that are decided: read where a plane has a value and no range, and written by an answer that is kept."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.entry import Entry
+from vibopt.balancing.planes import Fitted, Plane, read_fitted, unit_of
+from vibopt.balancing.rotor_tables import read_value
+from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.units import best_unit, to_unit
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.balancing.engine.engine_job import EngineJob
+    from vibopt.balancing.known.known_job import KnownJob
+    from vibopt.balancing.rotor_job import RotorJob
+
+_CHOOSING = ("shelf", "split", "forbidden", "keep")
+"""Keys of a plane that say what may be chosen."""
+
+
+def is_fitted(given: object) -> bool:
+    """Whether weights are decided: texts that say where they sit."""
+    listed = given if isinstance(given, list) else [given]
+    return isinstance(given, list) or any(isinstance(one, str) and ("@" in one or "hole" in one) for one in listed)
+
+
+def with_fitted(path: Path, plane: Plane, table: Mapping[str, Any], mistakes: Mistakes) -> Plane:
+    """The plane with the weights that its table decides."""
+    key = "weight" if table.get("weight") is not None else "unbalance"
+    given = table.get(key)
+    if not is_fitted(given):
+        return plane
+    listed = given if isinstance(given, list) else [given]
+    if idle := [word for word in _CHOOSING if table.get(word)]:
+        mistakes.add(
+            (*path, idle[0]),
+            f"{dotted(path)} has {idle[0]}, which is for a weight that is chosen, but its {key} is decided. Leave "
+            f"{idle[0]} out, or write {key} as a range {{ from, to }}.",
+        )
+        return plane
+    read = [
+        read_value((*path, key, index) if isinstance(given, list) else (*path, key), one, mistakes, read_fitted, plane)
+        for index, one in enumerate(listed)
+    ]
+    unit = next((unit for one in listed if (unit := unit_of(one, plane))), plane.unit)
+    return replace(plane, fitted=tuple(one for one in read if one is not None), unit=unit)
+
+
+def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Fitted]) -> dict[str, Any]:
+    """The table of a plane with its weights as facts, and without what was there to choose them."""
+    kept = {key: one for key, one in table.items() if key not in (*_CHOOSING, "weight", "unbalance", "most_weights")}
+    texts = [text_of(one, plane) for one in weights]
+    return {**kept, plane.kind_word: texts[0] if len(texts) == 1 else texts}
+
+
+def text_of(one: Fitted, plane: Plane) -> str:
+    """A decided weight as it stands in a file, exact to the last digit."""
+    unit = plane.unit or best_unit(one.mass, plane.dimension)
+    amount = f"{to_unit(one.mass, unit, plane.dimension):.15g} {unit}"
+    at = f" at {to_unit(one.radius, plane.length_unit, 'length'):.15g} {plane.length_unit}"
+    where = f"in hole {one.hole + 1}" if one.hole is not None else f"@ {to_unit(one.angle, 'deg', 'angle'):.15g} deg"
+    return f"{amount}{at if len(plane.radii) > 1 else ''} {where}"
+
+
+MINIMISED = "minimised"
+"""Name of the measure that the goal of an engine becomes."""
+
+
+def of_planes(job: RotorJob | KnownJob, plan: Answer[Any]) -> dict[str, Any]:
+    """The file of a measured rotor, or of known masses, with the weights of the first answer."""
+    weights = [
+        [Fitted(one.mass, one.radius or plane.radius, one.angle, one.hole) for one in answer.weights]
+        for plane, answer in zip(job.planes, plan.plan.fittings[0].planes, strict=True)
+    ]
+    return _with_weights(job.document, job.planes, weights)
+
+
+def _with_weights(
+    given: Mapping[str, Any], planes: Sequence[Plane], weights: Sequence[Iterable[Fitted]]
+) -> dict[str, Any]:
+    document = _bare(given)
+    document.pop("pairs", None)
+    for plane, own in zip(planes, weights, strict=True):
+        if plane.is_open:
+            document["planes"][plane.name] = _decided_table(document["planes"][plane.name], plane, own)
+    return document
+
+
+def of_engine(job: EngineJob, found: Answer[Any]) -> dict[str, Any]:
+    """The file of an engine with its cranks, shares and weights; what was made least is measured."""
+    document = _bare(job.document)
+    for path in job.choices:
+        family, *rest = path.split(".")
+        entry = found.find(path)
+        assert isinstance(entry, Entry)
+        unit = entry.unit or "g mm"
+        text = f"{to_unit(float(entry.value), unit, entry.dimension):.15g} {unit}" if entry.dimension != "ratio" else ""
+        if family == "cylinders":
+            document["cylinders"][int(rest[0]) - 1]["crank"] = text
+        elif rest:
+            document[family][rest[0]][rest[1]] = text
+        else:
+            document["engine"][family] = float(entry.value)
+    document["engine"].pop("cranks", None)
+    goal = document.pop("goal", None)
+    if goal is not None:
+        measure = {"response": goal["minimise"], **({"order": goal["order"]} if "order" in goal else {})}
+        document.setdefault("measures", {}).setdefault(MINIMISED, measure)
+    return document
+
+
+def _bare(given: Mapping[str, Any]) -> dict[str, Any]:
+    document = copy.deepcopy(dict(given))
+    document.pop("expected", None)
+    return document
+
+
+__all__ = ["MINIMISED", "is_fitted", "of_engine", "of_planes", "text_of", "with_fitted"]
