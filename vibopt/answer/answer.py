@@ -100,6 +100,57 @@ class Conflict:
         return {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
 
 
+@dataclass(frozen=True, slots=True)
+class Least:
+    """What a limit could be if there were no other: its best value, whether that is proven, whether it is enough."""
+
+    value: Entry
+    proven: bool
+    enough: bool
+
+    @property
+    def known(self) -> str:
+        """How it is known."""
+        return "proven" if self.proven else "best found"
+
+    def to_json(self) -> dict[str, Any]:
+        return {**self.value.to_json(), "proven": self.proven, "enough": self.enough}
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The design that misses its limits least, where none is known that meets them all.
+
+    variables, places, x
+        As of an answer.
+    values
+        Further numbers and words by path, of jobs without design variables.
+    words
+        What it is, one sentence a line, where a job says it so.
+    limits
+        Each measured on it.
+    least
+        What each limit could be alone; without those that have no least, and those `left` because of the work.
+    """
+
+    variables: Mapping[str, Chosen] = field(default_factory=dict)
+    places: Mapping[str, Word] = field(default_factory=dict)
+    x: tuple[float, ...] = ()
+    values: Mapping[str, Value] = field(default_factory=dict)
+    words: tuple[str, ...] = ()
+    limits: Mapping[str, Checked] = field(default_factory=dict)
+    least: Mapping[str, Least] = field(default_factory=dict)
+    left: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        variables = {path: one.value.to_json() for path, one in self.variables.items()}
+        named = {**self.places, **self.values}
+        return {
+            "values": {**variables, **{path: one.to_json() for path, one in named.items()}}, "words": list(self.words),
+            "limits": self.limits, "least": self.least, "left": list(self.left),
+        }  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Answer(Generic[J_co]):
     """Answer to a job: a machine (scene), a measured rotor, known masses on a shaft, or an engine.
@@ -130,6 +181,9 @@ class Answer(Generic[J_co]):
         `find_all`: intervals (low, high) in the user's unit, else None.
     conflict
         Limits that cannot hold together; None where none are. Of a balancing job `reason` says it in words.
+    nearest
+        Where limits cannot all be met, or no such design was found, the one that misses them least; None elsewhere,
+        and where it was not looked for.
     model
         What was needed of a machine; None for other kinds.
     tolerances
@@ -159,11 +213,22 @@ class Answer(Generic[J_co]):
     plan: Plan = field(default_factory=Plan)
     found: tuple[tuple[Entry, Entry], ...] | None = None
     conflict: Conflict | None = None
+    nearest: Nearest | None = None
     model: Used | None = None
     tolerances: Tolerances | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
     timings: Mapping[str, float] = field(default_factory=dict)
     work: float = 0.0
+
+    @property
+    def tried(self) -> Answer[J_co]:
+        """The nearest design as an answer that breaks limits; this answer where there is none."""
+        near = self.nearest
+        if near is None:
+            return self
+        return replace(
+            self, status="violated", variables=near.variables, places=near.places, x=near.x, limits=near.limits
+        )
 
     @property
     def name(self) -> str:

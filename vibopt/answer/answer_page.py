@@ -8,7 +8,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from vibopt.answer.answer import Answer
+from vibopt.answer.answer import EMPTY, Answer
 from vibopt.answer.blocks import FOOT, LEAD, TABLE, TEXT, TODO, WARNING, Block
 from vibopt.answer.jsonable import views_of
 from vibopt.answer.text import blocks_of, claim, verdict
@@ -92,7 +92,7 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
         "tables": [_table(one, sheet) for one in blocks if _stands(one, sheet)],
         "foot": [one for one in blocks if one.kind == FOOT],
         "figures": figures,
-        "signs": views.signs(answer),
+        "signs": () if answer.status in EMPTY else views.signs(answer),
         "given": [] if sheet else given(document),
     }
 

@@ -61,6 +61,15 @@ PARTS = {
     ),
     "limit": table({**_ROW, **_LIMIT}, _SCATTER),
     "measure": table(_ROW, _SCATTER),
+    "nearest": table(
+        {
+            "values": named(ref("entry")),
+            "words": TEXTS,
+            "limits": named(ref("limit")),
+            "left": TEXTS,
+            "least": named(table({**_NUMBER, "proven": {"type": "boolean"}, "enough": {"type": "boolean"}})),
+        }
+    ),
     "conflict": table(
         {
             "limits": TEXTS,
@@ -77,6 +86,8 @@ COMMON = {
     "conflict": maybe(ref("conflict")), "method": TEXT, "timings": named({"type": "number"}), "notes": TEXTS,
     "details": OPEN,
 }  # fmt: skip
+NEAREST = {"nearest": ref("nearest")}
+"""What an answer without a design may have."""
 WRITTEN = {"written": TEXTS, "messages": TEXTS}
 """What a command adds that writes files."""
 
@@ -90,7 +101,7 @@ def answer_schema(kinds: Mapping[str, tuple[Mapping[str, Shape], Mapping[str, Sh
         By kind of job the keys that its answers always have beside the common ones, and those that they may have.
     """
     shapes = [
-        table({**COMMON, "kind": {"const": kind}, **always}, {**sometimes, **WRITTEN})
+        table({**COMMON, "kind": {"const": kind}, **always}, {**sometimes, **NEAREST, **WRITTEN})
         for kind, (always, sometimes) in kinds.items()
     ]
     return {

@@ -113,6 +113,31 @@ def limits_block(answer: Answer[Any], title: str = "Limits", *, states: bool = T
     return Block(title, heads=("Limit", "Worst", "Allowed", "Margin"), rows=tuple(rows))
 
 
+def nearest_block(answer: Answer[Any], of_which: str = "") -> Block:
+    """Each limit on the nearest design: what is allowed, how far it is missed, and what any design could do for it."""
+    near = answer.nearest
+    if near is None:
+        return Block("")
+    rows = []
+    for key, one in near.limits.items():
+        least = near.least.get(key)
+        at = at_words(one.worst_at)
+        rows.append(
+            (
+                f"{one.name}\n  {spoken(one.response, one.place)}",
+                f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
+                f"{cleaned(one.value, one.limit).shown}\n{f'at {at}' if at else ''}".rstrip(),
+                "met" if one.met else one.margin_shown.removeprefix("-") or "without end",
+                f"{least.value.shown}\n{least.known}{'' if least.enough else ', not enough'}"
+                if least is not None
+                else "",
+            )
+        )
+    heads = ("Limit", "Allowed", "Nearest design", "Missed by", "Best alone")
+    title = "How near it comes, and what each limit could be alone" if near.least else "How near it comes"
+    return table(f"{title}{of_which}", heads, rows, whole=(1, 2, 3, 4))
+
+
 def prices_block(answer: Answer[Any]) -> Block:
     """What a wider limit or cap buys."""
     bought = {name: one.price for name, one in answer.limits.items() if one.price is not None} | dict(answer.prices)

@@ -29,6 +29,7 @@ def as_json(answer: Answer[Any]) -> dict[str, Any]:
         "status": answer.status, "claim": answer.claim, "reason": answer.reason, "proven": answer.proven,
         "goal": _goal(answer, views.sense_of(answer)),
         "limits": answer.limits, "measures": answer.measures, "prices": answer.prices, "conflict": answer.conflict,
+        **({} if answer.nearest is None else {"nearest": answer.nearest}),
         **nested(answer.values), **views.own_json(answer),
         "method": answer.method, "timings": answer.timings, "notes": views.notes_of(answer), "details": answer.details,
     }  # fmt: skip

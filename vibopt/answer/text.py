@@ -86,7 +86,7 @@ def _write(answer: Answer[Any], console: Console, file: str, changes: Sequence[s
     blocks = blocks_of(answer)
     for block in blocks:
         if block.kind != FOOT:
-            _block(block, console)
+            show(block, console)
     foot = [
         (one.title if k == 0 else "", line) for one in blocks if one.kind == FOOT for k, line in enumerate(one.lines)
     ]
@@ -101,7 +101,8 @@ def _write(answer: Answer[Any], console: Console, file: str, changes: Sequence[s
         console.print(grid(foot))
 
 
-def _block(block: Block, console: Console) -> None:
+def show(block: Block, console: Console) -> None:
+    """A block with its title."""
     if block.rows:
         section(console, block.title, grid(block.rows, block.heads, block.whole))
     elif block.kind == LEAD:

@@ -45,7 +45,8 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
 
 
 def _tell(job: Job, result: Explanation, console: Console) -> None:
-    from vibopt.answer.text import grid, paragraph, section, verdict
+    from vibopt.answer.jsonable import views_of
+    from vibopt.answer.text import grid, paragraph, section, show, verdict
 
     found = result.answer
     console.print(job.title, style="bold")
@@ -63,6 +64,8 @@ def _tell(job: Job, result: Explanation, console: Console) -> None:
             section(console, title, grid(rows, whole=(0,)))
     if found.conflict is not None and not found.reason:
         section(console, "Cannot hold together", ", ".join(found.conflict.limits))
+    for block in views_of(found).nearest_blocks(found):
+        show(block, console)
     if found.notes:
         section(console, "Notes", grid([(one,) for one in found.notes]))
     work = [(key, str(value)) for key, value in found.details.items() if isinstance(value, int)]

@@ -210,6 +210,8 @@ def _sheet(target: Path, asked: Asked, rounding: tuple[str, ...], *, fresh: bool
         asks_for_one_design(job)
     program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
     found = answered(asked, fresh=fresh)
+    if found.status in EMPTY:
+        found = answered(asked, fresh=fresh, prices=found)
     if rounding and found.status not in EMPTY:
         from vibopt.study.rounded_plan import drawn
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,11 @@ PROBLEMS = (".toml",)
     metavar="FILE",
     help="Write what each weight of a measured rotor does (.toml); the next job reads it as influence = FILE.",
 )
-@click.option("--no-prices", is_flag=True, help="Do not find out what loosening each active limit buys.")
+@click.option(
+    "--no-prices",
+    is_flag=True,
+    help="Do not find out what loosening each active limit buys, nor the nearest design where none is found.",
+)
 @click.option("--require-proof", is_flag=True, help="Exit code 5 unless the answer is proven.")
 @as_json
 def solve(
@@ -72,6 +77,9 @@ def solve(
         found = drawn.design
     elif not no_prices:
         found = answered(asked, fresh=True, prices=found)
+    elif found.status in EMPTY and found.nearest is None:
+        words = "The nearest design was not looked for, nor what each limit could be alone: leave --no-prices out."
+        found = replace(found, notes=(*found.notes, words))
     refused = "" if target is None else _save(found, job, drawn, target, changes)
     for place, text in learnt.items():
         from vibopt.files.writing import write_file
@@ -169,7 +177,8 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
     fresh
         Solve, whatever is kept.
     prices
-        Whether what loosening each limit buys is wanted too; or the answer to which it is to be added.
+        Whether what loosening each limit buys is wanted too, or where there is no design the nearest; or the answer to
+        which it is to be added.
     """
     from vibopt.cli.answer_cache import keep, kept
     from vibopt.jobs import is_scene
@@ -184,9 +193,10 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
     if stage == "answer":
         found = _answer(asked)
     else:
+        from vibopt.study.nearest import with_nearest
         from vibopt.study.prices import priced
 
-        found = priced(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
+        found = priced(with_nearest(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices))
     keep(asked, stage, found, key)
     return found
 

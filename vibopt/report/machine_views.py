@@ -5,7 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 from vibopt.answer import answer_schema as shape
-from vibopt.answer.blocks import FOOT, LEAD, TEXT, Block, limits_block, measures_block, pairs, prices_block
+from vibopt.answer.blocks import (
+    FOOT,
+    LEAD,
+    TEXT,
+    Block,
+    limits_block,
+    measures_block,
+    nearest_block,
+    pairs,
+    prices_block,
+)  # fmt: skip
 from vibopt.answer.entry import Chosen, Value, Word
 from vibopt.report import isolators
 from vibopt.report.absorber_parts import BUILD, parts_of
@@ -86,6 +96,7 @@ def blocks(design: Design) -> list[Block]:
         return [*lead, *_foot(design)]
     title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
     places = [(one["place"], one["status"], one["goal"]) for one in design.details.get("places", ())]
+    lead += nearest_blocks(design)
     machine = machine_in(design)
     built = [] if machine is None else build_rows(design, machine, whole=False)
     return [
@@ -101,6 +112,19 @@ def blocks(design: Design) -> list[Block]:
         pairs("Places", places),
         pairs("What was chosen", _values(design)),
         *_foot(design),
+    ]
+
+
+def nearest_blocks(design: Design) -> list[Block]:
+    """The design that misses its limits least, and how far each is missed."""
+    tried = design.tried
+    machine = machine_in(tried) if design.nearest is not None else None
+    if machine is None:
+        return []
+    off = "" if design.tolerances is None else " (alone: without tolerances)"
+    return [
+        pairs("The nearest design", build_rows(tried, machine, whole=False), whole=(0,)),
+        nearest_block(design, off),
     ]
 
 

@@ -18,6 +18,7 @@ from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
 from vibopt.solve.ranges import closed
 from vibopt.study.absorbers import Absorbers, study_absorbers
+from vibopt.study.nearest import with_nearest
 from vibopt.study.prices import priced
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def explain(
     if not is_scene(job):
         return _balancing(job, method, thorough)
     design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
-    design = priced(design, until=True, thorough=thorough)
+    design = priced(with_nearest(design, thorough=thorough), until=True, thorough=thorough)
     program = pose(design.scene)
     return Explanation(
         design,

@@ -83,6 +83,9 @@ def _conflict(design: Design) -> list[str]:
     if design.conflict is not None:
         names = listed([f'"{name}"' for name in design.conflict.limits])
         lines.append(f"{names} cannot hold{' together' if len(design.conflict.limits) > 1 else ''}.")
+    if design.nearest is not None:
+        missed = max((one for one in design.nearest.limits.values()), key=lambda one: -one.margin)
+        lines.append(f"Shown is the nearest design: it misses no limit by more than {missed.margin_shown[1:]}.")
     steps = loosening_words(design)
     return lines + ([f"Smallest loosening of one that helps: {', or '.join(steps)}."] if steps else [])
 

@@ -127,8 +127,8 @@ def printed(
 
 def _words(design: Design) -> dict[str, Any]:
     """Everything the template says, as text."""
+    verdict, near, design = verdict_of(design), design.nearest, design.tried
     scene, machine = design.scene, machine_in(design)
-    verdict = verdict_of(design)
     limits, more_limits = limit_rows(design) if machine is not None else ([], 0)
     shapes = _mode_rows(scene, machine) if machine is not None else []
     mounts, sums = _mount_rows(design, machine)
@@ -136,6 +136,8 @@ def _words(design: Design) -> dict[str, Any]:
         "title": scene.title if len(scene.title) <= LONG else f"{scene.title[: LONG - 4]} ...",
         "file": scene.name,
         "verdict": verdict,
+        "nearest": near is not None,
+        "alone": [f"{name} {one.value.shown} ({one.known})" for name, one in near.least.items()] if near else [],
         "bodies": _cut(body_rows(scene, machine)),
         "build": _cut(build_rows(design, machine)) if machine is not None else [],
         "excitations": _cut(excitation_rows(scene)),
