@@ -2,18 +2,25 @@
 
 from math import tau
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.axes import Axes
 from pictures import covered, struck
 
+from vibopt.arrays import FloatArray
 from vibopt.balancing.figures import figure_of
 from vibopt.balancing.figures.dials import Dial, Disc, Phasor, Spot, rows_of
 from vibopt.balancing.figures.drawing import page
 from vibopt.jobs import answer, is_scene, open_job
+from vibopt.report.curves import panels
+from vibopt.report.figures import response_figure
 from vibopt.report.figures.canvas import spread
 from vibopt.report.figures.paper import WIDTH
+from vibopt.report.series import Panel
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 BALANCING = sorted((PROBLEMS / "balancing").glob("*.toml"))
@@ -102,3 +109,44 @@ def test_a_crank_is_drawn_with_its_counterweight_opposite() -> None:
     [wedge] = [one for one in figure.axes[0].patches if one.get_hatch() == "...."]
     assert wedge.get_xy()[:, 1].min() < -0.2  # type: ignore[attr-defined]
     assert wedge.get_xy()[:, 1].max() == pytest.approx(0.0)  # type: ignore[attr-defined]
+
+
+STEADY = sorted(one for one in PROBLEMS.rglob("*.toml") if "balancing" not in one.parts)
+"""Machines, those with steady responses among them."""
+SEEN = ("press_on_rubber", "footbridge_detuned", "rao_9_34", "rao_9_39", "rao_9_35")
+
+
+def off_the_curve(figure: Any, drawn: list[Panel]) -> list[tuple[str, float]]:
+    """Marks farther than two pixels from every curve of their panel."""
+    figure.draw_without_rendering()
+    axes = list(figure.findobj(Axes))[: len(drawn)]
+    found = []
+    for each, panel in zip(axes, drawn, strict=True):
+        lines = [each.transData.transform(np.column_stack([one.x, one.y])) for one in panel.curves]
+        for mark in panel.marks:
+            if not panel.y_span[0] <= mark.y <= panel.y_span[1]:
+                continue  # shown at the edge of the paper, as an arrow
+            point = each.transData.transform((mark.x, mark.y))
+            gap = min(_distance(point, line[np.isfinite(line).all(axis=1)]) for line in lines)
+            found += [(mark.words, gap)] if gap > 2.0 else []
+    return found
+
+
+def _distance(point: FloatArray, line: FloatArray) -> float:
+    """Pixels from a point to a polyline."""
+    start, step = line[:-1], np.diff(line, axis=0)
+    part = ((point - start) * step).sum(axis=1) / np.maximum((step**2).sum(axis=1), 1e-300)
+    nearest = start + np.clip(part, 0.0, 1.0)[:, None] * step
+    return float(np.hypot(*(nearest - point).T).min())
+
+
+@pytest.mark.parametrize(
+    "file", [pytest.param(one, id=one.stem, marks=() if one.stem in SEEN else pytest.mark.slow) for one in STEADY]
+)
+def test_the_worst_lies_on_a_curve_that_is_drawn(file: Path) -> None:
+    """With tolerances that is the curve of the worst machine."""
+    job = open_job(file)
+    assert is_scene(job)
+    drawn = panels(answer(job))
+    if drawn:
+        assert off_the_curve(response_figure(drawn), drawn) == []

@@ -31,6 +31,11 @@ def offset_of(factor: float, tolerance: float) -> float:
     return (factor - 1.0) / SPAN * tolerance
 
 
+def factor_of(offset: float, tolerance: float) -> float:
+    """The factor at which the centre is so far off along an axis [m]."""
+    return 1.0 + SPAN * offset / tolerance
+
+
 def add_offset(
     builder: ModelBuilder, name: str, freedoms: tuple[str, ...], mass: Monomial, wide: Vector, symbols: Symbols
 ) -> None:

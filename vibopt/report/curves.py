@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import isfinite, log10
 
@@ -27,6 +28,7 @@ from vibopt.scene.space import members
 from vibopt.signals import Band, Drive
 from vibopt.units import best_unit, show, to_unit
 from vibopt.units.spelling import split_detector
+from vibopt.verify.as_built import factors_of
 
 POINTS = 500
 MOST_CURVES = 6
@@ -105,6 +107,15 @@ def _same(scene: Scene, one: _Entry) -> tuple[object, ...]:
     return _quantity(one.response), place_of(one.response), names, one.response.combine, alone
 
 
+@dataclass(frozen=True, slots=True)
+class _Speeds:
+    """Speeds to draw [rad/s]: from where to where, on which axis, and those of marks, which lie on the curve."""
+
+    span: tuple[float, float]
+    log: bool
+    marked: tuple[float, ...]
+
+
 @dataclass(frozen=True)
 class _Drawing:
     """One panel in the making."""
@@ -131,12 +142,15 @@ class _Drawing:
         shown = [one for group in groups for one in group]
         span, log_x = self._speeds(shown)
         unit = self._unit(shown)
-        without = [self._before(group[0], unit, span, log_x, len(groups)) for group in groups]
-        before = [curve for curve in without if curve is not None]
-        after = [self._curve(group[0], unit, span, log_x, len(groups) > 1, bool(before)) for group in groups]
-        curves = (*after, *before)
-        zones = tuple(zone for one in shown if one.is_limit for zone in self._zones(one, unit))
         marks = tuple(mark for one in shown if (mark := self._mark(one, unit)) is not None)
+        speeds = _Speeds(span, log_x, tuple(one.x / self._factor() for one in marks))
+        without = [self._before(group[0], unit, speeds, len(groups)) for group in groups]
+        before = [curve for curve in without if curve is not None]
+        worst = self._worst(groups, unit, speeds)
+        how = "with absorbers" if before else "as designed" if worst else ""
+        after = [self._curve(group[0], unit, speeds, len(groups) > 1, how) for group in groups]
+        curves = (*after, *worst, *before)
+        zones = tuple(zone for one in shown if one.is_limit for zone in self._zones(one, unit))
         y_span, log_y = heights(curves, zones, marks, unit)
         shown_span = (self._to_x(span[0]), self._to_x(span[1]))
         return Panel(
@@ -255,16 +269,42 @@ class _Drawing:
             values = [self.design.goal[1].value]
         return best_unit(max((one for one in values if isfinite(one)), default=0.0), response.dimension)
 
-    def _curve(
-        self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, labelled: bool, paired: bool
-    ) -> Curve:
+    def _curve(self, one: _Entry, unit: str, speeds: _Speeds, labelled: bool, how: str) -> Curve:
         form, drive = self._form(one)
-        how = f"({one.response.combine})" if one.response.combine else ""
-        label = " ".join(filter(None, (place_of(one.response), how))) if labelled else ""
-        said = " ".join(filter(None, ("with absorbers" if paired else "", label)))
-        return self._drawn(one, unit, self.model, form, drive, self._samples(self.model, drive, span, log_x), said)
+        combined = f"({one.response.combine})" if one.response.combine else ""
+        label = (place_of(one.response), combined) if labelled else ()
+        said = " ".join(filter(None, (how, *label)))
+        return self._drawn(one, unit, self.model, form, drive, self._samples(self.model, drive, speeds), said)
 
-    def _before(self, one: _Entry, unit: str, span: tuple[float, float], log_x: bool, pairs: int) -> Curve | None:
+    def _off(self, one: _Entry) -> Mapping[str, float]:
+        """By how much numbers are off where an entry is worst; empty without tolerances."""
+        if one.checked is not None:
+            return one.checked.off
+        return self.design.tolerances.goal_off if self.design.tolerances is not None else {}
+
+    def _at(self, off: Mapping[str, float]) -> _Drawing:
+        """The same panel of the machine that is off so far."""
+        if not off:
+            return self
+        scene = replace(self.scene, off=factors_of(self.scene, off))
+        return replace(self, design=replace(self.design, job=scene), model=pose(scene).model)
+
+    def _worst(self, groups: list[list[_Entry]], unit: str, speeds: _Speeds) -> list[Curve]:
+        """Of every limit the worst machine within the tolerances; each machine once."""
+        machines = {
+            (k, *sorted(self._off(one).items())): (one, self._off(one))
+            for k, group in enumerate(groups)
+            for one in group
+            if self._off(one)
+        }
+        found = []
+        for one, off in machines.values():
+            name = f" for {one.name}" if len(machines) > 1 else ""
+            said = f"worst machine within the tolerances{name}"
+            found.append(replace(self._at(off)._curve(one, unit, speeds, False, said), worst=True))
+        return found
+
+    def _before(self, one: _Entry, unit: str, speeds: _Speeds, pairs: int) -> Curve | None:
         """The same response without absorbers, with its worst in words."""
         if self.without is None or pairs > MOST_PAIRS:
             return None
@@ -276,8 +316,8 @@ class _Drawing:
         value = float(together(form, np.array([worst.value]), rest_of(self.without, form, drive, self.x))[0])
         place = f" {place_of(one.response)}" if pairs > 1 else ""
         words = f"without absorbers{place}: worst {self._words(one, value, worst.speed)}"
-        speeds = self._samples(self.without, drive, span, log_x)
-        return replace(self._drawn(one, unit, self.without, form, drive, speeds, words), before=True)
+        samples = self._samples(self.without, drive, speeds)
+        return replace(self._drawn(one, unit, self.without, form, drive, samples, words), before=True)
 
     def _words(self, one: _Entry, value: float, speed: float) -> str:
         """A value and its speed, each in the user's unit."""
@@ -319,18 +359,18 @@ class _Drawing:
             marks.append(Mark(one.name, self._words(one, value, peak.speed), self._to_x(peak.speed), height))
         return marks
 
-    def _samples(self, model: Model, drive: Drive, span: tuple[float, float], log_x: bool) -> FloatArray:
+    def _samples(self, model: Model, drive: Drive, speeds: _Speeds) -> FloatArray:
         """Speeds to draw, closer around resonances [rad/s]."""
-        low, high = span
-        even = np.geomspace(low, high, POINTS) if log_x else np.linspace(low, high, POINTS)
+        low, high = speeds.span
+        even = np.geomspace(low, high, POINTS) if speeds.log else np.linspace(low, high, POINTS)
         singular = poles(model, model.values(self.x))
         near = np.concatenate([[0.0], np.geomspace(1e-4, 0.3, 40)])
         about = np.abs(np.concatenate([singular.real / line.order for line in drive.lines]))
         close = np.outer(about, np.concatenate([1.0 - near, 1.0 + near])).ravel()
         edges = [end for band in drive.bands for end in (band.low, band.high)]
         breaks = [speed * (1.0 + d) for line in drive.lines for speed in line.amplitude.breaks() for d in (-1e-9, 1e-9)]
-        speeds = np.unique(np.concatenate([even, close, edges, breaks]))
-        return speeds[(speeds >= low) & (speeds <= high)]
+        found = np.unique(np.concatenate([even, close, edges, breaks, speeds.marked]))
+        return found[(found >= low) & (found <= high)]
 
     def _zones(self, one: _Entry, unit: str) -> list[Zone]:
         zones = []
@@ -364,10 +404,11 @@ class _Drawing:
 
     def _goal_mark(self, one: _Entry, unit: str) -> Mark | None:
         """The worst that the goal speaks of."""
-        form, drive = self._form(one)
+        here = self._at(self._off(one))
+        form, drive = here._form(one)
         least_wanted = self.scene.goal is not None and self.scene.goal.sense != MINIMISE
-        worst = drive_extreme(self.model, form, drive, self.x, least_wanted)
-        value = float(together(form, np.array([worst.value]), rest_of(self.model, form, drive, self.x))[0])
+        worst = drive_extreme(here.model, form, drive, self.x, least_wanted)
+        value = float(together(form, np.array([worst.value]), rest_of(here.model, form, drive, self.x))[0])
         height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
         words = f"goal {self._words(one, value, worst.speed)}"
         return Mark("goal", words, self._to_x(worst.speed), height) if not one.response.complement else None

@@ -19,7 +19,7 @@ from vibopt.records import dataclass
 from vibopt.report.worst_off import LARGE, over
 from vibopt.responses.absorber_responses import Stroke
 from vibopt.responses.response import place_of
-from vibopt.scene.scene import Design, Variable
+from vibopt.scene.scene import MAXIMISE, Design, Variable
 from vibopt.units import best_unit, to_unit
 from vibopt.units.spelling import split_detector
 
@@ -98,8 +98,8 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
     shape = grid.shape[:2]
     units = [_unit(one, values) for one, (values, _) in zip(variables, axes, strict=True)]
     shown = [
-        PlaneAxis(f"{one.path} [{unit}]" if unit else one.path, _scaled(values, unit, one), log)
-        for one, unit, (values, log) in zip(variables, units, axes, strict=True)
+        PlaneAxis(_axis_words(design, program.aim, i, unit), _scaled(values, unit, design.scene.variables[i]), log)
+        for i, unit, (values, log) in zip(pair, units, axes, strict=True)
     ]
     excesses = [_excess(one, flat) for one in program.limits]
     goal, label = _goal(design, program.aim, flat, shape)
@@ -125,7 +125,26 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
 def _chosen_words(design: Design, variables: Sequence[Variable]) -> str:
     """What was chosen for both, a line each."""
     chosen = [one.path for one in variables if one.path in design.variables]
-    return "\n".join(f"{path.split('.', 1)[-1]} {design.variables[path].value.shown}" for path in chosen)
+    return "\n".join(f"{_plain(path)} {design.variables[path].value.shown}" for path in chosen)
+
+
+def _plain(path: str) -> str:
+    """A variable in words: "stiffness of mount"."""
+    _, name, *rest = path.split(".")
+    return f"{' '.join(rest).replace('_', ' ')} of {name}"
+
+
+def _axis_words(design: Design, aim: Aim | None, index: int, unit: str) -> str:
+    """A variable with its unit, and where the goal is this variable, which way is better."""
+    words = _plain(design.scene.variables[index].path) + (f" [{unit}]" if unit else "")
+    goal = design.scene.goal
+    if goal is None or aim is None or not isinstance(aim.form, Monomials):
+        return words
+    powers = np.asarray(aim.form.exponents)
+    if np.count_nonzero(powers) != 1 or not powers.reshape(-1, powers.shape[-1])[:, index].any():
+        return words
+    more = (goal.sense == MAXIMISE) == (powers.sum() > 0)
+    return f"{words}, {'more is better →' if more else '← less is better'}"
 
 
 def _others(count: int) -> str:
@@ -231,7 +250,8 @@ def _goal(design: Design, aim: Aim | None, x: FloatArray, shape: tuple[int, ...]
     values = over(aim.model, aim.form, x, False)
     values = 1.0 - values if aim.complement else values
     unit = response.unit or best_unit(float(np.median(values[np.isfinite(values)])), response.dimension)
-    label = f"{design.scene.goal.sense} {response.response.replace('_', ' ')}{f' [{unit}]' if unit else ''}"
+    better = "more" if design.scene.goal.sense == MAXIMISE else "less"
+    label = f"equal {response.response.replace('_', ' ')}{f' [{unit}]' if unit else ''}, {better} is better"
     if unit == "dB":
         return None, ""
     return (values * to_unit(1.0, unit, response.dimension)).reshape(shape), label

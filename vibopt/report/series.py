@@ -41,7 +41,7 @@ class Mark:
 class Curve:
     """y against x; `known` is false where the file does not say how the excitation varies.
 
-    `before` marks the machine without its absorbers.
+    `before` marks the machine without its absorbers, `worst` the worst one within the tolerances.
     """
 
     label: str
@@ -49,6 +49,7 @@ class Curve:
     y: FloatArray
     known: BoolArray
     before: bool = False
+    worst: bool = False
 
 
 @dataclass(frozen=True, slots=True)

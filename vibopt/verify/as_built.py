@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.devices.offset import offset_of
+from vibopt.devices.offset import factor_of, offset_of
 from vibopt.devices.symbols import Numbers
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.machine import Machine
@@ -82,4 +82,14 @@ def differing(scene: Scene, off: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-__all__ = ["built", "differing", "machine_of"]
+def factors_of(scene: Scene, differs: Mapping[str, float]) -> dict[str, float]:
+    """The `off` of a scene of which `differing` says so much."""
+    found = {}
+    for path, size in differs.items():
+        family, name, *steps = path.split(".")
+        centre = family == "bodies" and steps[0] == "centre"
+        found[path] = factor_of(size, scene.bodies[name].reaches[steps[1]]) if centre else 1.0 + size
+    return found
+
+
+__all__ = ["built", "differing", "factors_of", "machine_of"]

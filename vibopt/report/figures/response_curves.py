@@ -95,6 +95,9 @@ def _curve(axes: Any, curve: Curve, index: int) -> None:
     if curve.before:
         axes.plot(curve.x, curve.y, linestyle=(0, (1, 1.3)), color=INK, lw=1.2, label=words, zorder=3.5)
         return
+    if curve.worst:
+        axes.plot(curve.x, curve.y, linestyle=(0, (5, 1.2, 1, 1.2)), color=INK, lw=1.3, label=words, zorder=4.5)
+        return
     style, colour = STYLES[index % len(STYLES)], COLOURS[index % len(COLOURS)]
     stretch = int(curve.known.sum()) > 1
     if stretch:
