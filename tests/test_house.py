@@ -61,8 +61,8 @@ CLOCKS = (
     "thread_time",
     "max_wall_time",
 )
-AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.charts")
-"""Who may read a clock: the user's time limit, the timings that are shown, and charts, which are there to measure."""
+AROUND_CLOCKS = ("vibopt.work", "vibopt.solve.solve", "vibopt.charts", "vibopt.cli.progress")
+"""Who may read a clock: the user's time limit, times that are shown, and charts, which are there to measure."""
 
 HOMES = {
     "clarabel": ("vibopt.cones",),

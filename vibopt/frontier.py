@@ -66,7 +66,7 @@ class Frontier:
     def over(self) -> bool:
         """Whether the search is to end with sets still open."""
         if self.progress is not None:
-            self.progress(self.stage, self.budget.part)
+            self.progress(f"{self.stage}, {self.budget}", self.budget.part)
         return self.budget.over
 
     def add(self, bounds: FloatArray, *columns: np.ndarray[Any, Any]) -> None:

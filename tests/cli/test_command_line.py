@@ -156,7 +156,7 @@ def test_an_unproven_answer_fails_when_proof_is_required(run: Run, press: str, m
     from vibopt.solve import solve
 
     design = replace(solve(read(press)), status="feasible")
-    monkeypatch.setattr(verb, "answer", lambda scene, method: design)
+    monkeypatch.setattr(verb, "_answer", lambda asked: design)
     assert run("solve", press, "--no-prices").code == 0
     done = run("solve", press, "--no-prices", "--require-proof")
     assert (done.code, done.err) == (5, "feasible is not proven, and --require-proof was asked for.\n")

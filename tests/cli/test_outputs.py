@@ -254,5 +254,5 @@ def test_a_sweep_that_is_stopped_keeps_its_points(fan: Path, how: str, code: int
     ]
     assert sorted(os.listdir(fan.parent)) == ["fan.toml", "out.csv"]
     if code == 130:
-        assert done.stderr.strip() == f"Stopped after 2 of 5 points; {out} holds them."
+        assert done.stderr.strip() == f"Stopped. {out} holds 2 of 5 points."
     assert is_ours(out.read_bytes())

@@ -12,6 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibopt.cli.output import note_kept
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, Kind, content_of
 from vibopt.records import dataclass
@@ -133,6 +134,7 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
         home.mkdir(parents=True, exist_ok=True, mode=0o700)
         replace_file(home / f"{before}.json", f"{sha256(text.encode()).hexdigest()}\n{text}".encode())
         _thin(home)
+        note_kept("The answer that was found is kept: plot and report of the same file do not solve again.")
     except (NotStoredError, OSError, InputError, ValueError, RecursionError):
         return
 

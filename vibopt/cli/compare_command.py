@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes, force, limited, read_job
+from vibopt.cli.options import Once, as_json, changes, files, force, limited, read_job
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
@@ -27,7 +27,7 @@ NAME = 26
 
 
 @click.command(cls=Once)
-@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@files
 @changes
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the table (SI units, limits as margins).")
 @limited

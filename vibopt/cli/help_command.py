@@ -6,6 +6,7 @@ from functools import cache, partial
 
 import click
 
+from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, force
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.manual.book import Book, the_book
@@ -14,8 +15,12 @@ from vibopt.manual.topic import Section, Topic
 COMMANDS = "Commands"
 
 
+def _topics(ctx: click.Context, param: click.Parameter, incomplete: str) -> completing.Items:
+    return completing.begin(whole_book().topics, incomplete)
+
+
 @click.command("help", cls=Once)
-@click.argument("words", metavar="[TOPIC or words]", nargs=-1)
+@click.argument("words", metavar="[TOPIC or words]", nargs=-1, shell_complete=_topics)
 @as_json
 def help_(words: tuple[str, ...], as_json: bool) -> int:
     """Show a topic of the manual, or search it.

@@ -9,8 +9,18 @@ from collections.abc import Sequence
 from importlib import import_module
 
 import click
+from click.shell_completion import CompletionItem
 
-from vibopt.cli.output import UnwritableError, check_open, complain, flush, keep_streams, say_json
+from vibopt.cli.output import (
+    UnwritableError,
+    check_open,
+    complain,
+    flush,
+    keep_streams,
+    kept_words,
+    note_kept,
+    say_json,
+)
 from vibopt.errors import InputError, VibOptError, way_out
 from vibopt.files.reading import forget
 
@@ -33,6 +43,7 @@ VERBS = {
     "schema": ("schema", "Print the JSON schema of the problem file."),
     "help": ("help", "Show a topic of the manual, or search it."),
     "manual": ("help", "Write the manual as one page (HTML)."),
+    "completion": ("completion", "Print what teaches bash, zsh or fish to complete a command."),
 }
 """Verb: (its file in `vibopt/cli`, without "_command", and its line of help)."""
 
@@ -57,9 +68,15 @@ class Verbs(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args[0] not in VERBS and not args[0].startswith("-"):
+        if args[0] not in VERBS and not args[0].startswith("-") and not ctx.resilient_parsing:
             ctx.fail(f'there is no verb "{args[0]}".{way_out(args[0], VERBS)}')
         return super().resolve_command(ctx, args)
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Verbs with their lines of help, without loading any; options behind a dash."""
+        if incomplete.startswith("-"):
+            return [one for one in super().shell_complete(ctx, incomplete) if one.value.startswith("-")]
+        return [CompletionItem(name, help=line) for name, (_, line) in VERBS.items() if name.startswith(incomplete)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Verbs"):
@@ -106,6 +123,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if words is None else words)
     forget()
+    note_kept("")
     keep_streams()
     try:
         check_open()
@@ -125,8 +143,8 @@ def _run(given: list[str], as_json: bool) -> int:
         raise
     except SystemExit:  # click ends so where the reader of its help has gone away
         return 0
-    except click.Abort:
-        return INTERRUPTED
+    except (click.Abort, KeyboardInterrupt):
+        return _stopped(as_json)
     except click.UsageError as error:
         return _usage(error, as_json)
     except VibOptError as error:
@@ -137,6 +155,16 @@ def _run(given: list[str], as_json: bool) -> int:
         return _fault(error, as_json)
     except Exception as error:
         return _fault(error, as_json)
+
+
+def _stopped(as_json: bool) -> int:
+    """The user has stopped it: what is left of the work, and where."""
+    message = f"Stopped. {kept_words()}"
+    if as_json:
+        say_json({"status": "interrupted", "messages": [message]})
+    else:
+        complain(message)
+    return INTERRUPTED
 
 
 def _usage(error: click.UsageError, as_json: bool) -> int:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from vibopt.cli import completing
 from vibopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,10 +33,15 @@ class Once(click.Command):
         return super().parse_args(ctx, args)
 
 
-file = click.argument("file", metavar="FILE")
-files = click.argument("files", metavar="FILE...", nargs=-1, required=True)
+file = click.argument("file", metavar="FILE", shell_complete=completing.problem_files)
+files = click.argument("files", metavar="FILE...", nargs=-1, required=True, shell_complete=completing.problem_files)
 as_json = click.option("--json", "as_json", is_flag=True, help="Answer in JSON on standard output.")
-method = click.option("--method", metavar="NAME", help="Answer by this method instead of the best one for the scene.")
+method = click.option(
+    "--method",
+    metavar="NAME",
+    shell_complete=completing.methods,
+    help="Answer by this method instead of the best one for the scene.",
+)
 
 
 def _limited(ctx: click.Context, _: click.Parameter, seconds: float | None) -> None:
@@ -60,6 +66,7 @@ changes = click.option(
     "changes",
     metavar="PATH=VALUE",
     multiple=True,
+    shell_complete=completing.changes,
     help='Replace a value of the file, as in --set limits.start_up.at_most="8 mm"; may be repeated.',
 )
 

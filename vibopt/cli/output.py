@@ -55,6 +55,19 @@ def check_open() -> None:
         raise UnwritableError("it is closed. Send it to /dev/null to do without it")
 
 
+def note_kept(words: str) -> None:
+    """What is left of the work if the user stops it from here on, and where; "" for nothing."""
+    _kept[:] = [words] if words else []
+
+
+def kept_words() -> str:
+    """What is left of the work that was stopped."""
+    return " ".join(_kept) or "Nothing was written."
+
+
+_kept: list[str] = []
+
+
 def say(text: str) -> None:
     """Write lines to standard output; a reader who has gone away is no error."""
     _write(sys.stdout, text)

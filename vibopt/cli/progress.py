@@ -1,62 +1,118 @@
-"""A bar on standard error for whatever takes longer than a second, and only on a terminal."""
+"""What is being done, on standard error: a bar on a terminal after half a second, a line a minute elsewhere."""
 
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
+from math import ceil
 from threading import Lock, Timer
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from vibopt.cli.output import complain
+
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
-PATIENCE = 1.0
-"""Seconds before the bar appears."""
+PATIENCE, MINUTE = 0.5, 60.0
+"""Seconds before the bar appears, and between two lines where there is no terminal."""
+_LEAST = 0.01
+"""Part of a stage that must be done before its end is estimated."""
 
 
 class Bar:
-    """Call it with what is being done and the part that is finished (0 to 1)."""
+    """Call it with what is being done and the part of it that is finished (0 to 1); the part counts work, no time.
 
-    def __init__(self) -> None:
+    clock
+        Seconds that have passed; what it says is shown, and decides nothing.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._shown: Progress | None = None
         self._task: TaskID | None = None
+        self._clock = clock
         self._state = ("solving", 0.0)
+        self._begun = self._stage = clock()
         self._lock = Lock()
-        self._timer = Timer(PATIENCE, self._start) if _is_terminal() else None
+        self._timer: Timer | None = None
 
     def __call__(self, doing: str, part: float) -> None:
         with self._lock:
+            if part < self._state[1] or doing.split(",")[0] != self._state[0].split(",")[0]:
+                self._stage = self._clock()
             self._state = (doing, part)
             if self._shown is not None and self._task is not None:
-                self._shown.update(self._task, description=doing, completed=part)
+                self._shown.update(self._task, description=doing, completed=part, left=self.left)
+
+    @property
+    def left(self) -> str:
+        """How long the stage may still take if it goes on like this, in words; "" as long as nobody can tell."""
+        part, passed = self._state[1], self._clock() - self._stage
+        if part < _LEAST:
+            return ""
+        return f"at most {_spoken(passed * (1.0 - part) / part)} more"
+
+    @property
+    def line(self) -> str:
+        """Stage, part, time so far and time left in a line."""
+        doing, part = self._state
+        done = f"{100.0 * part:.0f} % of it" if part >= _LEAST else ""
+        said = (doing, done, f"{_spoken(self._clock() - self._begun)} so far", self.left)
+        return f"vibopt: {', '.join(one for one in said if one)}"
 
     def __enter__(self) -> Bar:
-        if self._timer is not None:
-            self._timer.daemon = True
-            self._timer.start()
+        terminal = _is_terminal()
+        self._wait(PATIENCE if terminal else MINUTE, self._start if terminal else self._tell)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
         with self._lock:
+            if self._timer is not None:
+                self._timer.cancel()
             if self._shown is not None:
                 self._shown.stop()
             self._timer = None
 
+    def _wait(self, seconds: float, then: Callable[[], None]) -> None:
+        self._timer = Timer(seconds, then)
+        self._timer.daemon = True
+        self._timer.start()
+
+    def _tell(self) -> None:
+        """One line, and the next a minute later."""
+        with self._lock:
+            if self._timer is not None:
+                complain(self.line)
+                self._wait(MINUTE, self._tell)
+
     def _start(self) -> None:
         from rich.console import Console
-        from rich.progress import Progress
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
         with self._lock:
             if self._timer is None:
                 return
-            self._shown = Progress(console=Console(stderr=True), transient=True)
-            self._task = self._shown.add_task(self._state[0], total=1.0)
+            columns = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TimeElapsedColumn(),
+                TextColumn("{task.fields[left]}"),
+            )
+            self._shown = Progress(*columns, console=Console(stderr=True), transient=True)
+            self._task = self._shown.add_task(self._state[0], total=1.0, left=self.left)
             self._shown.update(self._task, completed=self._state[1])
             self._shown.start()
+
+
+def _spoken(seconds: float) -> str:
+    """A time in the two units that matter: "50 s", "3 min", "2 h 10 min"."""
+    if seconds < 99.5:
+        return f"{max(seconds, 1.0):.0f} s"
+    minutes = ceil(seconds / 60.0)
+    return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"
 
 
 def _is_terminal() -> bool:

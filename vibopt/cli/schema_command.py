@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import click
 
+from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json
 from vibopt.cli.output import say_json
 
 
 @click.command(cls=Once)
-@click.argument("kind", metavar="[KIND]", required=False, default="scene")
+@click.argument("kind", metavar="[KIND]", required=False, default="scene", shell_complete=completing.kinds)
 @as_json
 def schema(kind: str, as_json: bool) -> int:
     """Print the JSON schema of the problem file or of answers, for editors and for other programs.

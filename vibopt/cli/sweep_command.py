@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import UNPROVEN
+from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_job
-from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.cli.output import colour, note_kept, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
@@ -32,7 +33,11 @@ _TURNED = (".mass", ".unbalance")
 @click.command(cls=Once)
 @file
 @click.option(
-    "--vary", required=True, metavar='PATH="LOW..HIGH"', help='As in --vary limits.start_up.at_most="5 mm..30 mm".'
+    "--vary",
+    required=True,
+    metavar='PATH="LOW..HIGH"',
+    shell_complete=completing.changes,
+    help='As in --vary limits.start_up.at_most="5 mm..30 mm".',
 )
 @click.option("--points", type=click.IntRange(2, 100_000), default=50, show_default=True, help="How many values.")
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB), as they come.")
@@ -102,8 +107,9 @@ def _run(job: Job, path: str, low_high: str, points: int, table: Path | None, *,
             return run(job, path, low_high, points, keep_design=keep_design, progress=bar, answered=answered)
     except KeyboardInterrupt:
         if growing is not None and growing.points:
-            count = len(growing.points)
-            complain(f"Stopped after {count} of {points} points; {shown_name(growing.target)} holds them.")
+            note_kept(f"{shown_name(growing.target)} holds {len(growing.points)} of {points} points.")
+        elif growing is None:
+            note_kept("No point was kept: with --csv FILE each is written as it comes.")
         raise
 
 

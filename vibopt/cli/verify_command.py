@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import Answer
+from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, force, limited, method
 from vibopt.cli.output import colour, complain, say, say_json, width
 from vibopt.errors import InputError
@@ -32,7 +33,7 @@ MOST_DIFFERENCES = 5
 
 
 @click.command(cls=Once)
-@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True, shell_complete=completing.problem_files)
 @method
 @limited
 @click.option(

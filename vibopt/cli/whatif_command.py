@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, changes_of, file, keep_design, limited, read_job, rounding
 from vibopt.cli.output import colour, say, say_json, width
 
@@ -21,7 +22,15 @@ if TYPE_CHECKING:
 
 @click.command(cls=Once)
 @file
-@click.option("--set", "changes", metavar="PATH=VALUE", multiple=True, required=True, help="A change; may be repeated.")
+@click.option(
+    "--set",
+    "changes",
+    metavar="PATH=VALUE",
+    multiple=True,
+    required=True,
+    shell_complete=completing.changes,
+    help="A change; may be repeated.",
+)
 @keep_design
 @rounding
 @limited
