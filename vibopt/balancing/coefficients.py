@@ -11,7 +11,7 @@ from vibopt.balancing.parse_machine import read_conventions
 from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
 from vibopt.balancing.planes import MASS, Plane, read_weight
 from vibopt.balancing.rotor_job import RotorJob, Sensor
-from vibopt.balancing.rotor_tables import InfluenceTable, listed_tables, read_table, read_value
+from vibopt.balancing.rotor_tables import InfluenceTable, known_keys, listed_tables, read_table, read_value
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.records import dataclass
@@ -51,9 +51,7 @@ def read_influence(
 def _of_file(saved: Saved, conventions: Conventions, planes: Sequence[Plane], measured: Measured) -> Influence:
     """Those of a file for the planes, sensors and speeds of this job, by the conventions of that file."""
     document, mistakes = saved.document, saved.mistakes
-    for key in document:
-        if key not in FILE_KEYS:
-            mistakes.unknown_key((key,), list(FILE_KEYS))
+    known_keys(document, FILE_KEYS, mistakes)
     own = read_conventions(document, True, mistakes)
     if own is None:
         return {}

@@ -15,7 +15,7 @@ from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import greatest_readings
 from vibopt.balancing.question import Question, Solved, first_greatest
-from vibopt.balancing.question_prices import THOROUGH, Step, allowance, clash, left_out, solve_question
+from vibopt.balancing.question_prices import ACTIVE, STEP, THOROUGH, Step, allowance, clash, left_out, solve_question
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
 from vibopt.records import dataclass
@@ -23,8 +23,6 @@ from vibopt.units import show
 from vibopt.work import Budget, is_limited, late
 
 Known = ResidualLimit | CorrectionLimit | OwnCap
-STEP = 1.1
-_ACTIVE = 1e-4
 _LOOKS = 24
 _CLOSE = 1e-7
 NONE: Mapping[str, float] = {}
@@ -80,7 +78,7 @@ def limit_answers(
     answers = {limit.name: _answer(job, measured, limit, u, greatest) for limit in limits}
     value = asked.question.chosen_only(solved.chosen).value(u)
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
-    priced = [one for one in limits if job.choices and (steps or answers[one.name].margin < _ACTIVE)]
+    priced = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
     words: Mapping[str, str] = DeferredMapping(lambda: {one.name: asking.price(one) for one in priced})
     if not asked.question.is_search:
         asking.plan(priced)

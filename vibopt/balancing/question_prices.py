@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import replace
+from math import ceil, inf
+from typing import Any
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.balancing.question import Question, Solved
+from vibopt.records import dataclass
+from vibopt.units import show
 from vibopt.work import Budget, metered
 
 Solver = Callable[[Question], Solved]
@@ -17,6 +21,12 @@ THOROUGH = "`vibopt explain FILE --thorough`"
 ALLOWANCE = 2_000
 """Work for all prices of an answer [nominal ms]; what takes more is said to have none."""
 WHATEVER = 10**12
+STEP = 1.1
+"""How much wider a bound is tried."""
+SOLVES = 4
+"""Solutions that one price takes: wider, without the limit, the bound where it stops to matter, and with that."""
+ACTIVE = 1e-4
+"""A limit is touched within this part of itself."""
 
 
 _UNPRICED: ContextVar[bool] = ContextVar("no prices", default=False)
@@ -71,6 +81,64 @@ def _solved(question: Question, most: float | None) -> Solved:
     from vibopt.balancing.continuous import solve_continuous
 
     return solve_continuous(question)
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A limit or a cap of known masses or of an engine, and what another bound would do.
+
+    path, now, unit, dimension
+        In the file, its value [SI], and how it is shown.
+    best
+        Goal and answer with another bound (inf: without it); None where there is none.
+    until
+        The bound from which on the goal is as good as `free`, what `best(inf)` gave; None where that is not known.
+    """
+
+    path: str
+    now: float
+    unit: str
+    dimension: str
+    best: Callable[[float], tuple[float, Any] | None]
+    until: Callable[[tuple[float, Any]], float | None]
+
+    def words(self, now: float, goal: Callable[[float], str], grain: float) -> str:
+        """ "20 g -> 22 g buys 812 N -> 640 N; nothing more to gain beyond 41 g"; "" where it buys nothing.
+
+        `now` is the goal of the answer, which `goal` shows; `grain` is what counts as nothing.
+        """
+        bound, further = (show(one, self.unit, self.dimension) for one in (self.now, self.now * STEP))
+        free, then = self.best(inf), self.best(self.now * STEP)
+        target = now * (1.0 - 1e-6) - grain
+        if free is None or then is None or not min(free[0], then[0]) < target:
+            return ""
+        reached = self.until(free)
+        until = "" if reached is None else show(reached, self.unit, self.dimension)
+        if not then[0] < target:
+            more = f", {until} buys {goal(now)} -> {goal(free[0])}" if until else ""
+            return f"{bound} -> {further} buys nothing{more}"
+        more = f"; nothing more to gain beyond {until}" if until else ""
+        return f"{bound} -> {further} buys {goal(now)} -> {goal(then[0])}{more}"
+
+
+def prices_of(
+    bounds: Iterable[Bound], now: float, goal: Callable[[float], str], grain: float, work: float, budget: Budget
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """What wider bounds buy, in words by path, and a sentence where a price was not found out.
+
+    `work` is what the answer took, which is expected of each further solution, and `budget` what all may take.
+    """
+    words, left = {}, []
+    for one in bounds:
+        if budget.over or budget.spent + SOLVES * work > budget.most:
+            left.append(one.path)
+            continue
+        with metered() as meter:
+            said = one.words(now, goal, grain)
+        budget.spend(ceil(meter.done))
+        if said:
+            words[one.path] = said
+    return words, left_out(left, SOLVES * len(left))
 
 
 Step = tuple[str, Entry, Entry]

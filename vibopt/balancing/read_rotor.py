@@ -21,6 +21,7 @@ from vibopt.balancing.rotor_tables import (
     QualityTable,
     RotorTable,
     grade_velocity,
+    known_keys,
     named_tables,
     read_table,
 )
@@ -118,9 +119,7 @@ def read_rotor(
     if again is not None:
         return again
     coefficients = saved()
-    for key in document:
-        if key not in TOP:
-            mistakes.unknown_key((key,), TOP)
+    known_keys(document, TOP, mistakes)
     if "quality" in document and "runs" not in document and "readings" not in document:
         return _grade_only(document, mistakes)
     before = len(mistakes.found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, TypeVar
 
 from pydantic import model_validator
@@ -11,7 +11,9 @@ from pydantic import model_validator
 from vibopt.balancing.planes import MASS
 from vibopt.document.mistakes import Mistakes, Path, validated
 from vibopt.errors import QuantityError
+from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number
+from vibopt.values.fields import complaint
 
 TOP = [
     "title", "statement", "source", "conventions", "planes", "sensors", "runs", "readings", "influence", "speed",
@@ -280,6 +282,52 @@ def read_value(path: Path, given: object, mistakes: Mistakes, read: Any, *more: 
     except QuantityError as error:
         mistakes.value(path, given, error.complaint)
         return None
+
+
+def inner(given: object, dimension: str, read: Callable[..., float] | None = None) -> float:
+    """A value inside a list or a table without a field of its own, in SI; `read` reads it where it is no quantity."""
+    try:
+        return read_quantity(given, dimension).value if read is None else read(given)
+    except QuantityError as error:
+        said = error.complaint
+        raise complaint(f'holds "{given}", which {said}' if isinstance(given, str) else said) from None
+
+
+class Bounded(Table):
+    """A table with `at_most`, whose dimension is known."""
+
+    at_most: Any = None
+
+    @property
+    def dimension(self) -> str:
+        raise NotImplementedError
+
+    @property
+    def bound(self) -> float:
+        """at_most in SI; inf for a measure."""
+        return float("inf") if self.at_most is None else inner(self.at_most, self.dimension)
+
+
+def unbounded(tables: Mapping[str, Bounded], mistakes: Mistakes) -> None:
+    """Limits that have no bound."""
+    for name, table in tables.items():
+        if table.at_most is None:
+            way = f"Write at_most, or move it to [measures.{name}]."
+            mistakes.add(("limits", name), f"limits.{name} has no bound. {way}")
+
+
+def known_keys(document: Mapping[str, Any], known: Sequence[str], mistakes: Mistakes) -> None:
+    """Mistakes of keys at the top that there are not."""
+    for key in document:
+        if key not in known:
+            mistakes.unknown_key((key,), list(known))
+
+
+def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mistakes: Mistakes) -> dict[str, Kind]:
+    """All tables [family.NAME] by name."""
+    given = named_tables(document, family, mistakes)
+    found = {name: read_table(kind, table, (family, name), mistakes) for name, table in given.items()}
+    return {name: table for name, table in found.items() if table is not None}
 
 
 def named_tables(document: Mapping[str, Any], family: str, mistakes: Mistakes) -> Mapping[str, Any]:

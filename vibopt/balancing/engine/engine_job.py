@@ -17,8 +17,7 @@ from vibopt.balancing.engine.engine_tables import (
     EngineLimitTable,
     EngineTable,
 )
-from vibopt.balancing.known.known_job import read_tables
-from vibopt.balancing.rotor_tables import listed_tables, read_table
+from vibopt.balancing.rotor_tables import known_keys, listed_tables, read_table, read_tables, unbounded
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
 from vibopt.values import Choice, Fact
@@ -189,9 +188,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     InputError
         All mistakes at once.
     """
-    for key in document:
-        if key not in KEYS:
-            mistakes.unknown_key((key,), list(KEYS))
+    known_keys(document, KEYS, mistakes)
     if "engine" not in document:
         mistakes.add(("cylinders",), "there are cylinders but no [engine]. Write [engine] with stroke, rod and speed.")
         mistakes.raise_any()
@@ -302,10 +299,9 @@ def _throws(engine: EngineTable, cylinders: list[CylinderTable]) -> tuple[list[i
     return throws, tuple(cranks)
 
 
-def _weight(name: str, family: str, table: CounterweightTable | BalanceShaftTable, middle: float) -> Weight:
+def _weight(name: str, family: str, table: CounterweightTable, middle: float) -> Weight:
     given, place = table.unbalance, table.at.value - middle
-    order = table.order if isinstance(table, BalanceShaftTable) else 1
-    sense = -1 if isinstance(table, BalanceShaftTable) and table.turns == "against rotation" else 1
+    order, sense = table.turning
     if isinstance(given, Choice):
         return Weight(name, family, order, sense, place, None, given.high, given.unit)
     fixed = cmath.rect(given.value, table.angle.value if table.angle is not None else 0.0)
@@ -338,10 +334,7 @@ def _check(
     wanted = len({one.throw or k for k, one in enumerate(cylinders) if one.crank == "choose"})
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
-    for name, table in limits.items():
-        if table.at_most is None:
-            way = f"Write at_most, or move it to [measures.{name}]."
-            mistakes.add(("limits", name), f"limits.{name} has no bound. {way}")
+    unbounded(limits, mistakes)
     sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
     free = [one for one in sizes if isinstance(one, Choice)]
     shares = [engine.counterweight_share, engine.rotating_share]

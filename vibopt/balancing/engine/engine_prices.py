@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import ceil, isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from vibopt.balancing.engine.counterweights import Lengths
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
-from vibopt.balancing.question_prices import Step, clash, left_out
+from vibopt.balancing.question_prices import ACTIVE, Bound, Step, clash, prices_of
 from vibopt.records import dataclass
 from vibopt.units import show, si_unit
 from vibopt.work import Budget
@@ -88,12 +88,7 @@ def wider(job: EngineJob, cap: Cap, bound: float) -> EngineJob:
     return replace(job, weights=tuple(weights))
 
 
-STEP = 1.1
-SOLVES = 4
-"""Solutions that one price takes: without the limit, wider, the bound where it stops to matter, and with that."""
-_ACTIVE = 1e-4
 _LOOSER = 1.0005
-
 Known = EngineLimitTable | Cap
 
 
@@ -108,51 +103,40 @@ def prices(
         The engine with its answer.
     limits
         Measured on the answer.  Where cranks are chosen every limit may hold the answer back, else those it touches.
-    work
-        What the answer took [nominal ms]; so much is expected of each further solution.
-    budget
-        For all prices together.
+    work, budget
+        What the answer took, which is expected of each further solution, and what all may take [nominal ms].
     """
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
         return {}, ()
     asked: list[tuple[str, Known]] = [
-        (name, job.limits[name]) for name, one in limits.items() if job.is_search or one.margin < _ACTIVE
+        (name, job.limits[name]) for name, one in limits.items() if job.is_search or one.margin < ACTIVE
     ]
-    asked += [(one.path, one) for one in caps_of(job) if job.is_search or one.reached(job, found) >= 1.0 - _ACTIVE]
-    words, left = {}, []
-    for name, one in asked:
-        if budget.over or budget.spent + SOLVES * work > budget.most:
-            left.append(name)
-            continue
-        budget.spend(ceil(SOLVES * work))
-        if said := _price(job, found, name, one):
-            words[name] = said
-    return words, left_out(left, SOLVES * len(left))
-
-
-def _price(job: EngineJob, found: Balanced, name: str, limit: Known) -> str:
-    """ "400 N m -> 440 N m buys 812 N -> 640 N; nothing more to gain beyond 731 N m"; "" where it buys nothing."""
+    asked += [(one.path, one) for one in caps_of(job) if job.is_search or one.reached(job, found) >= 1.0 - ACTIVE]
     goal = goal_table(job)
-    now, grain = goal_value(job, found), 1e-9 * size_of(job, goal.is_couple)
-    free = _goal(without(job, name, limit))
-    if free is None or not free < now * (1.0 - 1e-6) - grain:
-        return ""
-    then = _goal(moved(job, name, limit, limit.bound * STEP))
-    if then is None:
-        return ""
-    until = _until(job, name, limit, free + 10.0 * grain)
-    bound, further = (_shown(limit, one) for one in (limit.bound, limit.bound * STEP))
-    first, second, third = (show(one, "", goal.dimension, digits=4) for one in (now, then, free))
-    if not then < now * (1.0 - 1e-6) - grain:
-        return f"{bound} -> {further} buys nothing" + (f", {until} buys {first} -> {third}" if until else "")
-    return f"{bound} -> {further} buys {first} -> {second}" + (
-        f"; nothing more to gain beyond {until}" if until else ""
+    grain = 1e-9 * size_of(job, goal.is_couple)
+    bounds = [_bound(job, name, one, grain) for name, one in asked]
+    return prices_of(
+        bounds, goal_value(job, found), lambda one: show(one, "", goal.dimension, digits=4), grain, work, budget
     )
 
 
-def _until(job: EngineJob, name: str, limit: Known, target: float) -> str:
-    """The bound from which on the goal is as good as without the limit, solved once more with it; "" if none."""
-    free = without(job, name, limit)
+def _bound(job: EngineJob, name: str, limit: Known, grain: float) -> Bound:
+    def best(bound: float) -> tuple[float, Balanced] | None:
+        other = moved(job, name, limit, bound)
+        found = balance(other)
+        return (goal_value(other, found), found) if found.status in ("optimal", "feasible") else None
+
+    def until(free: tuple[float, Balanced]) -> float | None:
+        return _until(job, name, limit, free[0] + 10.0 * grain, best)
+
+    return Bound(name, limit.bound, limit.unit, limit.dimension, best, until)
+
+
+def _until(
+    job: EngineJob, name: str, limit: Known, target: float, best: Callable[[float], tuple[float, Balanced] | None]
+) -> float | None:
+    """The bound from which on the goal is as good as without the limit, solved once more with it; None if none."""
+    free = moved(job, name, limit, inf)
     reached: list[float] = []
     for cranks in settings(job):
         here = arms(job, cranks)
@@ -161,30 +145,19 @@ def _until(job: EngineJob, name: str, limit: Known, target: float) -> str:
         value = least_response(free, here, asked, [kept])
         reached += [] if value is None else [value]
     if not reached:
-        return ""
+        return None
     bound = min(reached) * (1.0 + 1e-6)
-    again = _goal(moved(job, name, limit, bound))
+    again = best(bound)
     grain = 1e-7 * size_of(job, goal_table(job).is_couple)
-    return _shown(limit, bound) if again is not None and again <= target + grain else ""
-
-
-def _goal(job: EngineJob) -> float | None:
-    """The best goal of a job; None where there is no answer."""
-    found = balance(job)
-    return goal_value(job, found) if found.status in ("optimal", "feasible") else None
-
-
-def without(job: EngineJob, name: str, limit: Known) -> EngineJob:
-    """The job less one limit or cap."""
-    if isinstance(limit, Cap):
-        return wider(job, limit, float("inf"))
-    return replace(job, limits={key: one for key, one in job.limits.items() if key != name})
+    return bound if again is not None and again[0] <= target + grain else None
 
 
 def moved(job: EngineJob, name: str, limit: Known, bound: float) -> EngineJob:
-    """The job with one limit or cap at another bound [SI]."""
+    """The job with one limit or cap at another bound [SI], inf: without it."""
     if isinstance(limit, Cap):
         return wider(job, limit, bound)
+    if bound == inf:
+        return replace(job, limits={key: one for key, one in job.limits.items() if key != name})
     text = f"{bound!r} {si_unit(limit.dimension)}"
     return replace(job, limits={**job.limits, name: limit.model_copy(update={"at_most": text})})
 
@@ -204,7 +177,7 @@ def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Co
 def _loosening(job: EngineJob, name: str) -> list[Step]:
     """The least bound of one limit that lets the others hold, solved once more with it."""
     table = job.limits[name]
-    free, every = without(job, name, table), (arms(job, cranks) for cranks in settings(job))
+    free, every = moved(job, name, table, inf), (arms(job, cranks) for cranks in settings(job))
     found = [least_response(free, here, lengths(table, here), []) for here in every]
     reached = [one for one in found if one is not None]
     if not reached:
@@ -214,7 +187,3 @@ def _loosening(job: EngineJob, name: str) -> list[Step]:
         return []
     now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, bound))
     return [(name, now, then)]
-
-
-def _shown(limit: Known, bound: float) -> str:
-    return show(bound, limit.unit, limit.dimension)

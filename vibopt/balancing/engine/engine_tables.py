@@ -7,10 +7,9 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vibopt.balancing.conventions import read_angle
-from vibopt.errors import QuantityError
-from vibopt.units import read_quantity
+from vibopt.balancing.rotor_tables import Bounded, inner
 from vibopt.values import Choice, Fact, Table, number
-from vibopt.values.fields import complaint, word
+from vibopt.values.fields import word
 
 Response = Literal["primary_force", "primary_couple", "secondary_force", "secondary_couple", "force", "couple"]
 HIGHEST_ORDER = 20
@@ -61,7 +60,7 @@ class EngineTable(Table):
     @field_validator("cranks")
     @classmethod
     def _angles(cls, given: list[Any]) -> list[float]:
-        return [_angle(one) for one in given]
+        return [inner(one, "angle", read_angle) for one in given]
 
     @model_validator(mode="after")
     def _fits(self) -> EngineTable:
@@ -104,7 +103,7 @@ class CylinderTable(Table):
     @field_validator("crank")
     @classmethod
     def _crank(cls, given: Any) -> Any:
-        return given if given is None or given == "choose" else _angle(given)
+        return given if given is None or given == "choose" else inner(given, "angle", read_angle)
 
 
 class CounterweightTable(Table):
@@ -124,11 +123,20 @@ class CounterweightTable(Table):
 
     @model_validator(mode="after")
     def _given(self) -> CounterweightTable:
-        _check_angle(self.unbalance, self.angle)
+        """A given size needs its angle, a range must have none."""
+        if isinstance(self.unbalance, Fact) and self.angle is None:
+            raise word('has a given unbalance but no angle. Add angle = "180 deg", or a range { from, to } to choose.')
+        if isinstance(self.unbalance, Choice) and self.angle is not None:
+            raise word("chooses its unbalance but has an angle. Leave angle out: it is chosen with the unbalance.")
         return self
 
+    @property
+    def turning(self) -> tuple[int, int]:
+        """Its speed over that of the crank, and +1 with the rotation or -1 against it."""
+        return 1, 1
 
-class BalanceShaftTable(Table):
+
+class BalanceShaftTable(CounterweightTable):
     """[balance_shafts.NAME]: turns `order` times as fast as the crank; without angle both size and angle are chosen.
 
     The angle is that of its weight when the first crank angle is zero, from the axis of bank zero in the sense in
@@ -147,17 +155,13 @@ class BalanceShaftTable(Table):
 
     order: Literal[1, 2]
     turns: Literal["with rotation", "against rotation"]
-    at: Fact = number("length", choice=False, sign="any", required=True)
-    unbalance: Fact | Choice = number("unbalance", required=True)
-    angle: Fact | None = number("angle", choice=False, sign="any")
 
-    @model_validator(mode="after")
-    def _given(self) -> BalanceShaftTable:
-        _check_angle(self.unbalance, self.angle)
-        return self
+    @property
+    def turning(self) -> tuple[int, int]:
+        return self.order, 1 if self.turns == "with rotation" else -1
 
 
-class EngineLimitTable(Table):
+class EngineLimitTable(Bounded):
     """[limits.NAME] or [measures.NAME]: greatest force or couple over a turn, of one order or of all together.
 
     Keys
@@ -175,7 +179,6 @@ class EngineLimitTable(Table):
     order: int | None = None
     when: Fact | None = number("angle", choice=False, sign="any")
     kinematics: Literal["exact", "truncated"] | None = None
-    at_most: Any = None
     unit: str = ""
 
     @model_validator(mode="after")
@@ -186,7 +189,7 @@ class EngineLimitTable(Table):
         if self.at_most is not None:
             if self.when is not None or self.kinematics is not None:
                 raise word("has a bound, but when and kinematics are for [measures.NAME] only. Leave them out.")
-            _quantity(self.at_most, self.dimension)
+            inner(self.at_most, self.dimension)
         return self
 
     @property
@@ -203,11 +206,6 @@ class EngineLimitTable(Table):
     def dimension(self) -> str:
         return "moment" if self.is_couple else "force"
 
-    @property
-    def bound(self) -> float:
-        """at_most in SI; inf for a measure."""
-        return float("inf") if self.at_most is None else _quantity(self.at_most, self.dimension)
-
 
 class EngineGoalTable(Table):
     """[goal] minimise = a response; `then` names responses that decide between equally good crank phasings.
@@ -222,25 +220,3 @@ class EngineGoalTable(Table):
     minimise: Response
     order: int | None = None
     then: list[Response] = Field(default_factory=list)
-
-
-def _angle(given: object) -> float:
-    try:
-        return read_angle(given)
-    except QuantityError as error:
-        raise complaint(f'holds "{given}", which {error.complaint}') from None
-
-
-def _quantity(given: object, dimension: str) -> float:
-    try:
-        return read_quantity(given, dimension).value
-    except QuantityError as error:
-        raise complaint(f'holds "{given}", which {error.complaint}') from None
-
-
-def _check_angle(unbalance: Fact | Choice, angle: Fact | None) -> None:
-    """A given size needs its angle, a range must have none."""
-    if isinstance(unbalance, Fact) and angle is None:
-        raise word('has a given unbalance but no angle. Add angle = "180 deg", or a range { from, to } to choose.')
-    if isinstance(unbalance, Choice) and angle is not None:
-        raise word("chooses its unbalance but has an angle. Leave angle out: it is chosen with the unbalance.")

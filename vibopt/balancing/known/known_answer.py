@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import ceil, inf, isfinite, tau
+from math import inf, isfinite, tau
 from typing import Any
 
 from vibopt.answer.answer import Answer, Conflict
@@ -24,92 +24,45 @@ from vibopt.balancing.known.shaft_statics import (
     unbalances,
 )
 from vibopt.balancing.planes import MASS, Drill, Plane
-from vibopt.balancing.question_prices import Solver, allowance, clash, left_out
-from vibopt.records import dataclass
+from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, allowance, clash, prices_of
 from vibopt.units import show, si_unit
 from vibopt.work import Budget, metered
 
-STEP = 1.1
-SOLVES = 3
-"""Solutions that one price takes: wider, without the limit, and at what that one reaches."""
-_ACTIVE = 1e-4
 
-Measure = Callable[[KnownJob, Correction], float]
-
-
-@dataclass(frozen=True, slots=True)
-class Bound:
-    """A limit or a cap: its value now [SI], how an answer measures it, and the job with another bound."""
-
-    path: str
-    now: float
-    unit: str
-    dimension: str
-    measured: Measure
-    moved: Callable[[float], KnownJob]
-
-    def shown(self, value: float) -> str:
-        return show(value, self.unit, self.dimension)
-
-
-def prices(
-    job: KnownJob, found: Correction, goal: Measure, held: Callable[[KnownJob, Correction, str], Checked], work: float,
-    budget: Budget,
-) -> tuple[dict[str, str], tuple[str, ...]]:  # fmt: skip
-    """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out.
-
-    Parameters
-    ----------
-    goal
-        Value of the goal of an answer, in its SI unit.
-    held
-        A limit measured on an answer.
-    work, budget
-        What the answer took, which is expected of each further solution, and what all may take [nominal ms].
-    """
+def _prices(job: KnownJob, found: Correction, work: float, budget: Budget) -> tuple[dict[str, str], tuple[str, ...]]:
+    """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out."""
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
         return {}, ()
     steps = any(plane.is_discrete for plane in job.planes)
-    words, left = {}, []
-    for one in (*_limits(job, held), *_caps(job)):
-        if not steps and one.measured(job, found) < one.now * (1.0 - _ACTIVE):
-            continue
-        if budget.over or budget.spent + SOLVES * work > budget.most:
-            left.append(one.path)
-            continue
-        with metered() as meter:
-            said = _price(job, found, goal, one)
-        budget.spend(ceil(meter.done))
-        if said:
-            words[one.path] = said
-    return words, left_out(left, SOLVES * len(left))
-
-
-def _price(job: KnownJob, found: Correction, goal: Measure, one: Bound) -> str:
-    """ "20 g -> 22 g buys 812 N -> 640 N; nothing more to gain beyond 41 g"; "" where it buys nothing."""
-    now, then = goal(job, found), _best(one.moved(one.now * STEP), goal)
-    if then is None or not then[0] < now * (1.0 - 1e-6):
-        return ""
+    asked = [one for one, taken in (*_limits(job, found), *_caps(job, found)) if steps or taken >= 1.0 - ACTIVE]
     dimension = _dimension(job)
-    bound, further = (one.shown(value) for value in (one.now, one.now * STEP))
-    said = f"{bound} -> {further} buys {show(now, '', dimension)} -> {show(then[0], '', dimension)}"
-    return said + _until(goal, one, 1e-6 * now)
+    return prices_of(asked, _value(job, found), lambda goal: show(goal, "", dimension), 0.0, work, budget)
 
 
-def _until(goal: Measure, one: Bound, slack: float) -> str:
-    """The bound that the answer without it reaches, if with that bound the goal is as good."""
-    without = one.moved(inf)
-    free = _best(without, goal)
-    if free is None:
-        return ""
-    reached = one.measured(without, free[1]) * (1.0 + 1e-9)
-    again = _best(one.moved(reached), goal) if reached > one.now else None
-    return f"; nothing more to gain beyond {one.shown(reached)}" if again and again[0] <= free[0] + slack else ""
+Measure = Callable[[KnownJob, Correction], float]
+Taken = tuple[Bound, float]
+"""A limit or a cap, and the part of it that the answer takes."""
 
 
-def _best(job: KnownJob, goal: Measure) -> tuple[float, Correction] | None:
-    found = correct(job)
-    return (goal(job, found), found) if found.status in ("optimal", "feasible") else None
+def _taken(
+    found: Correction, path: str, now: float, unit: str, dimension: str, measured: Measure,
+    moved: Callable[[float], KnownJob],
+) -> Taken:  # fmt: skip
+    """A bound by how an answer measures it, and by the job with another one."""
+
+    def best(value: float) -> tuple[float, Correction] | None:
+        job = moved(value)
+        other = correct(job)
+        return (_value(job, other), other) if other.status in ("optimal", "feasible") else None
+
+    def until(free: tuple[float, Correction]) -> float | None:
+        """What the answer without the bound reaches, if with that bound the goal is as good."""
+        reached = measured(moved(inf), free[1]) * (1.0 + 1e-9)
+        again = best(reached) if reached > now else None
+        return reached if again and again[0] <= free[0] + 1e-6 * _value(moved(now), found) else None
+
+    part = measured(moved(now), found) / now if now > 0.0 else inf
+    return Bound(path, now, unit, dimension, best, until), part
 
 
 def _dimension(job: KnownJob) -> str:
@@ -119,52 +72,52 @@ def _dimension(job: KnownJob) -> str:
     return of.get(job.goal.minimise, "unbalance")
 
 
-def _limits(job: KnownJob, held: Callable[[KnownJob, Correction, str], Checked]) -> list[Bound]:
-    def bound(name: str) -> Bound:
+def _limits(job: KnownJob, found: Correction) -> list[Taken]:
+    def bound(name: str) -> Taken:
         table = job.limits[name]
 
-        def measured(other: KnownJob, found: Correction) -> float:
-            return float(held(other, found, name).value.value)
+        def measured(other: KnownJob, its: Correction) -> float:
+            return float(_held(other, its, name, table).value.value)
 
         def moved(value: float) -> KnownJob:
             text = f"{value!r} {si_unit(table.dimension)}" if isfinite(value) else None
             wider = table.model_copy(update={"at_most": text})
             return replace(job, limits={**job.limits, name: wider})
 
-        return Bound(name, table.bound, table.unit, table.dimension, measured, moved)
+        return _taken(found, name, table.bound, table.unit, table.dimension, measured, moved)
 
     return [bound(name) for name in job.limits]
 
 
-def _caps(job: KnownJob) -> list[Bound]:
+def _caps(job: KnownJob, found: Correction) -> list[Taken]:
     """Of the planes: the greatest weight, unbalance, or depth of a hole."""
     free = [(k, plane) for k, plane in enumerate(job.planes) if not plane.keep]
     drilled = [(k, plane.drill) for k, plane in free if plane.drill is not None and not plane.is_discrete]
     return [
-        *(_cap(job, k) for k, plane in free if isfinite(plane.cap)),
-        *(_depth(job, k, drill) for k, drill in drilled if isfinite(drill.deepest)),
+        *(_cap(job, found, k) for k, plane in free if isfinite(plane.cap)),
+        *(_depth(job, found, k, drill) for k, drill in drilled if isfinite(drill.deepest)),
     ]
 
 
-def _cap(job: KnownJob, k: int) -> Bound:
+def _cap(job: KnownJob, found: Correction, k: int) -> Taken:
     plane = job.planes[k]
 
-    def measured(_: KnownJob, found: Correction) -> float:
-        return sum((one.mass for one in found.planes[k].weights), 0.0)
+    def measured(_: KnownJob, its: Correction) -> float:
+        return sum((one.mass for one in its.planes[k].weights), 0.0)
 
     key = "unbalance" if "unbalance" in job.document["planes"][plane.name] else "weight"
     path = f"planes.{plane.name}.{key}"
-    return Bound(path, plane.cap, plane.unit, plane.dimension, measured, lambda cap: _with(job, k, cap=cap))
+    return _taken(found, path, plane.cap, plane.unit, plane.dimension, measured, lambda cap: _with(job, k, cap=cap))
 
 
-def _depth(job: KnownJob, k: int, drill: Drill) -> Bound:
-    def measured(_: KnownJob, found: Correction) -> float:
-        return max((drill.depth(one.mass) for one in found.planes[k].weights), default=0.0)
+def _depth(job: KnownJob, found: Correction, k: int, drill: Drill) -> Taken:
+    def measured(_: KnownJob, its: Correction) -> float:
+        return max((drill.depth(one.mass) for one in its.planes[k].weights), default=0.0)
 
     def moved(deepest: float) -> KnownJob:
         return _with(job, k, drill=replace(drill, deepest=deepest))
 
-    return Bound(f"planes.{job.planes[k].name}.drill", drill.deepest, "mm", "length", measured, moved)
+    return _taken(found, f"planes.{job.planes[k].name}.drill", drill.deepest, "mm", "length", measured, moved)
 
 
 def _with(job: KnownJob, k: int, **changes: Any) -> KnownJob:
@@ -192,7 +145,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         found = correct(job, solver)
     limits = {name: _held(job, found, name, table) for name, table in job.limits.items()}
     status, claim = _status(job, found, limits)
-    words, unpriced = prices(job, found, _value, _limit, meter.done, allowance(thorough))
+    words, unpriced = _prices(job, found, meter.done, allowance(thorough))
     limits = {
         name: replace(one, price=Price(words.pop(name, ""), rate=found.prices.get(name)))
         for name, one in limits.items()
@@ -260,10 +213,6 @@ def _value(job: KnownJob, found: Correction) -> float:
     """The goal of an answer as a number."""
     goal = _goal(job, found)
     return float("nan") if goal is None else float(goal[1].value)
-
-
-def _limit(job: KnownJob, found: Correction, name: str) -> Checked:
-    return _held(job, found, name, job.limits[name])
 
 
 def _total(found: Correction) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from vibopt.balancing.known.known_tables import (
     KnownGoalTable,
@@ -16,17 +16,15 @@ from vibopt.balancing.known.known_tables import (
 )
 from vibopt.balancing.parse_machine import read_planes
 from vibopt.balancing.planes import Corrected, Plane
-from vibopt.balancing.rotor_tables import named_tables, read_table
+from vibopt.balancing.rotor_tables import known_keys, read_table, read_tables, unbounded
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
-from vibopt.values import Table
 
 KEYS = (
     "title", "statement", "source", "conventions", "shaft", "masses", "planes", "limits", "measures", "goal",
     "expected",
 )  # fmt: skip
 CONVENTIONS = ("angles", "zero")
-Kind = TypeVar("Kind", bound=Table)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +105,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     InputError
         All mistakes at once.
     """
-    for key in document:
-        if key not in KEYS:
-            mistakes.unknown_key((key,), list(KEYS))
+    known_keys(document, KEYS, mistakes)
     shaft = read_table(ShaftTable, document.get("shaft", {}), ("shaft",), mistakes)
     masses = read_tables(document, "masses", MassTable, mistakes)
     planes = read_planes(document, mistakes, KnownPlaneTable)
@@ -141,13 +137,6 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         expected=tuple(document.get("expected", ())),
         document=document,
     )
-
-
-def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mistakes: Mistakes) -> dict[str, Kind]:
-    """All tables [family.NAME] by name."""
-    given = named_tables(document, family, mistakes)
-    found = {name: read_table(kind, table, (family, name), mistakes) for name, table in given.items()}
-    return {name: table for name, table in found.items() if table is not None}
 
 
 def _at(table: MassTable) -> float:
@@ -195,6 +184,7 @@ def _check(
             "goal minimises a couple, but all masses and planes lie in one plane. Write where each is with at, or "
             'minimise = "static_unbalance".',
         )
+    unbounded(limits, mistakes)
     for family, tables in (("limits", limits), ("measures", measures)):
         for name, table in tables.items():
             _check_limit((family, name), table, shaft, planes, mistakes)
@@ -208,8 +198,6 @@ def _check_limit(
     mistakes: Mistakes,
 ) -> None:
     """Whether a limit speaks of something that is there."""
-    if path[0] == "limits" and table.at_most is None:
-        mistakes.add(path, f"limits.{path[1]} has no bound. Write at_most, or move it to [measures.{path[1]}].")
     if table.response == "bearing_reaction":
         if not shaft.bearings or shaft.speed is None:
             example = 'bearings = { A = "0 mm", B = "900 mm" } and speed = "1500 rpm"'

@@ -7,11 +7,9 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vibopt.balancing.planes import UNBALANCE
-from vibopt.balancing.rotor_tables import PlaneTable
-from vibopt.errors import QuantityError
-from vibopt.units import read_quantity
+from vibopt.balancing.rotor_tables import Bounded, PlaneTable, inner
 from vibopt.values import Fact, Table, number
-from vibopt.values.fields import complaint, word
+from vibopt.values.fields import word
 
 _DIMENSION_OF = {
     "static_unbalance": "unbalance",
@@ -39,7 +37,7 @@ class ShaftTable(Table):
         if given and len(given) != 2:
             example = 'bearings = { A = "0 mm", B = "900 mm" }'
             raise word(f"names {len(given)} bearings, but two carry a shaft. Write {example}.")
-        places = {name: quantity(at, "length") for name, at in given.items()}
+        places = {name: inner(at, "length") for name, at in given.items()}
         if len(set(places.values())) < len(places):
             raise word("has both bearings at the same place.")
         return places
@@ -99,7 +97,7 @@ class KnownPlaneTable(PlaneTable):
     bare: ClassVar[str] = UNBALANCE
 
 
-class KnownLimitTable(Table):
+class KnownLimitTable(Bounded):
     """[limits.NAME] or [measures.NAME]: what is left after the correction, or the correction itself.
 
     Keys
@@ -114,13 +112,12 @@ class KnownLimitTable(Table):
     response: Literal["static_unbalance", "couple_unbalance", "bearing_reaction", "correction"]
     of: str | None = None
     total: bool = False
-    at_most: Any = None
     unit: str = ""
 
     @model_validator(mode="after")
     def _bound(self) -> KnownLimitTable:
         if self.at_most is not None:
-            quantity(self.at_most, self.dimension)
+            inner(self.at_most, self.dimension)
         if self.response == "correction" and (self.of is None) != self.total:
             raise word('needs of = "PLANE" or total = true, one of the two.')
         return self
@@ -129,11 +126,6 @@ class KnownLimitTable(Table):
     def dimension(self) -> str:
         """Dimension of the response."""
         return _DIMENSION_OF[self.response]
-
-    @property
-    def bound(self) -> float:
-        """at_most in SI; inf for a measure."""
-        return float("inf") if self.at_most is None else quantity(self.at_most, self.dimension)
 
 
 class KnownGoalTable(Table):
@@ -153,12 +145,3 @@ class KnownGoalTable(Table):
         if "combine" in self.model_fields_set and self.minimise not in ("unbalance", "reaction"):
             raise word(f'has combine, but minimise = "{self.minimise}" is one quantity. Leave combine out.')
         return self
-
-
-def quantity(given: object, dimension: str) -> float:
-    """A value inside a list or a table without a field of its own, in SI."""
-    try:
-        return read_quantity(given, dimension).value
-    except QuantityError as error:
-        said = error.complaint
-        raise complaint(f'holds "{given}", which {said}' if isinstance(given, str) else said) from None
