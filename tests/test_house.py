@@ -193,6 +193,33 @@ def test_large_libraries_stay_at_home(library: str) -> None:
     assert not wrong, f"{library} is imported outside {', '.join(HOMES[library])}"
 
 
+FORMS_BY_NAME = {
+    "vibopt.report.histories": 1,  # draws a peak in time
+    "vibopt.solve.catalogue.explained": 3,  # words of mounts that are lifted or carry too much
+    "vibopt.solve.closed_program": 1,  # its weight and its stiffness are numbers of its own
+    "vibopt.solve.rivals.convex": 2,  # a rival, stated by hand
+    "vibopt.solve.tangents": 2,  # keeps the times of peaks
+}
+"""How often a module may tell forms apart, and why; everything else asks the form (`vibopt/forms/form.py`)."""
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_method_asks_the_form(module: str) -> None:
+    """What it needs of one kind is said beside that kind."""
+    from vibopt.forms import FORMS, Form
+
+    names = {one.__name__ for kind in (*FORMS, Form) for one in kind.__mro__ if one is not object}
+    told = [
+        f"line {node.lineno}"
+        for node in ast.walk(_parsed(module))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id in ("isinstance", "issubclass")
+        if {one.id for one in ast.walk(node.args[1]) if isinstance(one, ast.Name)} & names
+    ]
+    assert len(told) == FORMS_BY_NAME.get(module, 0), f"{module} tells forms apart: {', '.join(told)}"
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_no_clock_decides(module: str) -> None:
     """Clocks are read where time is shown, and for the user's own limit; solvers of others get no time limit."""

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms.form import Form, Local, by_differences, log_of
-from vibopt.mechanics.modes import damping_ratios, decay_rates, free_matrices, pole_slopes
+from vibopt.forms.form import ROOTS, Form, Local, by_differences, log_of, plus
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
+from vibopt.mechanics.modes import damping_ratios, decay_rates, free_matrices, pole_slopes, poles
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
+    from vibopt.arrays import IntArray
+    from vibopt.forms.asking import ConvexRows, OneVariable
+    from vibopt.forms.bounds import FormBounds
+    from vibopt.forms.form import Bounds
     from vibopt.mechanics.model import Model
 
 _NEAR = 2.0
@@ -22,8 +27,16 @@ class OfPoles(Form):
     """The least of a number that every pole of free vibration has."""
 
     __slots__ = ()
-    relative = False
+    relative: ClassVar[bool] = False
     """Whether the number is a part of the pole's size."""
+
+    @property
+    def poles(self) -> OfPoles:
+        return self
+
+    def meet(self, model: Model) -> bool:
+        """Whether its best may lie where poles meet."""
+        return True
 
     def level(self, rates: ComplexArray) -> FloatArray:
         """The number of poles e^{s t} by their rates s (m,)."""
@@ -67,6 +80,16 @@ class OfPoles(Form):
 class DecayRate(OfPoles):
     """Least decay rate of free vibration, -max Re(pole) [1/s]; rigid motion, which nothing calls back, is left out."""
 
+    no_bounds = "is a decay rate: poles of several modes have no bounds on boxes of designs"
+    not_convex = "is a decay rate, which is not convex in stiffness and damping"
+    rough = "is the least decay rate of several modes, which has a kink where two of them are equal"
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        return ROOTS * float(np.abs(poles(model, model.values(x))).max(initial=0.0))
+
+    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
+        return ()
+
     def value(self, model: Model, x: FloatArray) -> float:
         return float(decay_rates(model, model.values(x)).min(initial=np.inf))
 
@@ -90,6 +113,56 @@ class ModeDamping(OfPoles):
 
     mode: int
     relative = True
+    one_line = True
+    no_bounds = "is a damping ratio: poles of several modes have no bounds on boxes of designs"
+    not_convex = "is a damping ratio of several modes, which is not convex in stiffness and damping"
+
+    def meet(self, model: Model) -> bool:
+        return self.mode == 1 and model.n_free > 1
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        return max(ROOTS, Form.room(self, model, x, value, other, rounding))
+
+    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
+        return (self.mode,)
+
+    def polynomial(self, rows: OneVariable, model: Model, bound: float) -> FloatArray:
+        """One mass: c^2 - 4 z^2 k m."""
+        k, m, c = (rows.total(model, kind) for kind in (STIFFNESS, INERTIA, DAMPING))
+        return plus(np.convolve(c, c), -4.0 * bound**2 * np.convolve(k, m))
+
+    def is_polynomial(self, model: Model, most_degree: int) -> bool:
+        return model.n_free == 1 and self.mode == 1
+
+    def sampleable(self, model: Model) -> bool:
+        return model.n_free == 1
+
+    def not_smooth(self, model: Model) -> str:
+        kink = "is the least of several damping ratios, which has a kink where two of them are equal"
+        return kink * (model.n_free > 1)
+
+    def bounded(self, model: Model) -> bool:
+        return model.n_free == 1
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        model = known.model
+        small, large = model.extent(low, high)
+        square = model.vectors[:, 0] ** 2
+
+        def total(values: FloatArray, kind: int) -> FloatArray:
+            one: FloatArray = (values * (model.kinds == kind)) @ square
+            return one
+
+        with np.errstate(divide="ignore", invalid="ignore"):
+            least = total(small, DAMPING) / (2.0 * np.sqrt(total(large, STIFFNESS) * total(large, INERTIA)))
+            most = total(large, DAMPING) / (2.0 * np.sqrt(total(small, STIFFNESS) * total(small, INERTIA)))
+        return np.nan_to_num(least, nan=0.0), np.nan_to_num(most, nan=np.inf, posinf=np.inf)
+
+    def known(self, at: FormBounds) -> bool:
+        return at.model.n_free == 1
+
+    def convex_limit(self, rows: ConvexRows, limit: Any, sense: float, bound: float) -> Any:
+        return rows.damping(limit, self, sense, bound) if limit.model.n_free == 1 else None
 
     def value(self, model: Model, x: FloatArray) -> float:
         ratios = damping_ratios(model, model.values(x))
@@ -125,6 +198,13 @@ class FreeMotion(Form):
     displacements: FloatArray
     velocities: FloatArray
     after: float
+    no_bounds = "is a motion at one time, which turns many times within a box of designs"
+    not_convex = "is a motion at one time, which is not convex in stiffness and damping"
+    rough = "is a motion at one time with its sign, which may be zero"
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        begun = np.abs(self.displacements) + self.after * np.abs(self.velocities)
+        return ROOTS * float(np.abs(self.row[: model.n_free]) @ begun)
 
     def value(self, model: Model, x: FloatArray) -> float:
         from scipy.linalg import expm

@@ -200,3 +200,23 @@ def _slope_of_nearest_mode(model: Model, drive: Drive, x: FloatArray, speed: flo
     nearest = np.abs(far).min(axis=1).argmin()
     slope: FloatArray = slopes[nearest]
     return slope
+
+
+def candidates_of(model: Model, form: Modulus, drive: Drive, x: FloatArray, least_wanted: bool) -> list[Extreme]:
+    """Every local extreme of the response to one excitation that could be the worst, each speed once."""
+    closed = closed_form(model, form, drive, x)
+    if closed is not None:
+        return _once([one for band in drive.bands for one in closed.candidates(band)])
+    few = None if least_wanted else few_peaks(model, form, drive, x, 0.9)
+    if few is not None:
+        return _once([one.at for one in few])
+    return _once(extremes_of(model, form, drive, x, least_wanted=least_wanted, within=0.9))
+
+
+def _once(found: list[Extreme]) -> list[Extreme]:
+    """Each speed once."""
+    unique: list[Extreme] = []
+    for one in found:
+        if not any(abs(one.speed - other.speed) <= 1e-9 * abs(one.speed) for other in unique):
+            unique.append(one)
+    return unique

@@ -4,23 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
-    from vibopt.arrays import FloatArray
+    from vibopt.arrays import FloatArray, IntArray
+    from vibopt.forms.asking import ConvexRows, LogRows, OneVariable, Proof
+    from vibopt.forms.bounds import FormBounds
+    from vibopt.forms.damped import OfPoles
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
+    from vibopt.forms.rational import Groups, Sampled
     from vibopt.forms.reduce import Reach
     from vibopt.forms.tangents import Tangent
+    from vibopt.forms.undamped import ModeFrequency
     from vibopt.mechanics.model import Model
     from vibopt.signals import Drive
 
+    Bounds = tuple[FloatArray, FloatArray]
+
 _STEP = 1e-6
 WITHOUT_END = 1e30
+ROOTS = 1e-6
+"""Part of the greatest pole, or of a root mean square, that near roots and integrals may lose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +67,14 @@ class Form:
     """
 
     __slots__ = ()
+    solved_directly: ClassVar[bool] = False
+    """Whether no polynomials in the variables stand for it."""
+    rank: ClassVar[int] = 3
+    """Of what is asked of many designs: first what is cheap and telling."""
+    not_convex: ClassVar[str] = "is not convex in the design"
+    rough: ClassVar[str] = "is no smooth function of the design"
+    no_bounds: ClassVar[str] = "has no bounds on boxes of designs"
+    """Why it has no statement in cvxpy, none in CasADi, or no bounds on boxes of designs, behind its name."""
 
     @property
     def drives(self) -> tuple[Drive, ...]:
@@ -72,6 +89,26 @@ class Form:
     @property
     def powers(self) -> Monomials | None:
         """Itself where it is a sum of powers of the variables, which needs no machine."""
+        return None
+
+    @property
+    def one_line(self) -> bool:
+        """Whether it is one harmonic of one excitation, or knows neither speeds nor poles nor noise."""
+        return False
+
+    @property
+    def ratio(self) -> bool:
+        """Whether it is |N| / |D| at each speed, as `sampled` gives them."""
+        return False
+
+    @property
+    def poles(self) -> OfPoles | None:
+        """Itself where it is the least of a number that poles have."""
+        return None
+
+    @property
+    def frequency(self) -> ModeFrequency | None:
+        """Itself where it is a natural frequency."""
         return None
 
     def value(self, model: Model, x: FloatArray) -> float:
@@ -122,6 +159,113 @@ class Form:
         """What moves the machine and what is read of it, where no other motion has a part in it."""
         return None
 
+    def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
+        """The worst at designs x (n, n_vars), shape (n,)."""
+        return np.array([self.worst(model, one, least_wanted=least_wanted).value for one in x])
+
+    def glance(self, model: Model, x: FloatArray) -> FloatArray | None:
+        """No greater than the greatest at designs x (n, n_vars), shape (n,), where many are had for little."""
+        return None
+
+    def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
+        """Speeds per excitation and value of every local extreme that could be the worst."""
+        return [((), self.value(model, x))]
+
+    def acting(self, model: Model) -> FloatArray:
+        """Exponents of all that it depends on, (n, n_vars)."""
+        return model.exponents
+
+    def senses(self, model: Model) -> FloatArray | None:
+        """Senses in which its parts move with each variable (n, n_vars), where the worst lies at a corner of them."""
+        return None
+
+    def at_corners(self, model: Model, *, least_wanted: bool) -> bool:
+        """Whether the worst of a box of designs lies at some corner for sure."""
+        return False
+
+    def rises(self, model: Model, index: int) -> float | None:
+        """1 where it rises with a variable, -1 where it falls; None where it is not that simple."""
+        return None
+
+    def held(self, x: FloatArray, free: list[int]) -> Form:
+        """Itself in the variables `free` alone, the others at x (n_vars,)."""
+        return self
+
+    def watched(self, ends: tuple[float, ...]) -> list[float]:
+        """Frequencies [rad/s] at which something begins or ends for a limit with such bounds."""
+        return []
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """How far rounding may move it from the value of the second route.
+
+        `rounding` is the part by which coefficients may be off.
+        """
+        return ROOTS * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))])
+
+    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
+        """As plain data, its variables renumbered; one that cannot tell is the same in one order only."""
+        return tuple(order.tolist())
+
+    def groups(self, model: Model) -> Groups | None:
+        """Directions of the determinants whose quotient it is."""
+        return None
+
+    def sampled(self, model: Model, speeds: FloatArray, reference: FloatArray) -> Sampled:
+        """N and D at speeds (n,) [rad/s] of what is a `ratio`."""
+        raise NotImplementedError(f"{type(self).__name__} is no quotient of determinants")
+
+    def polynomial(self, rows: OneVariable, model: Model, bound: float) -> FloatArray | None:
+        """Ascending coefficients of what is below zero where it is below the bound; None where `sampled` tells."""
+        return None
+
+    def is_polynomial(self, model: Model, most_degree: int) -> bool:
+        """Whether a bound of it is a polynomial inequality in the one variable."""
+        return False
+
+    def sampleable(self, model: Model) -> bool:
+        """Whether a row at sampled speeds says more of it than its slope at one design."""
+        return False
+
+    def not_smooth(self, model: Model) -> str:
+        """Why it is not smooth, or has no smooth statement, behind its name; "" where it has one."""
+        return self.rough
+
+    def bounded(self, model: Model) -> bool:
+        """Whether it has bounds on boxes of designs."""
+        return False
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        """Lower and upper bound on boxes low, high (n_boxes, n_vars), each (n_boxes,), where `bounded`.
+
+        Of a response over speeds: lower bound of the greatest, upper bound of the least.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no bounds on boxes")
+
+    def known(self, at: FormBounds) -> bool:
+        """Whether `on_points` tells anything of it."""
+        return False
+
+    def on_points(self, at: FormBounds, x: FloatArray) -> Bounds:
+        """Lower bound of the greatest and upper bound of the least value at designs x (n, n_vars), each (n,)."""
+        value = self.on_boxes(at, x, x)[0]
+        return value, value
+
+    def logged(self, rows: LogRows, model: Model, bound: float) -> Any:
+        """log(value / bound) in CasADi; to first order where it has no statement of its own."""
+        return rows.of_slope(model, self, bound)
+
+    def convex_limit(self, rows: ConvexRows, limit: Any, sense: float, bound: float) -> Any:
+        """The constraint sense * value <= sense * bound in cvxpy; None where it is none that is convex."""
+        return None
+
+    def convex_goal(self, rows: ConvexRows, aim: Any) -> Any:
+        """What rises with it and is convex (concave where it is made greatest) in cvxpy; None where there is none."""
+        return None
+
+    def around(self, proof: Proof) -> bool:
+        """Whether a proof by bounds on boxes finds a level kept in the neighbourhood of a machine."""
+        return False
+
     def cost(self, model: Model) -> float:
         """Work of measuring it at one design [nominal ms]: an eigenproblem grows with the square of the coordinates."""
         return 0.3 + 0.01 * model.n_free**2
@@ -149,3 +293,17 @@ def bend_of_slopes(form: Form, model: Model, x: FloatArray) -> FloatArray:
 def log_of(value: float) -> float:
     """Log, and of nothing a number without end."""
     return float(np.log(value)) if value > 0.0 else -WITHOUT_END
+
+
+def row_said(row: FloatArray) -> tuple[float, ...]:
+    """A row without its sign: springs and the size of a response do not know it."""
+    turned = row if not row.any() or row[np.flatnonzero(row)[0]] > 0 else -row
+    return tuple(float(one) + 0.0 for one in turned)
+
+
+def plus(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Sum of two polynomials, coefficients ascending."""
+    total = np.zeros(max(len(a), len(b)))
+    total[: len(a)] += a
+    total[: len(b)] += b
+    return total

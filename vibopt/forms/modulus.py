@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice, product
 from math import hypot
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.forms.form import WITHOUT_END, Form, Local, Worst
+from vibopt.forms.monomials import Monomials
+from vibopt.forms.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.records import dataclass
-from vibopt.signals import Combine, Drive, Output
+from vibopt.signals import Band, Combine, Drive, Line, Output
 
 if TYPE_CHECKING:
-    from vibopt.arrays import FloatArray
+    from vibopt.arrays import FloatArray, IntArray
+    from vibopt.forms.asking import Proof
+    from vibopt.forms.bounds import FormBounds
+    from vibopt.forms.form import Bounds
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
 
@@ -35,10 +41,36 @@ class Modulus(Form):
     combine: Combine
     rigid_link: str = ""
     endless: tuple[str, ...] = ()
+    rank = 13
 
     @property
     def harmonic(self) -> Modulus:
         return self
+
+    @property
+    def line(self) -> Line | None:
+        """Its only harmonic of its only excitation, as such; None where there are more, or a link is made rigid."""
+        if len(self.drives) != 1 or len(self.drives[0].lines) != 1 or self.rigid_link:
+            return None
+        return self.drives[0].lines[0]
+
+    @property
+    def one_line(self) -> bool:
+        return self.line is not None and not self.output.shared_by
+
+    @property
+    def ratio(self) -> bool:
+        return self.line is not None
+
+    @property
+    def bands(self) -> list[Band]:
+        """Of all excitations."""
+        return [band for drive in self.drives for band in drive.bands]
+
+    @property
+    def _at_one_time(self) -> bool:
+        """Whether several harmonics are taken at one instant."""
+        return self.combine == "peak" and sum(len(drive.lines) for drive in self.drives) > 1
 
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst(model, x).value
@@ -66,6 +98,144 @@ class Modulus(Form):
         per_drive = [of_drive(model, self, drive, x, least_wanted, within) for drive in self.drives]
         found = [self._together(combo) for combo in islice(product(*per_drive), 4 * MOST)]
         return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:MOST]
+
+    def glance(self, model: Model, x: FloatArray) -> FloatArray | None:
+        from vibopt.forms.few import few_sampled
+
+        return few_sampled(model, self, x)
+
+    def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
+        from vibopt.forms.extremes import candidates_of
+
+        per_drive = [candidates_of(model, self, drive, x, least_wanted) for drive in self.drives]
+        if len(per_drive) == 1:
+            return [((one.speed,), one.value) for one in per_drive[0]]
+        tops = [(min if least_wanted else max)(one, key=lambda e: e.value) for one in per_drive]
+        values = np.array([one.value for one in tops])
+        total = float(np.sqrt((values**2).sum())) if self.combine == "rss" else float(values.sum())
+        return [(tuple(one.speed for one in tops), total)]
+
+    def watched(self, ends: tuple[float, ...]) -> list[float]:
+        found: list[float] = []
+        for drive in self.drives:
+            edges = [end for band in drive.bands for end in (band.low, band.high)]
+            found += [line.order * end for line in drive.lines for end in edges]
+        return found
+
+    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
+        shared = self.output.shared_by
+        share = model.counts[shared].row(model.n_vars)[order] if shared else np.zeros(0)
+        drives = tuple((one.name, one.bands) for one in self.drives)
+        row, shares = (tuple(float(one) + 0.0 for one in some) for some in (self.output.row, share))
+        return (row, self.output.power, shares, self.combine, self.rigid_link, drives)
+
+    def groups(self, model: Model) -> Groups:
+        return Groups.of(model, self.output.signs)
+
+    def sampled(self, model: Model, speeds: FloatArray, reference: FloatArray) -> Sampled:
+        return sampled(model, self.output, self.drives[0].lines[0], speeds, reference)
+
+    def is_polynomial(self, model: Model, most_degree: int) -> bool:
+        return self.groups(model).degrees[0] <= most_degree
+
+    def sampleable(self, model: Model) -> bool:
+        return True
+
+    def not_smooth(self, model: Model) -> str:
+        true_peak = self.combine == "peak" and any(len(drive.lines) > 1 for drive in self.drives)
+        return "is the true peak of several harmonics over time, which jumps from one instant to another" * true_peak
+
+    def bounded(self, model: Model) -> bool:
+        return not model.mixed and not self._at_one_time
+
+    def lines_at(self, model: Model, name: str, speed: float, reference: FloatArray) -> dict[tuple[str, int], Sampled]:
+        """N and D of each line of a drive at one speed; with the link rigid as well, under ~index."""
+        found, speeds = {}, np.array([speed])
+        for index, line in enumerate(next(one for one in self.drives if one.name == name).lines):
+            found[name, index] = sampled(model, self.output, line, speeds, reference)
+            if self.rigid_link:
+                from vibopt.forms.drive_response import rigid_form
+
+                rigid, output = rigid_form(model, self)
+                bolted = replace(line, vector=line.vector @ rigid.basis)
+                found[name, ~index] = sampled(rigid, output, bolted, speeds, reference)
+        return found
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        count = len(low)
+        lower, upper = np.zeros(count), np.zeros(count)
+        for drive in self.drives:
+            if not known.speeds.get(drive.name):
+                return np.zeros(count), np.full(count, np.inf)
+            squares = [self._line_on(known, drive.name, i, low, high) for i in range(len(drive.lines))]
+            small, large = (np.array([one[side] for one in squares]) for side in (0, 1))
+            if self.combine == "rss":
+                lower += small.sum(axis=0).max(axis=-1)
+                upper += large.sum(axis=0).min(axis=-1)
+            else:
+                lower += np.sqrt(small).sum(axis=0).max(axis=-1)
+                upper += np.sqrt(large).sum(axis=0).min(axis=-1)
+        if self.combine == "rss":
+            lower, upper = np.sqrt(lower), np.sqrt(upper)
+        if known.resonant:
+            from vibopt.forms.one_resonance import resonant_floor
+
+            lower = np.maximum(lower, resonant_floor(known.model, self, low, high))
+        return lower, upper
+
+    def _line_on(self, known: FormBounds, name: str, index: int, low: FloatArray, high: FloatArray) -> Bounds:
+        """Bounds of the squared modulus of one line, each (n_boxes, n_samples)."""
+        model = known.model
+        lower, upper = ratio_bounds(*box_coefficients(known.samples[name, index], low, high))
+        if self.rigid_link:
+            rigid = ratio_bounds(*box_coefficients(known.samples[name, ~index], low, high))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                lower, upper = rigid[0] / upper, rigid[1] / lower
+            return np.nan_to_num(lower, nan=0.0), np.nan_to_num(upper, nan=np.inf, posinf=np.inf)
+        if self.output.shared_by:
+            few, many = self._mounts(model).extent(low, high)
+            lower, upper = lower / many[:, None] ** 2, upper / few[:, None] ** 2
+        return lower, upper
+
+    def _mounts(self, model: Model) -> Monomials:
+        """Number of mounts by which it is divided."""
+        count = model.counts[self.output.shared_by]
+        return Monomials(np.array([count.scale]), count.row(model.n_vars)[None, :])
+
+    def known(self, at: FormBounds) -> bool:
+        return not (self.rigid_link and at.direct) and not self._at_one_time
+
+    def on_points(self, at: FormBounds, x: FloatArray) -> Bounds:
+        most, least = np.zeros(len(x)), np.zeros(len(x))
+        for drive in self.drives:
+            if not at.speeds.get(drive.name):
+                return np.zeros(len(x)), np.full(len(x), np.inf)
+            if at.direct:
+                from vibopt.forms.drive_response import solved
+
+                squares = [solved(at.model, self.output, line, at.speeds[drive.name], x) ** 2 for line in drive.lines]
+            else:
+                squares = [self._line_at(at, drive.name, i, x) for i in range(len(drive.lines))]
+            total = np.sum(squares if self.combine == "rss" else np.sqrt(squares), axis=0)
+            most += np.where(np.isnan(total), 0.0, total).max(axis=-1)  # what is not known says nothing
+            least += np.where(np.isnan(total), np.inf, total).min(axis=-1)
+        if self.combine == "rss":
+            most, least = np.sqrt(most), np.sqrt(least)
+        if self.output.shared_by:
+            single = self._mounts(at.model).at(x)
+            most, least = most / single, least / single
+        return most, least
+
+    def _line_at(self, at: FormBounds, name: str, index: int, x: FloatArray) -> FloatArray:
+        """Squared modulus of one line at its speeds, (n, n_speeds); nan where it is not known."""
+        value = at.samples[name, index].square(x)
+        if self.rigid_link:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                value = at.samples[name, ~index].square(x) / value
+        return value
+
+    def around(self, proof: Proof) -> bool:
+        return proof.of_response(self)
 
     def reach(self, model: Model) -> Reach | None:
         from vibopt.forms.reduce import driven

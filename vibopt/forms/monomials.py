@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from vibopt.forms.form import WITHOUT_END, Form
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
+    from vibopt.arrays import IntArray
+    from vibopt.forms.asking import ConvexRows, LogRows, OneVariable
+    from vibopt.forms.bounds import FormBounds
+    from vibopt.forms.form import Bounds
     from vibopt.forms.tangents import Tangent
     from vibopt.mechanics.model import Model
 
@@ -22,6 +26,8 @@ class Monomials(Form):
 
     scale: FloatArray
     exponents: FloatArray
+    one_line = True
+    rank = 0
 
     @property
     def powers(self) -> Monomials:
@@ -63,6 +69,87 @@ class Monomials(Form):
 
     def cost(self, model: Model) -> float:
         return 0.02
+
+    def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
+        return self.at(x)
+
+    def glance(self, model: Model, x: FloatArray) -> FloatArray:
+        return self.at(x)
+
+    def acting(self, model: Model) -> FloatArray:
+        return self.exponents
+
+    def senses(self, model: Model) -> FloatArray:
+        return self.exponents
+
+    def rises(self, model: Model, index: int) -> float | None:
+        one = self.exponents[:, index]
+        others = [i for i in range(model.n_vars) if i != index]
+        if np.any(self.exponents[:, others]) or not ((one > 0).all() or (one < 0).all()):
+            return None
+        return 1.0 if (one > 0).all() else -1.0
+
+    def held(self, x: FloatArray, free: list[int]) -> Monomials:
+        fixed = [i for i in range(len(x)) if i not in free]
+        sizes = [float(np.prod(np.where(row == 0.0, 1.0, x[fixed] ** row))) for row in self.exponents[:, fixed]]
+        return Monomials(self.scale * np.array(sizes), self.exponents[:, free])
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        return 0.0
+
+    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
+        rows = zip(self.scale.tolist(), self.exponents[:, order].tolist(), strict=True)
+        return tuple(sorted((scale, tuple(one + 0.0 for one in row)) for scale, row in rows))
+
+    def polynomial(self, rows: OneVariable, model: Model, bound: float) -> FloatArray:
+        powers = np.round(self.exponents[:, 0] * rows.root).astype(int)
+        row = np.zeros(int(powers.max(initial=0)) + 1)
+        for scale, power, exponent in zip(self.scale, powers, self.exponents[:, 0], strict=True):
+            row[power] += scale * rows.reference**exponent
+        row[0] -= bound
+        return row
+
+    def is_polynomial(self, model: Model, most_degree: int) -> bool:
+        return bool((self.exponents >= 0).all())
+
+    def sampleable(self, model: Model) -> bool:
+        return True
+
+    def not_smooth(self, model: Model) -> str:
+        return ""
+
+    def bounded(self, model: Model) -> bool:
+        return True
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        return self.extent(low, high)
+
+    def extent(self, low: FloatArray, high: FloatArray) -> Bounds:
+        """Exact range on boxes (n_boxes, n_vars) where all scales are positive, term by term, each (n_boxes,)."""
+        rising = self.exponents > 0.0
+        lower = np.zeros(len(low))
+        upper = np.zeros(len(low))
+        for scale, exponents, up in zip(self.scale, self.exponents, rising, strict=True):
+            one = Monomials(np.array([scale]), exponents[None, :])
+            lower += one.at(np.where(up, low, high))
+            upper += one.at(np.where(up, high, low))
+        return lower, upper
+
+    def known(self, at: FormBounds) -> bool:
+        return True
+
+    def on_points(self, at: FormBounds, x: FloatArray) -> Bounds:
+        value = self.at(x)
+        return value, value
+
+    def logged(self, rows: LogRows, model: Model, bound: float) -> Any:
+        return rows.of_powers(self, bound)
+
+    def convex_limit(self, rows: ConvexRows, limit: Any, sense: float, bound: float) -> Any:
+        return rows.powers(limit, self, sense, bound)
+
+    def convex_goal(self, rows: ConvexRows, aim: Any) -> Any:
+        return rows.powers_goal(aim, self)
 
     def _parts(self, x: FloatArray) -> FloatArray:
         parts: FloatArray = self.scale * np.where(self.exponents == 0.0, 1.0, x**self.exponents).prod(axis=1)

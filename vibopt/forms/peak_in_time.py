@@ -42,6 +42,9 @@ class PeakInTime(Form):
     output: Output
     loads: FloatArray
     segments: tuple[Segment, ...]
+    no_bounds = "is a peak in time: tangents bound it, not boxes"
+    not_convex = "is a peak in time, which is not convex in stiffness and damping"
+    rough = "is a peak in time: its instant is found by a search, and jumps from one peak to another"
 
     def value(self, model: Model, x: FloatArray) -> float:
         from vibopt.mechanics.harmonic import mount_count

@@ -118,6 +118,13 @@ class Sampled:
         parts = (self.factors[rows], self.top[rows], self.bottom[rows], self.scale[rows])
         return Sampled(self.groups, *parts, static=self.static)
 
+    def square(self, x: FloatArray) -> FloatArray:
+        """|N / D|^2 at designs x (n, n_vars), shape (n, n_samples); not a number where it is not known."""
+        top, bottom = self.at(x)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            value: FloatArray = np.abs(top / bottom) ** 2
+        return value
+
     def at(self, x: FloatArray, chosen: slice | FloatArray = slice(None)) -> tuple[ComplexArray, ComplexArray]:
         """N and D at designs x (..., n_vars), each (..., n_samples)."""
         values = self.groups.model.values(x, static=self.static)

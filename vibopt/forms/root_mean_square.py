@@ -20,6 +20,9 @@ class RootMeanSquare(Form):
 
     output: Output
     noises: tuple[Noise, ...]
+    no_bounds = "is a mean square under white noise: it has no bounds on boxes of designs"
+    not_convex = "is a mean square under white noise, which is not convex in stiffness and damping"
+    rough = "is a mean square under white noise: not a row for each speed but a matrix equation"
 
     def value(self, model: Model, x: FloatArray) -> float:
         from vibopt.forms.mean_square import root_mean_square

@@ -152,3 +152,25 @@ def mount_count(model: Model, output: Output, x: FloatArray) -> float:
         return 1.0
     count = model.counts[output.shared_by]
     return float(count.scale * np.prod([x[i] ** e for i, e in count.exponents.items()]))
+
+
+def stretches(model: Model, u: FloatArray | ComplexArray) -> FloatArray:
+    """Stretch of each term with nothing cancelled, (n_terms,)."""
+    found: FloatArray = np.abs(model.vectors) @ np.abs(u)
+    return found
+
+
+def carried(
+    model: Model,
+    z: FloatArray | ComplexArray,
+    stiff: ComplexArray,
+    row: FloatArray | ComplexArray,
+    u: FloatArray | ComplexArray,
+) -> float:
+    """Sum of |coefficient| times what the adjoint and the motion make of it, nothing cancelled."""
+    try:
+        back = np.linalg.solve(stiff.T, np.asarray(row, dtype=complex)[: model.n_free])
+    except np.linalg.LinAlgError:
+        return np.inf
+    whole = np.concatenate([back, np.zeros(model.n_coords - model.n_free)])
+    return float(np.abs(z) @ (stretches(model, whole) * stretches(model, u)) + np.abs(row) @ np.abs(u))

@@ -194,3 +194,33 @@ def characteristic(model: Model, p: FloatArray, scale: float) -> FloatArray:
     values = np.linalg.det(circle**2 * np.eye(n) + circle * c + k)
     found: FloatArray = (np.fft.fft(values) / (2 * n + 1)).real
     return found
+
+
+def modes_at(model: Model, x: FloatArray) -> FloatArray:
+    """Undamped natural frequencies at designs x (n, n_vars) [rad/s], ascending, shape (n, n_free)."""
+    p, n = model.values(x), model.n_free
+    vectors = model.vectors[:, :n]
+    pairs = vectors[:, :, None] * vectors[:, None, :]
+    stiff = np.tensordot(p * (model.kinds == STIFFNESS), pairs, axes=1)
+    mass = np.tensordot(p * (model.kinds == INERTIA), pairs, axes=1)
+    if n == 1:
+        only: FloatArray = np.sqrt(stiff[:, :, 0] / mass[:, :, 0])
+        return only
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    squares = np.linalg.eigvalsh(root @ stiff @ np.swapaxes(root, 1, 2))
+    found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
+    return found
+
+
+def sags_at(model: Model, x: FloatArray) -> FloatArray:
+    """Displacement of the free coordinates under the weights at designs x (n, n_vars) [m], shape (n, n_free).
+
+    Not a number where nothing holds them.
+    """
+    products = model.products(x)
+    springs, heavy = model.static_blocks()
+    stiff, load = np.tensordot(products, springs, axes=1), products @ heavy
+    try:
+        return np.asarray(np.linalg.solve(stiff, GRAVITY * load[..., None])[..., 0], dtype=float)
+    except np.linalg.LinAlgError:
+        return np.full(load.shape, np.nan)

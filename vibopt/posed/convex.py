@@ -15,7 +15,7 @@ The variable of a damper is then the square of its damping, "links.mount.damping
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -124,8 +124,8 @@ class Convex:
         fresh = False
         for limit in self.program.limits:
             known = self.speeds.get(limit.name, [])
-            form = limit.form
-            if not isinstance(form, Modulus) or not known:
+            form = limit.form.harmonic
+            if form is None or not known:
                 continue
             for drive in form.drives:
                 found = extremes_of(limit.model, form, drive, x, least_wanted=False, within=0.7)[:3]
@@ -138,7 +138,8 @@ class Convex:
         """Variables that are dampers of one mass; elsewhere what damps has no part in what is convex."""
         found: set[int] = set()
         for part in self.program.parts:
-            if isinstance(part.form, Modulus | ModeDamping):
+            poles = part.form.poles
+            if part.form.drives or (poles is not None and poles.relative):
                 rows = part.model.exponents
                 elsewhere = rows[part.model.kinds != DAMPING].any(axis=0)
                 found |= set(np.flatnonzero(rows[part.model.kinds == DAMPING].any(axis=0) & ~elsewhere).tolist())
@@ -170,67 +171,55 @@ class Convex:
             return self.cp.Constant(0.0)
         if aim.others:
             raise NotConvexError(f"{aim.name} is the worst of several mounts")
-        if isinstance(aim.form, Modulus):
+        if aim.form.drives:
             raise NotConvexError(f"the goal {aim.name} is a vibration, a ratio of polynomials of the design")
         return aim.sense * self._rising(aim)
 
     def _rising(self, aim: Aim) -> Any:
         """What rises with the goal and is convex (concave where it is made greatest)."""
-        form, model = aim.form, aim.model
-        if isinstance(form, Monomials):
-            if len(form.scale) == 1:
-                i, power = self._lone(aim.name, form.exponents[0])
-                own = 2.0 if i in self.squared else 1.0
-                return np.sign(power) * self.x[i] / self.sizes[i] ** own
-            total = self._affine(aim.name, form.scale, form.exponents)
-            return total / float(np.abs(form.scale) @ np.prod(self.sizes**form.exponents, axis=1))
-        if isinstance(form, StaticRow):
-            return self._sag_goal(aim)
-        if isinstance(form, ModeFrequency):
-            mass = self._constant_matrix(aim.name, model)
-            root = np.linalg.inv(np.linalg.cholesky(mass))
-            stiff = root @ self._matrix(aim.name, model, STIFFNESS) @ root.T
-            size = float(natural_frequency_size(model, self.sizes)) ** 2
-            if model.n_free == 1:
-                return self.cp.sum(stiff) / size
-            if form.mode == 1 and aim.sense < 0:
-                return self.cp.lambda_min(stiff / size)
-            if form.mode == model.n_free and aim.sense > 0:
-                return self.cp.lambda_max(stiff / size)
-        raise NotConvexError(f"the goal {aim.name} is no convex function of the design")
+        found = aim.form.convex_goal(self, aim)
+        if found is None:
+            raise NotConvexError(f"the goal {aim.name} is no convex function of the design")
+        return found
+
+    def powers_goal(self, aim: Aim, form: Monomials) -> Any:
+        if len(form.scale) == 1:
+            i, power = self._lone(aim.name, form.exponents[0])
+            own = 2.0 if i in self.squared else 1.0
+            return np.sign(power) * self.x[i] / self.sizes[i] ** own
+        total = self._affine(aim.name, form.scale, form.exponents)
+        return total / float(np.abs(form.scale) @ np.prod(self.sizes**form.exponents, axis=1))
+
+    def frequency_goal(self, aim: Aim, form: ModeFrequency) -> Any:
+        model = aim.model
+        mass = self._constant_matrix(aim.name, model)
+        root = np.linalg.inv(np.linalg.cholesky(mass))
+        stiff = root @ self._matrix(aim.name, model, STIFFNESS) @ root.T
+        size = float(natural_frequency_size(model, self.sizes)) ** 2
+        if model.n_free == 1:
+            return self.cp.sum(stiff) / size
+        if form.mode == 1 and aim.sense < 0:
+            return self.cp.lambda_min(stiff / size)
+        return self.cp.lambda_max(stiff / size) if form.mode == model.n_free and aim.sense > 0 else None
 
     def _limit(self, limit: Limit) -> list[tuple[Limit, Line, Band]]:
         """Hold one limit; what is convex only between the others comes back."""
-        name, form = f"limits.{limit.name}", limit.form
-        if isinstance(form, Modulus):
-            return self._harmonic(limit, form)
+        if limit.form.harmonic is not None:
+            return self._harmonic(limit, limit.form.harmonic)
         if limit.side == "outside":
             raise NotConvexError(f"{limit.name} keeps natural frequencies out of a band: above it or below")
         sense, bound = (1.0, limit.bound * (1.0 - self.margin)) if limit.side == "at_most" else (
             -1.0, limit.bound * (1.0 + self.margin))  # fmt: skip
-        if isinstance(form, Monomials):
-            self._hold(name, self._monomials(limit, form, sense, bound))
-        elif isinstance(form, StaticRow):
-            self._hold(name, self._sag(limit.name, limit.model, form, sense, bound))
-        elif isinstance(form, ModeFrequency) and form.mode > 0:
-            self._hold(name, self._frequency(limit, form, sense, bound))
-        elif isinstance(form, ModeDamping) and limit.model.n_free == 1:
-            stiff, damping, mass = self._one_mass(limit)
-            size = mass * float(np.max(self.sizes))
-            self._hold(name, sense * (damping - 4.0 * bound**2 * mass * stiff) / size <= 0.0)
-        else:
-            raise NotConvexError(f"{limit.name} {self._WORDS.get(type(form).__name__, 'is not convex in the design')}")
+        row = limit.form.convex_limit(self, limit, sense, bound)
+        if row is None:
+            raise NotConvexError(f"{limit.name} {limit.form.not_convex}")
+        self._hold(f"limits.{limit.name}", row)
         return []
 
-    _WORDS: ClassVar[dict[str, str]] = {
-        "ModeDamping": "is a damping ratio of several modes, which is not convex in stiffness and damping",
-        "DecayRate": "is a decay rate, which is not convex in stiffness and damping",
-        "RootMeanSquare": "is a mean square under white noise, which is not convex in stiffness and damping",
-        "PeakInTime": "is a peak in time, which is not convex in stiffness and damping",
-        "StaticLoad": "is a part of a rated load",
-        "EnergyShare": "is a share of the energy of a mode, which is not convex in the stiffnesses",
-        "ModeGap": "is a gap between natural frequencies, which is not convex in the stiffnesses",
-    }
+    def damping(self, limit: Limit, form: ModeDamping, sense: float, bound: float) -> Any:
+        stiff, damping, mass = self._one_mass(limit)
+        size = mass * float(np.max(self.sizes))
+        return sense * (damping - 4.0 * bound**2 * mass * stiff) / size <= 0.0
 
     def _lone(self, name: str, exponents: FloatArray) -> tuple[int, float]:
         """The one variable of a power, and its exponent."""
@@ -253,7 +242,7 @@ class Convex:
             total = total + scale * self.x[i]
         return total
 
-    def _monomials(self, limit: Limit, form: Monomials, sense: float, bound: float) -> Any:
+    def powers(self, limit: Limit, form: Monomials, sense: float, bound: float) -> Any:
         if len(form.scale) == 1 and form.exponents.any():
             i, power = self._lone(limit.name, form.exponents[0])
             own = 2.0 if i in self.squared else 1.0
@@ -295,8 +284,8 @@ class Convex:
             pairs.append((self._affine(name, scales, model.exponents[weigh]), stiff[k]))
         return pairs
 
-    def _sag(self, name: str, model: Model, form: StaticRow, sense: float, bound: float) -> Any:
-        pairs = self._stretch(name, model, form)
+    def sag(self, limit: Limit, form: StaticRow, sense: float, bound: float) -> Any:
+        name, pairs = limit.name, self._stretch(limit.name, limit.model, form)
         if len(pairs) == 1:
             load, stiff = pairs[0]
             turn = np.sign(self._typical(load)) or 1.0
@@ -316,9 +305,8 @@ class Convex:
                  for load, size, (_, stiff) in zip(loads, sizes, pairs, strict=True)]  # fmt: skip
         return sum(parts[1:], parts[0])
 
-    def _sag_goal(self, aim: Aim) -> Any:
-        assert isinstance(aim.form, StaticRow)
-        pairs = self._stretch(aim.name, aim.model, aim.form)
+    def sag_goal(self, aim: Aim, form: StaticRow) -> Any:
+        pairs = self._stretch(aim.name, aim.model, form)
         if len(pairs) == 1 and pairs[0][0].is_constant():
             return -pairs[0][1] / self._typical(pairs[0][1])
         if aim.sense < 0:
@@ -347,7 +335,7 @@ class Convex:
             raise NotConvexError(f"{name} is a natural frequency to be made best where masses are chosen")
         return np.asarray(mass.value, dtype=float).reshape(model.n_free, model.n_free)
 
-    def _frequency(self, limit: Limit, form: ModeFrequency, sense: float, bound: float) -> Any:
+    def frequency(self, limit: Limit, form: ModeFrequency, sense: float, bound: float) -> Any:
         model = limit.model
         if model.n_free > 1 and form.mode != (1 if sense < 0 else model.n_free):
             word = "the lowest at least" if sense < 0 else "the highest at most"
@@ -421,8 +409,9 @@ class Convex:
         piece = line.amplitude.pieces[0]
         if len(line.amplitude.pieces) > 1 or piece.slope or piece.power not in (0, 2):
             raise NotConvexError(f"{limit.name} has a force that is neither constant nor that of an unbalance")
-        assert isinstance(limit.form, Modulus)
-        pull = abs(piece.constant * line.vector[0] * limit.form.output.row[0]) / (limit.bound * (1.0 - self.margin))
+        assert limit.form.harmonic is not None
+        read = limit.form.harmonic.output.row[0]
+        pull = abs(piece.constant * line.vector[0] * read) / (limit.bound * (1.0 - self.margin))
         speed, name = line.order * band.high, f"limits.{limit.name}"
         if band.is_point:
             self._beside(limit, stiff, damping, mass * speed**2, pull * (band.high**2 if piece.power else 1.0), speed)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.forms import StaticLoad, StaticRow
 from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes
@@ -47,7 +47,7 @@ _NEAR = 0.3
 def not_smooth(program: Program) -> str:
     """Why the program has no smooth statement, in words; "" where it has one."""
     for part in program.parts:
-        why = _rough(part)
+        why = part.form.not_smooth(part.model)
         if why:
             return f"{part.name} {why}"
     return next(
@@ -58,31 +58,6 @@ def not_smooth(program: Program) -> str:
         ),
         "",
     )
-
-
-def _rough(part: Limit | Aim) -> str:
-    """What is not smooth, or not stated here, in one limit or the goal."""
-    form = part.form
-    if isinstance(form, Modulus):
-        true_peak = form.combine == "peak" and any(len(drive.lines) > 1 for drive in form.drives)
-        return "is the true peak of several harmonics over time, which jumps from one instant to another" * true_peak
-    if isinstance(form, ModeFrequency) and form.mode == 0:
-        return "keeps every natural frequency out of a band: above it or below is a choice for each"
-    if isinstance(form, ModeDamping) and part.model.n_free > 1:
-        return "is the least of several damping ratios, which has a kink where two of them are equal"
-    if isinstance(form, Modulus | Monomials | StaticRow | StaticLoad | ModeFrequency | ModeDamping):
-        return ""
-    return _WORDS.get(type(form).__name__, "is no smooth function of the design")
-
-
-_WORDS = {
-    "DecayRate": "is the least decay rate of several modes, which has a kink where two of them are equal",
-    "ModeGap": "is the least gap between neighbouring natural frequencies, which has a kink where two gaps are equal",
-    "EnergyShare": "is the greatest share of several modes, which jumps where modes change places",
-    "RootMeanSquare": "is a mean square under white noise: not a row for each speed but a matrix equation",
-    "PeakInTime": "is a peak in time: its instant is found by a search, and jumps from one peak to another",
-    "StaticForce": "is a static force with its sign, which is no power of the variables and may be zero",
-}
 
 
 @dataclass
@@ -204,7 +179,7 @@ class Exchange:
     def _lost(self, y: FloatArray, there: FloatArray) -> bool:
         """Whether a goal to be made least is no less there than at y, and no limit is kept better."""
         aim = self.program.aim
-        if aim is None or not isinstance(aim.form, Modulus) or aim.sense < 0.0:
+        if aim is None or not aim.form.drives or aim.sense < 0.0:
             return False
         goals = [self.judge.goal(self.x(one)).value for one in (y, there)]
         return goals[1] > goals[0] * (1.0 + EXACT) and self._missed(y) <= max(self._missed(there), EXACT)
@@ -225,16 +200,17 @@ class Exchange:
     def _promised(self, y: FloatArray) -> float:
         """Worst value of the goal at the speeds looked at."""
         aim = self.program.aim
-        if aim is None or not isinstance(aim.form, Modulus):
+        form = aim.form.harmonic if aim is not None else None
+        if aim is None or form is None:
             return np.nan
         from vibopt.forms.drive_response import DriveResponse
 
         x, worst_of = self.x(y), min if aim.sense < 0 else max
         values = [
-            worst_of(DriveResponse(aim.model, aim.form, drive, x)(np.array(self.samples.speeds[-1, drive.name])))
-            for drive in aim.form.drives
+            worst_of(DriveResponse(aim.model, form, drive, x)(np.array(self.samples.speeds[-1, drive.name])))
+            for drive in form.drives
         ]
-        return float(np.hypot.reduce(values) if aim.form.combine == "rss" else sum(values))
+        return float(np.hypot.reduce(values) if form.combine == "rss" else sum(values))
 
     def _close(self, y: FloatArray, promised: float) -> bool:
         """Whether the exact peak is the one among the samples."""
@@ -248,8 +224,8 @@ class Exchange:
         """Look at the speeds at which the design y is worst; whether any was new."""
         x, fresh = self.x(y), False
         for index, part in self.samples.parts():
-            form = part.form
-            if not isinstance(form, Modulus):
+            form = part.form.harmonic
+            if form is None:
                 continue
             least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
             for drive in form.drives:
@@ -274,12 +250,8 @@ class _Rows(SampledProgram):
         super()._limit(index, limit, samples)
         self.names += [f"limits.{limit.name}"] * (len(self.rows) - len(self.names))
 
-    def _logs(self, model: Model, form: Form, index: int, samples: Samples, bound: float, sense: float) -> list[Any]:
-        if not isinstance(form, StaticLoad):
-            return super()._logs(model, form, index, samples, bound, sense)
-        along = super()._logs(model, StaticRow(form.row), index, samples, bound, sense)
-        return [one + other for one, other in zip(along, super()._logs(model, form.factor, index, samples, 1.0, sense),
-                                                  strict=True)]  # fmt: skip
+    def of_load(self, model: Model, form: StaticLoad, bound: float) -> Any:
+        return self.of_sag(model, StaticRow(form.row), bound) + self.of_powers(form.factor, 1.0)
 
     def _frequency(self, model: Model, mode: int) -> Any:
         """Log of a natural frequency w: (K - w^2 M) phi = 0 and phi . M0 phi = 1, begun at the reference."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms import Form, Modulus, Monomials, StaticLoad, StaticRow
 from vibopt.forms.drive_response import rigid_form
 from vibopt.forms.rational import Sampled, sampled, sampled_static
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
@@ -58,7 +58,7 @@ class Samples:
     def spread(self, count: int) -> Samples:
         """With `count` even speeds in every band, its ends among them."""
         for index, part in self.parts():
-            for drive in part.form.drives if isinstance(part.form, Modulus) else ():
+            for drive in part.form.drives:
                 for band in drive.bands:
                     some = [band.low] if band.is_point else np.linspace(band.low, band.high, count)
                     self.add(index, drive.name, [float(one) for one in some])
@@ -171,10 +171,10 @@ class SampledProgram:
         import casadi
 
         x = self.reference
-        if isinstance(aim.form, Modulus):
+        if aim.form.harmonic is not None:
             if index == -1:
                 start = 1.0 if self.squared else 0.0
-                self.worst, self.typical = self._unknown("t", start), self._typical(aim, samples)
+                self.worst, self.typical = self._unknown("t", start), self._typical(aim, aim.form.harmonic, samples)
             logs = self._logs(aim.model, aim.form, index, samples, self.typical, aim.sense)
             grown = [casadi.exp(2.0 * one) if self.squared else one for one in logs]
             self.rows += [aim.sense * one - self.worst for one in grown]
@@ -183,34 +183,49 @@ class SampledProgram:
         logs = self._logs(aim.model, aim.form, -1, samples, size if 0 < size < np.inf else 1.0, aim.sense)
         return aim.sense * logs[0]
 
-    def _typical(self, aim: Aim, samples: Samples) -> float:
+    def _typical(self, aim: Aim, form: Modulus, samples: Samples) -> float:
         """Size of the goal at the reference, from its samples."""
         from vibopt.forms.drive_response import DriveResponse
 
-        assert isinstance(aim.form, Modulus)
         total = 0.0
-        for drive in aim.form.drives:
+        for drive in form.drives:
             speeds = np.array(samples.speeds[-1, drive.name])
-            values = DriveResponse(aim.model, aim.form, drive, self.reference)(speeds)
+            values = DriveResponse(aim.model, form, drive, self.reference)(speeds)
             good = values[np.isfinite(values) & (values > 0.0)]
             total += float(np.exp(np.log(good).mean())) if len(good) else 0.0
         return total or 1.0
 
     def _logs(self, model: Model, form: Form, index: int, samples: Samples, bound: float, sense: float) -> list[Any]:
         """log(value / bound): one expression per sampled speed."""
+        if form.harmonic is not None:
+            return self._modulus(model, form.harmonic, index, samples, bound, sense)
+        return [form.logged(self, model, bound)]
+
+    def of_powers(self, form: Monomials, bound: float) -> Any:
         import casadi
 
-        if isinstance(form, Modulus):
-            return self._modulus(model, form, index, samples, bound, sense)
-        if isinstance(form, Monomials):
-            parts = [scale / bound * self._power(row) for scale, row in zip(form.scale, form.exponents, strict=True)]
-            return [casadi.log(sum(parts[1:], parts[0]))]
-        if isinstance(form, StaticRow):
-            square = self._square(sampled_static(model, form.row, self.reference), np.full(1, bound))
-            return [0.5 * casadi.log(square)]
-        if isinstance(form, ModeFrequency):
-            return [self._frequency(model, max(form.mode - 1, 0)) - float(np.log(bound))]
-        return [self._first_order(model, form) - float(np.log(bound))]
+        parts = [scale / bound * self._power(row) for scale, row in zip(form.scale, form.exponents, strict=True)]
+        return casadi.log(sum(parts[1:], parts[0]))
+
+    def of_sag(self, model: Model, form: StaticRow, bound: float) -> Any:
+        import casadi
+
+        square = self._square(sampled_static(model, form.row, self.reference), np.full(1, bound))
+        return 0.5 * casadi.log(square)
+
+    def of_load(self, model: Model, form: StaticLoad, bound: float) -> Any:
+        return self.of_slope(model, form, bound)
+
+    def of_mode(self, model: Model, index: int, bound: float) -> Any:
+        return self._frequency(model, index) - float(np.log(bound))
+
+    def of_slope(self, model: Model, form: Form, bound: float) -> Any:
+        """To first order in y about the reference."""
+        import casadi
+
+        middle, slope = casadi.DM(np.log(self.reference)), casadi.DM(form.slope(model, self.reference))
+        here = float(np.log(form.value(model, self.reference))) + casadi.mtimes(slope.T, self.y - middle)
+        return here - float(np.log(bound))
 
     def _modulus(
         self, model: Model, form: Modulus, index: int, samples: Samples, bound: float, sense: float
@@ -309,15 +324,6 @@ class SampledProgram:
         for mode in range(limit.model.n_free):
             log = self._frequency(limit.model, mode)
             self.rows.append((log - low) * (high - log) / (high - low))
-
-    def _first_order(self, model: Model, form: Form) -> Any:
-        """Log of a modal damping ratio, a decay rate, a mean square, ... to first order in y about the reference."""
-        import casadi
-
-        value = form.value(model, self.reference)
-        slope = form.slope(model, self.reference)
-        middle = casadi.DM(np.log(self.reference))
-        return float(np.log(value)) + casadi.mtimes(casadi.DM(slope).T, self.y - middle)
 
 
 def _multilinear(coefficients: Any, kappa: list[tuple[Any, Any]]) -> tuple[Any, Any]:

@@ -9,7 +9,6 @@ from typing import TypeVar
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Monomials
 from vibopt.mechanics.model import Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.program.program import Aim, Limit, Program
@@ -29,7 +28,7 @@ def held(program: Program, x: FloatArray, free: Sequence[int]) -> Program:
         return models[id(model)]
 
     def moved(part: Part) -> Part:
-        return replace(part, model=smaller(part.model), form=_form(part.form, x, chosen, fixed))
+        return replace(part, model=smaller(part.model), form=part.form.held(x, chosen))
 
     limits = tuple(moved(one) for one in program.limits)
     aim = program.aim
@@ -55,13 +54,6 @@ def _model(model: Model, x: FloatArray, free: list[int], fixed: list[int]) -> Mo
         ratios={name: monomial(one) for name, one in model.ratios.items()},
         properties={key: monomial(one) for key, one in model.properties.items()},
     )
-
-
-def _form(form: Form, x: FloatArray, free: list[int], fixed: list[int]) -> Form:
-    if not isinstance(form, Monomials):
-        return form
-    sizes = np.array([_power(row, x, fixed) for row in form.exponents])
-    return Monomials(form.scale * sizes, form.exponents[:, free])
 
 
 def _power(exponents: FloatArray, x: FloatArray, fixed: list[int]) -> float:

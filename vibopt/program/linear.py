@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.forms import Modulus, StaticForce, StaticLoad, StaticRow
+from vibopt.forms import Modulus
+from vibopt.forms.sags import UnderWeights
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, factors
@@ -22,7 +23,6 @@ from vibopt.program.boxes import Boxes, Scalar, powers_on
 from vibopt.records import dataclass
 from vibopt.signals import Line
 
-StaticForm = StaticLoad | StaticForce | StaticRow
 _POWERS = {INERTIA: 2, DAMPING: 1}
 
 
@@ -56,13 +56,12 @@ class Linear:
         return cls._of_groups(model, powers, block, nothing)
 
     @classmethod
-    def of_weights(cls, model: Model, form: StaticForm) -> Linear:
+    def of_weights(cls, model: Model, form: UnderWeights) -> Linear:
         """What springs do under the weights alone."""
         n, size = model.n_free, model.static_scales
-        signs = form.signs if isinstance(form, StaticForce) else np.zeros(len(size))
+        signs, row_read = form.reading(model)
         nothing = np.zeros((n + 1, n + 1), dtype=complex)
-        if not isinstance(form, StaticForce):
-            nothing[n, :n] = -form.row[:n]
+        nothing[n, :n] = -row_read[:n]
 
         def block(chosen: IntArray) -> ComplexArray:
             found = np.zeros((n + 1, n + 1), dtype=complex)
@@ -180,4 +179,4 @@ def _bounded(P: FloatArray, q: FloatArray) -> FloatArray:
     return found
 
 
-__all__ = ["Linear", "StaticForm"]
+__all__ = ["Linear"]

@@ -46,8 +46,8 @@ class Cover:
 
     def proven(self, budget: Budget) -> bool:
         """Whether the level is kept everywhere; False where a budget of batches does not show it."""
-        form, model = self.part.form, self.part.model
-        if not isinstance(form, Modulus) or form.rigid_link or len(form.drives) != 1 or model.mixed:
+        form, model = self.part.form.harmonic, self.part.model
+        if form is None or form.rigid_link or len(form.drives) != 1 or model.mixed:
             return False
         if form.combine == "peak" and len(form.drives[0].lines) > 1 and self.least:
             return False

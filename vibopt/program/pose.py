@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Modulus, Monomials, PeakInTime, StaticLoad, StaticRow
+from vibopt.forms import Form, Monomials, PeakInTime, StaticLoad, StaticRow
 from vibopt.forms.reduce import reduced
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
@@ -108,12 +108,12 @@ def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = T
     """The smallest exact model for a response, and its form on it."""
     form = form_of(scene, full, response)
     model = full if not reduce or full.n_free == 1 else reduced(full, form)
-    if not isinstance(form, Modulus):
+    if form.harmonic is None:
         return model, form if model is full else form_of(scene, model, response)
-    smooth = graded(model, form)
+    smooth = graded(model, form.harmonic)
     form = form if smooth is full else form_of(scene, smooth, response)
-    assert isinstance(form, Modulus)
-    return smooth, form if smooth is model else from_rest(smooth, form, _some_design(scene, smooth))
+    assert form.harmonic is not None
+    return smooth, form if smooth is model else from_rest(smooth, form.harmonic, _some_design(scene, smooth))
 
 
 def _some_design(scene: Scene, model: Model) -> FloatArray:

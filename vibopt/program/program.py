@@ -62,6 +62,11 @@ class Aim:
         """Work of measuring it on one machine at one design [nominal ms]."""
         return self.form.cost(self.model)
 
+    def direction(self, index: int) -> float | None:
+        """Sense in which a variable is wanted to go: +1 up, -1 down; None where it is not that simple."""
+        rises = self.form.rises(self.model, index)
+        return None if rises is None else -self.sense * rises
+
     @property
     def pieces(self) -> tuple[Aim, ...]:
         """The goal on each of the machines that count, by itself."""

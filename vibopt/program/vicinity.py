@@ -7,10 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms import ModeFrequency, Modulus, StaticForce, StaticLoad
+from vibopt.forms import ModeFrequency, Modulus
+from vibopt.forms.sags import UnderWeights
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.boxes import Boxes, Scalar, amplitude_on, modulus_on, powers_on
-from vibopt.program.linear import Linear, StaticForm
+from vibopt.program.linear import Linear
 from vibopt.program.over import pieces_of
 from vibopt.program.program import Aim, Axis, Limit
 from vibopt.records import dataclass
@@ -49,19 +50,21 @@ class Vicinity:
 
     def proven(self, budget: Budget) -> bool:
         """Whether the level is kept everywhere; False where a budget of batches does not show it."""
-        form = self.part.form
-        if isinstance(form, ModeFrequency):
-            rates = self._rates(form)
-            return bool(rates) and self._covered(self._regular(), rates, budget)
-        if not np.isfinite(self.level):
-            return False
-        if isinstance(form, StaticForm):
-            kept = self._static(form)
-            return self._covered(kept, [Band(0.0, 0.0)], budget)
-        if not isinstance(form, Modulus) or form.rigid_link or len(form.drives) != 1 or self.least:
+        self._budget = budget
+        return self.part.form.around(self)
+
+    def of_modes(self, form: ModeFrequency) -> bool:
+        rates = self._rates(form)
+        return bool(rates) and self._covered(self._regular(), rates, self._budget)
+
+    def of_weights(self, form: UnderWeights) -> bool:
+        return np.isfinite(self.level) and self._covered(self._static(form), [Band(0.0, 0.0)], self._budget)
+
+    def of_response(self, form: Modulus) -> bool:
+        if not np.isfinite(self.level) or form.rigid_link or len(form.drives) != 1 or self.least:
             return False
         drive = form.drives[0]
-        return self._covered(self._harmonic(form, drive), pieces_of(drive), budget)
+        return self._covered(self._harmonic(form, drive), pieces_of(drive), self._budget)
 
     def _covered(self, kept: Kept, bands: list[Band], budget: Budget) -> bool:
         low = np.array([[*(axis.low for axis in self.axes), band.low] for band in bands])
@@ -92,7 +95,7 @@ class Vicinity:
         part = self.part
         if isinstance(part, Limit) and part.side == "outside":
             return [Band(part.bound * (1.0 + self.margin), part.upper * (1.0 - self.margin))]
-        nominal = natural_frequencies(part.model, part.model.values(np.ones(len(self.axes))))[max(form.mode - 1, 0)]
+        nominal = natural_frequencies(part.model, part.model.values(np.ones(len(self.axes))))[form.index]
         kept = nominal > self.level if self.least else nominal < self.level
         return [Band(self.level, self.level)] if kept else []
 
@@ -131,21 +134,20 @@ class Vicinity:
 
         return kept
 
-    def _static(self, form: StaticForm) -> Kept:
+    def _static(self, form: UnderWeights) -> Kept:
         linear = Linear.of_weights(self.part.model, form)
-        signed = isinstance(form, StaticForce) or (isinstance(form, StaticLoad) and form.signed)
 
         def kept(boxes: Boxes) -> tuple[BoolArray, FloatArray, FloatArray]:
             half = boxes.half
             value, weights = linear.on(boxes)
             whole = Scalar(value.at.real, value.slope.real, value.rest)
-            if isinstance(form, StaticLoad):
+            if form.factor is not None:
                 size = powers_on(boxes, form.factor.exponents, np.zeros(1, dtype=int))
                 scale = form.factor.scale[0]
                 factor = Scalar(scale * size.at[:, 0], scale * size.slope[:, 0], scale * size.rest[:, 0])
                 whole = whole.times(factor, half)
             far = whole.spread(half) + _ROUNDING * np.abs(whole.at)
-            middle = whole.at if signed else np.abs(whole.at)
+            middle = whole.at if form.signed else np.abs(whole.at)
             good: BoolArray = middle - far >= self.level if self.least else middle + far <= self.level
             known = np.isfinite(whole.rest)[:, None]
             weights = np.where(known, weights + np.abs(whole.slope) * half, weights)

@@ -8,19 +8,8 @@ from itertools import product
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import (
-    EnergyShare,
-    Form,
-    ModeFrequency,
-    ModeGap,
-    Modulus,
-    Monomials,
-    StaticForce,
-    StaticLoad,
-    StaticRow,
-)
+from vibopt.forms.undamped import frequency_senses
 from vibopt.mechanics.combine import FOUND, beyond, foremost
-from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.pose import asked_of, on_needed
 from vibopt.program.program import Aim, Axis, Limit, Program
@@ -30,10 +19,8 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import Uncertain, uncertain_at
 
-MOST_CORNERS = 12
-"""Uncertain numbers up to which a proof looks at every corner of their box."""
 _FEW_CORNERS = 8
-_TRIED_CORNERS = 64
+_MOST_CORNERS, _TRIED_CORNERS = 12, 64
 _STARTS = 4
 _PASSES = 4
 
@@ -123,8 +110,7 @@ class _Hunt:
         self.high = np.array([axis.high for axis in axes])
         least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
         self.sign = -1.0 if least else 1.0
-        form = part.form
-        self.free = (acting(part.model, form) != 0.0).any(axis=0)
+        self.free = (part.form.acting(part.model) != 0.0).any(axis=0)
         self.tried = 0
 
     def value(self, factors: FloatArray) -> float:
@@ -134,13 +120,10 @@ class _Hunt:
 
     def corner(self) -> FloatArray | None:
         """The one corner that is worst, where the form rises or falls with each factor; None where it may not."""
-        form, model = self.part.form, self.part.model
-        if isinstance(form, Monomials):
-            rising = self.sign * form.exponents
-        elif isinstance(form, ModeFrequency):
-            rising = self.sign * frequency_senses(model)
-        else:
+        senses = self.part.form.senses(self.part.model)
+        if senses is None:
             return None
+        rising = self.sign * senses
         up, down = (rising > 0.0).any(axis=0), (rising < 0.0).any(axis=0)
         if (up & down).any():
             return None
@@ -149,18 +132,12 @@ class _Hunt:
     @property
     def at_corners(self) -> bool:
         """Whether the worst lies at some corner for sure: sags and loads are monotone in each coefficient by itself."""
-        model = self.part.model
-        if not isinstance(self.part.form, StaticRow | StaticLoad) or self.free.sum() > MOST_CORNERS:
-            return False
-        if self.sign < 0.0 and model.n_free > 1:
-            return False  # its size may pass through zero in between
-        acts = np.isin(model.kinds, (STIFFNESS, INERTIA)) & (model.static_scales != 0.0)
-        return bool(((model.exponents[acts] != 0.0).sum(axis=0) <= 1).all())
+        return self.part.form.at_corners(self.part.model, least_wanted=self.sign < 0.0)
 
     def corners(self) -> FloatArray:
         """All corners in the factors that matter, or some of very many; shape (n_corners, n_uncertain)."""
         where = np.flatnonzero(self.free)
-        if len(where) <= MOST_CORNERS:
+        if len(where) <= _MOST_CORNERS:
             signs = np.array(list(product((False, True), repeat=len(where))))
         else:
             signs = np.random.default_rng(len(where)).random((_TRIED_CORNERS, len(where))) < 0.5
@@ -237,7 +214,7 @@ class _Hunt:
         best = self._first_of(reached)
         if not quick:
             best = self._flipped(*best)
-            if not isinstance(self.part.form, Modulus):
+            if not self.part.form.drives:
                 best = self._without_idle(*best, 1e-12), best[1]
         return Hit(best[0], best[1], False, self.tried)
 
@@ -299,25 +276,6 @@ class _Hunt:
         for side in (self.low, self.high):  # exactly on an end where it is next to it
             there = np.where(np.abs(there - side) <= 1e-9, side, there)
         return there
-
-
-def acting(model: Model, form: Form) -> FloatArray:
-    """Exponents of all that a form depends on, (n, n_vars): dampers do not matter to what does not move or is free."""
-    if isinstance(form, Monomials):
-        return form.exponents
-    if isinstance(form, StaticRow | StaticLoad | StaticForce):
-        own = model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA)) & (model.static_scales != 0.0)]
-        return np.vstack([own, form.factor.exponents]) if isinstance(form, StaticLoad) else own
-    if isinstance(form, ModeFrequency | ModeGap | EnergyShare):
-        return model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA))]
-    return model.exponents
-
-
-def frequency_senses(model: Model) -> FloatArray:
-    """Sense in which each term moves the natural frequencies with each variable, shape (n_terms, n_vars)."""
-    sense = np.where(model.kinds == STIFFNESS, 1.0, np.where(model.kinds == INERTIA, -1.0, 0.0))
-    senses: FloatArray = (sense * np.sign(model.scales))[:, None] * model.exponents
-    return senses
 
 
 def missed(part: Limit, value: float) -> float:

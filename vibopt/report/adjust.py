@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Monomials
+from vibopt.forms import Form
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.program.pose import pose
 from vibopt.program.program import Limit, Program
@@ -74,7 +74,7 @@ def adjusting(design: Design) -> tuple[Adjusting, ...]:
     if not has_absorbers(design):
         return ()
     program, x = pose(design.scene), np.array(design.x, dtype=float)
-    if all(isinstance(one.form, Monomials) for one in program.parts):
+    if all(one.form.powers is not None for one in program.parts):
         return ()
     found = []
     for name, table in design.scene.absorbers.items():
@@ -97,8 +97,8 @@ class _Worse:
 
     def __init__(self, program: Program, x: FloatArray, name: str, slack: float) -> None:
         self.x, self.name, self.slack = x, name, slack
-        self.limits = [one for one in program.limits if not isinstance(one.form, Monomials)]
-        aim = program.aim if program.aim is not None and not isinstance(program.aim.form, Monomials) else None
+        self.limits = [one for one in program.limits if one.form.powers is None]
+        aim = program.aim if program.aim is not None and program.aim.form.powers is None else None
         self.aim = aim
         self.level = 0.0
         if aim is not None:

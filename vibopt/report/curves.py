@@ -330,7 +330,7 @@ class _Drawing:
 
     def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
         asked = [form_of(self.scene, self.model, each) for each in members(self.scene, one.response)]
-        forms = [form for form in asked if isinstance(form, Modulus)]
+        forms = [form.harmonic for form in asked if form.harmonic is not None]
         form = max(forms, key=lambda each: each.value(self.model, self.x)) if len(forms) > 1 else forms[0]
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 

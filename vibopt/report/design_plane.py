@@ -12,7 +12,6 @@ import numpy as np
 
 from vibopt.answer.blocks import spoken
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus, Monomials
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Limit
 from vibopt.records import dataclass
@@ -83,7 +82,7 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
     if pair is None:
         return None
     program = pose(design.scene)
-    slow = any(isinstance(one.form, Modulus) and one.form.rigid_link for one in program.limits)
+    slow = any(one.form.harmonic is not None and one.form.harmonic.rigid_link for one in program.limits)
     slow |= program.model.n_free >= LARGE
     whole = np.array(design.x) if len(design.x) == len(design.scene.variables) else None
     variables = [design.scene.variables[i] for i in pair]
@@ -138,9 +137,9 @@ def _axis_words(design: Design, aim: Aim | None, index: int, unit: str) -> str:
     """A variable with its unit, and where the goal is this variable, which way is better."""
     words = _plain(design.scene.variables[index].path) + (f" [{unit}]" if unit else "")
     goal = design.scene.goal
-    if goal is None or aim is None or not isinstance(aim.form, Monomials):
+    if goal is None or aim is None or aim.form.powers is None:
         return words
-    powers = np.asarray(aim.form.exponents)
+    powers = np.asarray(aim.form.powers.exponents)
     if np.count_nonzero(powers) != 1 or not powers.reshape(-1, powers.shape[-1])[:, index].any():
         return words
     more = (goal.sense == MAXIMISE) == (powers.sum() > 0)
@@ -245,7 +244,8 @@ def _goal(design: Design, aim: Aim | None, x: FloatArray, shape: tuple[int, ...]
     if aim is None or design.scene.goal is None:
         return None, ""
     response = design.scene.goal.response
-    if isinstance(aim.form, Monomials) and (np.count_nonzero(aim.form.exponents) == 1 or design.scene.absorbers):
+    powers = aim.form.powers
+    if powers is not None and (np.count_nonzero(powers.exponents) == 1 or design.scene.absorbers):
         return None, ""
     values = over(aim.model, aim.form, x, False)
     values = 1.0 - values if aim.complement else values

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms import Form, Modulus, Monomials
+from vibopt.forms import Form, Modulus
 from vibopt.forms.rational import sampled
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import transfer
@@ -25,12 +25,11 @@ _PEAKS = 2
 
 def over(model: Model, form: Form, x: FloatArray, least_wanted: bool) -> FloatArray:
     """Worst value of a form at designs x (n, n_vars), shape (n,)."""
-    if isinstance(form, Monomials):
-        return form.at(x)
-    if not isinstance(form, Modulus) or form.rigid_link:
-        return np.array([form.worst(model, one, least_wanted=least_wanted).value for one in x])
-    parts = np.array([_drive(model, form, drive, x, least_wanted) for drive in form.drives])
-    total: FloatArray = np.sqrt((parts**2).sum(axis=0)) if form.combine == "rss" else parts.sum(axis=0)
+    asked = form.harmonic
+    if asked is None or asked.rigid_link:
+        return form.values(model, x, least_wanted=least_wanted)
+    parts = np.array([_drive(model, asked, drive, x, least_wanted) for drive in asked.drives])
+    total: FloatArray = np.sqrt((parts**2).sum(axis=0)) if asked.combine == "rss" else parts.sum(axis=0)
     return total
 
 

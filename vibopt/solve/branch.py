@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms import Form, Modulus, Monomials
+from vibopt.forms import Form, Monomials
 from vibopt.forms.form import Worst
+from vibopt.forms.undamped import frequencies_on
 from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
@@ -155,7 +156,7 @@ class Search:
     def vanishes(self) -> bool:
         """Whether the goal is an amplitude to be made least, and is zero up to rounding: it cannot be less."""
         aim = self.judge.program.aim
-        return aim is not None and aim.sense > 0 and isinstance(aim.form, Modulus) and self.best <= ZERO * self.greatest
+        return aim is not None and aim.sense > 0 and bool(aim.form.drives) and self.best <= ZERO * self.greatest
 
     def open_middles(self, count: int) -> FloatArray:
         """Middles of boxes that were left open, spread over them, shape (at most count, n_vars)."""
@@ -216,9 +217,9 @@ class Search:
     def _contract(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Cut off the part of each box on which the goal itself, a sum of powers, cannot beat the best."""
         aim = self.judge.program.aim
-        if aim is None or not isinstance(aim.form, Monomials) or not np.isfinite(self.best) or aim.others:
+        form = aim.form.powers if aim is not None else None
+        if aim is None or form is None or not np.isfinite(self.best) or aim.others:
             return low, high
-        form = aim.form
         single = (form.exponents != 0.0).sum(axis=1) == 1
         if not single.all() or not (form.exponents >= 0.0).all():
             constant = ~form.exponents.any(axis=1)
@@ -285,10 +286,8 @@ def _cut_sum(
     form: Monomials, low: FloatArray, high: FloatArray, cut: float, *, below: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Boxes narrowed to where sum_j scale_j x_i(j)**e_j can be below (above) `cut`; never made empty."""
-    from vibopt.forms.bounds import monomial_bounds
-
     low, high = low.copy(), high.copy()
-    small, large = monomial_bounds(form, low, high)
+    small, large = form.extent(low, high)
     for scale, exponents in zip(form.scale, form.exponents, strict=True):
         if not exponents.any():
             continue
@@ -307,7 +306,7 @@ def _cut_sum(
 def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> BoolArray:
     """Boxes on which the limit is not proven to be broken, shape (n_boxes,)."""
     if limit.side == "outside":
-        return _may_avoid(limit, bounds, low, high)
+        return _may_avoid(limit, low, high)
     if not bounds.bounded:
         return np.ones(len(low), dtype=bool)
     lower, upper = bounds.on(low, high)
@@ -317,19 +316,17 @@ def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray
     return upper >= limit.bound * (1.0 - SAFETY)
 
 
-def _may_avoid(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray) -> BoolArray:
+def _may_avoid(limit: Limit, low: FloatArray, high: FloatArray) -> BoolArray:
     """Boxes on which no mode is proven to lie inside the forbidden band."""
     free = np.ones(len(low), dtype=bool)
-    for mode in range(1, limit.model.n_free + 1):
-        lower, upper = bounds.frequencies(low, high, mode)
+    for mode in range(limit.model.n_free):
+        lower, upper = frequencies_on(limit.model, low, high, mode)
         free &= ~((lower > limit.bound * (1 + SAFETY)) & (upper < limit.upper * (1 - SAFETY)))
     return free
 
 
 def first_speeds(form: Form) -> list[dict[str, float]]:
     """Speeds to begin with: the ends of every band and a few between."""
-    if not isinstance(form, Modulus):
-        return []
     found = []
     for drive in form.drives:
         for band in drive.bands:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
 from vibopt.program.program import Limit
 from vibopt.solve.closed_program import Number, Numbers, Question, machine_at
-from vibopt.solve.worst_speeds import local_extremes
 
 
 def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -49,10 +47,9 @@ def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple
 
 def _searched(asked: Question, limit: Limit, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """As `worst`, of one design whose amplitude is a table over the speed."""
-    assert isinstance(limit.form, Modulus)
     design, least = np.zeros(len(x)), limit.side == "at_least"
     design[list(asked.order)] = x[:, 0]
-    found = local_extremes(limit.model, limit.form, design, least=least)
+    found = limit.form.candidates(limit.model, design, least_wanted=least)
     (speed,), value = (min if least else max)(found, key=lambda one: one[1])
     missed = (limit.bound - value if least else value - limit.bound) / limit.bound
     return np.array([missed]), np.array([(limit.form.drives[0].lines[0].order * speed) ** 2])

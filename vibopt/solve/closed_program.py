@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.forms import ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
+from vibopt.forms import Modulus, Monomials, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.onemass import reading
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.signals import Line, Output
-from vibopt.solve.rows import direction, single_lines
+from vibopt.solve.rows import single_lines
 
 Number = Any
 """A float, or one for each of many questions, shape (count,)."""
@@ -67,7 +67,6 @@ class RowKind:
         """Factor of a table at frequencies [rad/s]; one where there is none."""
         if self.tabled is None:
             return 1.0
-        assert isinstance(self.tabled.form, Modulus)
         line = self.tabled.form.drives[0].lines[0]
         return np.abs(line.amplitude.at(omega / line.order))
 
@@ -155,8 +154,8 @@ def _goal(program: Program, order: tuple[int, ...]) -> tuple[int, float]:
     if aim is None:
         return 0, 1.0
     for place, index in enumerate(order):
-        sense = direction(aim, aim.model, index)
-        if sense is not None and not (place == 1 and isinstance(aim.form, StaticRow)):
+        sense = aim.direction(index)
+        if sense is not None:
             return place, sense
     names = program.axes[0].path if len(order) < 2 else "stiffness or damping"
     raise NotClosedError(f"the goal {aim.name} does not simply rise or fall with {names}.")
@@ -187,16 +186,16 @@ def _row(limit: Limit, index: int, order: tuple[int, ...], numbers: dict[str, fl
     numbers[f"{index}.bound"] = limit.bound
     if limit.side == "outside" or not limit.bound > 0.0:
         raise NotClosedError(_NO_ROW.format(limit.name))
-    if isinstance(form, ModeFrequency | ModeDamping) and form.mode == 1:
-        return RowKind(limit.name, "frequency" if isinstance(form, ModeFrequency) else "damping", sign)
-    if isinstance(form, StaticRow):
+    if form.harmonic is not None:
+        return _harmonic(limit, form.harmonic, sign, index, order, numbers)
+    if form.powers is not None:
+        return _monomial(limit.name, form.powers, sign, index, numbers)
+    if isinstance(form, StaticRow):  # not of a load, which has its own factor
         _static(limit.model, form, index, order, numbers)
         return RowKind(limit.name, "static", sign)
-    if isinstance(form, Monomials):
-        return _monomial(limit.name, form, sign, index, numbers)
-    if not isinstance(form, Modulus):
-        raise NotClosedError(_NO_ROW.format(limit.name))
-    return _harmonic(limit, form, sign, index, order, numbers)
+    if form.one_line and form.is_polynomial(limit.model, 0):
+        return RowKind(limit.name, "damping" if form.frequency is None else "frequency", sign)
+    raise NotClosedError(_NO_ROW.format(limit.name))
 
 
 def _static(model: Model, form: StaticRow, index: int, order: tuple[int, ...], numbers: dict[str, float]) -> None:
@@ -273,14 +272,15 @@ def _numerator(limit: Limit, output: Output, line: Line) -> tuple[float, list[in
 def _verify(program: Program, asked: Question) -> None:
     """Every limit over speeds as it was read beside the model's own response, at two designs and speeds."""
     for index, limit in enumerate(program.limits):
-        if not isinstance(limit.form, Modulus):
+        form = limit.form.harmonic
+        if form is None:
             continue
-        line, numbers = limit.form.drives[0].lines[0], asked.numbers
+        line, numbers = form.drives[0].lines[0], asked.numbers
         for part in (0.37, 1.0):
             x = np.full(limit.model.n_vars, 1e3 * (1.0 + part))
             omega = part * (numbers[f"{index}.high0"] or 1.0)
             size = float(line.amplitude.at(np.array(omega / line.order)))
-            right = abs(size * reading(limit.model, limit.model.values(x), limit.form.output, line, omega))
+            right = abs(size * reading(limit.model, limit.model.values(x), form.output, line, omega))
             x = np.append(x, 0.0) if not len(x) else x
             if not abs(value_at(asked, numbers, index, x, omega)[0] - right) <= 1e-9 * right:
                 raise NotClosedError(_NO_ROW.format(limit.name))

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
-from vibopt.forms import DecayRate, ModeDamping
+from vibopt.forms.damped import OfPoles
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import characteristic, rates_and_shapes
 from vibopt.program.program import Aim, Limit, Program
@@ -41,7 +41,7 @@ class Question:
     """Least decay rate or damping ratio: to be made greatest, or (with `aim`) held at `bound` while the aim is met."""
 
     model: Model
-    form: DecayRate | ModeDamping
+    form: OfPoles
     aim: Aim | None = None
     bound: float = 0.0
 
@@ -51,17 +51,19 @@ def question(program: Program) -> Question | None:
     aim = program.aim
     if aim is None:
         return None
-    if _of_poles(aim) and aim.sense < 0 and isinstance(aim.form, DecayRate | ModeDamping):
-        return Question(aim.model, aim.form)
+    form = _of_poles(aim)
+    if form is not None and aim.sense < 0:
+        return Question(aim.model, form)
     for limit in program.limits:
-        if _of_poles(limit) and limit.side == "at_least" and isinstance(limit.form, DecayRate | ModeDamping):
-            return Question(limit.model, limit.form, aim, limit.bound)
+        form = _of_poles(limit)
+        if form is not None and limit.side == "at_least":
+            return Question(limit.model, form, aim, limit.bound)
     return None
 
 
-def _of_poles(part: Limit | Aim) -> bool:
-    form = part.form
-    return isinstance(form, DecayRate) or (isinstance(form, ModeDamping) and form.mode == 1 and part.model.n_free > 1)
+def _of_poles(part: Limit | Aim) -> OfPoles | None:
+    form = part.form.poles
+    return form if form is not None and form.meet(part.model) else None
 
 
 def polished(
@@ -121,8 +123,7 @@ def _guesses(asked: Question, y: FloatArray) -> Iterator[tuple[tuple[Cluster, ..
         return
     scale = float(np.exp(np.log(np.abs(rates)).mean()))
     s = rates / scale
-    ratio = isinstance(asked.form, ModeDamping)
-    level = -s.real / np.abs(s) if ratio else -s.real
+    ratio, level = asked.form.relative, asked.form.level(s)
     seen = set()
     for near in _NEAR:
         active = s[level <= level.min() + near * (1.0 if ratio else np.abs(s[level.argmin()]))]
@@ -256,21 +257,15 @@ class _Meeting:
             level, rest = float(v[count]), v[count + 1 :]
         else:
             level, rest = asked.bound * (1.0 + self.margin), v[count:]
-            level /= self.scale if isinstance(asked.form, DecayRate) else 1.0
+            level /= 1.0 if asked.form.relative else self.scale
         heights = iter(rest)
         rows: list[float] = []
         for cluster in self.clusters:
             height = float(next(heights)) if cluster.height > 0.0 else 0.0
-            s = self._place(level, height)
+            s = asked.form.place(level, height)
             derivative = row.astype(complex)
             for order in range(cluster.count):
                 value = complex(np.polynomial.polynomial.polyval(s, derivative))
                 rows += [value.real, value.imag] if cluster.height > 0.0 else [value.real]
                 derivative = np.polynomial.polynomial.polyder(derivative) / (order + 1.0)
         return np.array(rows)
-
-    def _place(self, level: float, height: float) -> complex:
-        """Where a cluster stands: decay rate and frequency, or damping ratio and distance from zero."""
-        if isinstance(self.asked.form, DecayRate):
-            return complex(-level, height)
-        return height * complex(-level, float(np.sqrt(max(1.0 - level * level, 0.0))))

@@ -60,8 +60,8 @@ def permitted_speeds(program: Program, drive_name: str, bands: tuple[Band, ...],
 
 def _holds(limit: Limit, drive_name: str, bands: tuple[Band, ...]) -> list[Interval]:
     """Speeds at which one limit holds."""
-    form = limit.form
-    assert isinstance(form, Modulus)
+    form = limit.form.harmonic
+    assert form is not None
     x = np.zeros(0)
     least = limit.side == "at_least"
     drive = next(one for one in form.drives if one.name == drive_name)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
-from vibopt.forms.few import few_sampled
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.ranges import log_box, starts
@@ -106,7 +104,7 @@ def _to_ends(program: Program, judge: Judge, x: FloatArray) -> tuple[FloatArray,
 def _no_better(program: Program, x: FloatArray, value: float) -> bool:
     """Whether a look at some speeds shows already that the goal at x (n_vars,) is no less than `value`."""
     aim = program.aim
-    if aim is None or aim.sense < 0 or not isinstance(aim.form, Modulus) or (x <= 0.0).any():
+    if aim is None or aim.sense < 0 or not aim.form.drives or (x <= 0.0).any():
         return False
-    found = few_sampled(aim.model, aim.form, x[None, :])
+    found = aim.form.glance(aim.model, x[None, :])
     return found is not None and bool(found[0] > (1.0 + _CLEAR) * value)

@@ -13,7 +13,6 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.forms import DecayRate, EnergyShare, ModeDamping, ModeGap, Modulus, PeakInTime, RootMeanSquare, StaticForce
 from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
@@ -99,11 +98,7 @@ def _first(good: list[tuple[float, tuple[float, ...]]]) -> tuple[float, tuple[fl
 
 def sampleable(program: Program) -> bool:
     """Whether the sampled program says more than first slopes at one design: no poles and no mean squares in it."""
-    return not any(
-        isinstance(part.form, DecayRate | RootMeanSquare | PeakInTime | StaticForce | ModeGap | EnergyShare)
-        or (isinstance(part.form, ModeDamping) and part.model.n_free > 1)
-        for part in program.parts
-    )
+    return all(part.form.sampleable(part.model) for part in program.parts)
 
 
 def blind(program: Program) -> bool:
@@ -253,11 +248,12 @@ class _Run:
         """Add the speeds at which the design y is worst; whether it is worth solving again from it."""
         x, fresh = np.exp(y), False
         for index, part in self.samples.parts():
-            if not isinstance(part.form, Modulus):
+            form = part.form.harmonic
+            if form is None:
                 continue
             least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-            for drive in part.form.drives:
-                found = extremes_of(part.model, part.form, drive, x, least_wanted=least_wanted, within=0.7)
+            for drive in form.drives:
+                found = extremes_of(part.model, form, drive, x, least_wanted=least_wanted, within=0.7)
                 fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:3]])
         return fresh and self._missed(y) > 1e-6
 

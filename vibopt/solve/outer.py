@@ -10,7 +10,6 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
 from vibopt.mechanics.polynomials import real_roots
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
@@ -18,8 +17,7 @@ from vibopt.solve.branch import violation
 from vibopt.solve.closed_form import best_found, closed_found, none_found
 from vibopt.solve.closed_program import NotClosedError, Question, question
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.rows import LineRows, direction
-from vibopt.solve.worst_speeds import local_extremes
+from vibopt.solve.rows import LineRows
 
 _ROUNDS = 25
 _DONE = 1e-11
@@ -50,10 +48,10 @@ class Speeds:
         """
         worst = 0.0
         for index, limit in enumerate(self.program.limits):
-            if not isinstance(limit.form, Modulus) or all(band.is_point for band in limit.form.drives[0].bands):
+            if not limit.form.drives or all(band.is_point for band in limit.form.drives[0].bands):
                 continue
             least = limit.side == "at_least"
-            found = local_extremes(limit.model, limit.form, x, least=least)
+            found = limit.form.candidates(limit.model, x, least_wanted=least)
             missed = violation(limit, (min if least else max)(value for _, value in found), x)
             worst = max(worst, missed)
             if missed > _DONE:
@@ -65,7 +63,7 @@ class Speeds:
 
 
 def _first(limit: Limit) -> list[float]:
-    if not isinstance(limit.form, Modulus):
+    if not limit.form.drives:
         return [0.0]
     ends = [speed for band in limit.form.drives[0].bands for speed in (band.low, band.high)]
     return list(dict.fromkeys(ends))
@@ -96,7 +94,7 @@ class OneVariable:
             return "there is not exactly one continuous variable."
         if self._asked(program) is not None:
             return None
-        if program.aim is not None and direction(program.aim, program.aim.model, 0) is None:
+        if program.aim is not None and program.aim.direction(0) is None:
             return f"the goal {program.aim.name} does not simply rise or fall with {program.axes[0].path}."
         rows = LineRows.of(program)
         for limit in program.limits:
@@ -110,7 +108,7 @@ class OneVariable:
         if asked is not None:
             return closed_found(program, asked, self.name)
         rows, speeds = LineRows.of(program), Speeds(program)
-        upward = direction(program.aim, program.aim.model, 0) if program.aim is not None else 1.0
+        upward = program.aim.direction(0) if program.aim is not None else 1.0
         table: list[FloatArray] = []
         for round_number in range(1, _ROUNDS + 1):
             table += [row for limit, new in speeds.take() for row in rows.at(limit, new)]

@@ -46,41 +46,36 @@ def impossible(program: Program) -> Impossible | None:
     model = program.model
     if program.several or model.n_free != 1 or model.n_coords != 1:
         return None
-    forces = [limit for limit in program.limits if _plain(limit) and _is_total_force(limit)]
-    motions = [limit for limit in program.limits if _plain(limit) and _is_motion(limit)]
+    plain = [
+        (limit, limit.form.harmonic)
+        for limit in program.limits
+        if limit.side == "at_most" and limit.form.harmonic is not None and limit.form.ratio
+    ]
+    forces = [one for one in plain if _is_total_force(*one)]
+    motions = [one for one in plain if _is_motion(one[1])]
     found = [clash for a in forces for b in motions if (clash := _clash(program, a, b)) is not None]
     return max(found, key=lambda one: one.needed, default=None)
 
 
-def _plain(limit: Limit) -> bool:
-    form = limit.form
-    if not isinstance(form, Modulus) or limit.side != "at_most" or form.rigid_link:
-        return False
-    return len(form.drives) == 1 and len(form.drives[0].lines) == 1
-
-
-def _is_total_force(limit: Limit) -> bool:
+def _is_total_force(limit: Limit, form: Modulus) -> bool:
     """All links of the body are counted, with one sign."""
-    assert isinstance(limit.form, Modulus)
     links = limit.model.across | (limit.model.kinds != INERTIA)
-    signs = limit.form.output.signs * limit.model.vectors[:, 0]
+    signs = form.output.signs * limit.model.vectors[:, 0]
     return (
         bool(links.any())
         and bool(np.all(np.abs(signs[links]) == 1.0))
         and len(set(signs[links])) == 1
-        and (not limit.form.output.shared_by)
+        and (not form.output.shared_by)
     )
 
 
-def _is_motion(limit: Limit) -> bool:
-    assert isinstance(limit.form, Modulus)
-    return not limit.form.output.signs.any() and abs(limit.form.output.row[0]) == 1.0
+def _is_motion(form: Modulus) -> bool:
+    return not form.output.signs.any() and abs(form.output.row[0]) == 1.0
 
 
-def _clash(program: Program, force: Limit, motion: Limit) -> Impossible | None:
-    assert isinstance(force.form, Modulus)
-    assert isinstance(motion.form, Modulus)
-    first, second = force.form.drives[0], motion.form.drives[0]
+def _clash(program: Program, pushed: tuple[Limit, Modulus], moved: tuple[Limit, Modulus]) -> Impossible | None:
+    (force, push), (motion, move) = pushed, moved
+    first, second = push.drives[0], move.drives[0]
     if first.name != second.name:
         return None
     speeds = _common(first.bands, second.bands)
@@ -92,7 +87,7 @@ def _clash(program: Program, force: Limit, motion: Limit) -> Impossible | None:
     really = np.abs(other.amplitude.at(speeds) * other.vector[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         allowed = force.bound * really / shaken
-        stroke = motion.bound / omega**motion.form.output.power
+        stroke = motion.bound / omega**move.output.power
         needed = np.nan_to_num((really - allowed) / (omega**2 * stroke), nan=0.0, posinf=0.0, neginf=0.0)
     worst = int(np.argmax(needed))
     mass = _greatest_mass(program)

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
 from vibopt.program.over import MARGIN, Cover
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.program.vicinity import Vicinity
@@ -106,7 +105,7 @@ def _batches(most: int) -> Budget:
 
 
 def _single(part: Limit | Aim) -> bool:
-    return not isinstance(part.form, Modulus) or len(part.form.drives) == 1
+    return len(part.form.drives) < 2
 
 
 def _held(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> bool:
@@ -121,8 +120,8 @@ def _held(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> bool:
 
 def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: bool) -> bool:
     """Whether a level is kept on the whole box; several excitations each by themselves, the level shared out."""
-    form = part.form
-    if not isinstance(form, Modulus) or len(form.drives) == 1:
+    form = part.form.harmonic
+    if form is None or len(form.drives) == 1:
         if Vicinity(part, axes, level, least).proven(_batches(_BATCHES)):
             return True
         return Cover(part, axes, level, least).proven(_batches(_BATCHES))

@@ -8,7 +8,6 @@ from itertools import product
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Axis, Program
@@ -38,7 +37,6 @@ def far_end(program: Program, axis: Axis) -> float:
             (
                 band.high * max(line.order for line in drive.lines)
                 for part in program.parts
-                if isinstance(part.form, Modulus)
                 for drive in part.form.drives
                 for band in drive.bands
             ),
@@ -133,8 +131,7 @@ def _typical_mass(program: Program) -> float:
 
 
 def _typical_speed(program: Program) -> float:
-    asked = [limit.form for limit in program.limits] + ([program.aim.form] if program.aim else [])
-    forms = [form for form in asked if isinstance(form, Modulus)]
+    forms = [limit.form for limit in program.limits] + ([program.aim.form] if program.aim else [])
     ends = [
         line.order * band.high
         for form in forms

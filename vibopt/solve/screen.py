@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Modulus, Monomials
-from vibopt.forms.few import applies, few_sampled
+from vibopt.forms.few import applies
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.ranges import log_box, starts
 
@@ -19,10 +18,10 @@ _WEIGHT = 10.0
 
 def is_cheap(part: Limit | Aim) -> bool:
     """Whether many speeds of many designs can be looked at in no time."""
-    if isinstance(part.form, Monomials):
+    if part.form.powers is not None:
         return True
     greatest = part.sense > 0 if isinstance(part, Aim) else part.side == "at_most"
-    return greatest and isinstance(part.form, Modulus) and applies(part.model, part.form)
+    return greatest and part.form.harmonic is not None and applies(part.model, part.form.harmonic)
 
 
 def screenable(program: Program) -> bool:
@@ -31,11 +30,9 @@ def screenable(program: Program) -> bool:
     Of designs that are to be light or stiff those that promise most break limits: starts by sampled speeds do better.
     """
     aims = () if program.aim is None else program.aim.pieces
-    asked: list[Limit | Aim] = [part for part in program.limits if isinstance(part.form, Modulus)]
+    asked: list[Limit | Aim] = [part for part in program.limits if part.form.drives]
     return (
-        bool(aims)
-        and all(isinstance(one.form, Modulus) and is_cheap(one) for one in aims)
-        and all(is_cheap(part) for part in asked)
+        bool(aims) and all(one.form.drives and is_cheap(one) for one in aims) and all(is_cheap(part) for part in asked)
     )
 
 
@@ -74,10 +71,5 @@ def _merit(parts: list[Limit | Aim], x: FloatArray) -> FloatArray:
 
 def _values(part: Limit | Aim, x: FloatArray) -> FloatArray:
     """Values of a form at designs (n, n_vars), no greater than the worst; shape (n,)."""
-    form: Form = part.form
-    if isinstance(form, Monomials):
-        return form.at(x)
-    few = few_sampled(part.model, form, x) if isinstance(form, Modulus) and is_cheap(part) else None
-    if few is not None:
-        return few
-    return np.array([form.worst(part.model, one).value for one in x])
+    few = part.form.glance(part.model, x) if is_cheap(part) else None
+    return part.form.values(part.model, x) if few is None else few

@@ -11,7 +11,6 @@ import numpy as np
 
 from vibopt.answer.answer import Used
 from vibopt.answer.entry import Checked, Entry
-from vibopt.forms import Monomials
 from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
@@ -29,7 +28,6 @@ from vibopt.solve.choose import choose
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
-from vibopt.solve.rows import direction
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
@@ -218,7 +216,7 @@ def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
         if not up and not down:
             continue
         way = "grows without end" if up else "goes to zero"
-        if program.aim is not None and direction(program.aim, program.aim.model, i) is not None:
+        if program.aim is not None and program.aim.direction(i) is not None:
             claim = f"every limit holds and the goal keeps improving as {axis.path} {way}"
             return replace(found, status="unbounded", claim=claim)
         claim = f"every limit holds; the goal comes ever nearer to its best value as {axis.path} {way}"
@@ -308,7 +306,7 @@ def _used_of(model: Model, used: int) -> Used:
 def _used_by(scene: Scene, program: Program) -> Used:
     asked = [each for one in (*scene.limits.values(), *scene.measures.values()) for each in members(scene, one)]
     needs = [on_needed(scene, program.model, one) for one in asked]
-    used = max((model.n_free for model, form in needs if not isinstance(form, Monomials)), default=program.used_dof)
+    used = max((model.n_free for model, form in needs if form.powers is None), default=program.used_dof)
     return _used_of(program.model, max(used, program.used_dof))
 
 

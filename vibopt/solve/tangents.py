@@ -54,9 +54,8 @@ class Tangents:
             return f"{len(program.axes)} continuous variables are not 1 to {_MOST_VARIABLES}."
         if not any(isinstance(part.form, PeakInTime) for part in program.parts):
             return "no peak in time is asked for."
-        if not all(_bounded(part, program) for part in program.parts):
-            return "a limit or the goal has no bound on boxes."
-        return None
+        loose = next((part for part in program.parts if not _bounded(part, program)), None)
+        return None if loose is None else f"{loose.name} {loose.form.no_bounds}."
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal" with `bound`, "infeasible", or "feasible" and "unproven" where the boxes are used up."""

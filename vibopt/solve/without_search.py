@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from vibopt.forms import Modulus
+from vibopt.forms import Form
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import names_for
@@ -75,8 +75,8 @@ def words(scene: Scene, limit: Limit) -> str:
     """Why, and the way out."""
     response = scene.limits[limit.name]
     assert isinstance(response, HarmonicResponse)
-    assert isinstance(limit.form, Modulus)
-    name = next(one for one in names_for(scene, response) if one in limit.form.endless)
+    assert limit.form.harmonic is not None
+    name = next(one for one in names_for(scene, response) if one in limit.form.harmonic.endless)
     return (
         f"{limit.name} looks at standstill, where {why(scene, name)}. Begin its range above standstill, or hold the "
         "machine to the ground."
@@ -91,5 +91,5 @@ def why(scene: Scene, excitation: str) -> str:
     return f"no spring holds what {excitation} pushes, and it drifts away"
 
 
-def _endless(form: object) -> bool:
-    return isinstance(form, Modulus) and bool(form.endless)
+def _endless(form: Form) -> bool:
+    return form.harmonic is not None and bool(form.harmonic.endless)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Checked
-from vibopt.forms import Monomials
 from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -119,7 +118,7 @@ def _model(design: Design, program: Program) -> list[Said]:
     """The whole, then each limit that needs less of it."""
     said = [Said("scene", model_words(design))]
     for limit in program.limits:
-        if isinstance(limit.form, Monomials):
+        if limit.form.powers is not None:
             said.append(Said(limit.name, "a property of the machine, needs no motion"))
         elif program.model.n_free > 1:
             count = limit.model.n_free

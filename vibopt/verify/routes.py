@@ -12,24 +12,12 @@ from math import hypot
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import (
-    DecayRate,
-    Form,
-    FreeMotion,
-    ModeDamping,
-    ModeFrequency,
-    ModeGap,
-    ModeRatio,
-    Modulus,
-    Monomials,
-    StaticForce,
-    StaticRow,
-)
+from vibopt.arrays import FloatArray
+from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, rigid_form
-from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, motion, mount_count
-from vibopt.mechanics.model import STIFFNESS, Model
-from vibopt.mechanics.modes import natural_frequencies, poles, sag
+from vibopt.mechanics.harmonic import carried, dynamic_stiffness, impedances, motion, mount_count, stretches
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.onemass import reading
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
@@ -38,15 +26,12 @@ from vibopt.scene.scene import Scene
 from vibopt.signals import Band, Drive, Output
 from vibopt.verify.certify import Measured
 
-Numbers = FloatArray | ComplexArray
 _SAME = 1e-9
 """Part of a value by which the routes may always differ."""
 _ROUNDINGS = 1e4
 """Roundings of every coefficient that either route may add up."""
 LOADS = 1e-7
 """Part of its rating by which the static load of a mount may differ."""
-_ROOTS = 1e-6
-"""Part of the greatest pole, or of a root mean square, that near roots and integrals may lose."""
 
 
 def differs(scene: Scene, model: Model, chosen: Mapping[str, float], response: Response, found: Measured) -> bool:
@@ -97,16 +82,18 @@ class _Modelled:
 
     def at(self, found: Measured) -> tuple[float, float]:
         """Its value where the other route found its own, and how far rounding may move it."""
-        if isinstance(self.form, Modulus):
+        if self.form.harmonic is not None:
             with np.errstate(all="ignore"):
-                value, room = self._harmonic(self.form, found)
+                value, room = self._harmonic(self.form.harmonic, found)
             return (1.0 - value if self.response.complement else value), room
         if self.response.outside_bands:
             modes = natural_frequencies(self.full, self.full.values(self.x))
             value = float(modes[np.abs(modes - found.value).argmin()])
         else:
             value = self.form.value(self.full, self.x)
-        return value, self._room(self.form, value, found.value)
+        if abs(value - found.value) <= _SAME * abs(found.value):
+            return value, 0.0
+        return value, self.form.room(self.full, self.x, value, found.value, self._rounding)
 
     def _of_one_mass(self, form: Modulus, found: Measured) -> float:
         """Its value where one coordinate and one harmonic tell it outright; nan elsewhere."""
@@ -123,8 +110,8 @@ class _Modelled:
             return alone, 0.0
         if 0.0 in found.speeds.values():
             model = graded(self.full, form)
-            asked = form_of(self.scene, model, self.response)
-            assert isinstance(asked, Modulus)
+            asked = form_of(self.scene, model, self.response).harmonic
+            assert asked is not None
             rest = replace(asked, drives=tuple(replace(one, bands=(Band(0.0, 0.0),)) for one in asked.drives))
             form = from_rest(model, rest, self.x)
         each, rooms = [], []
@@ -158,9 +145,9 @@ class _Modelled:
             n = model.n_free
             stiff = dynamic_stiffness(model, z)[:, :n]
             amplitude = abs(float(line.amplitude.at(np.array([speed]))[0])) * float(omega) ** output.power
-            moved = _carried(model, z, stiff, row, u)
+            moved = carried(model, z, stiff, row, u)
             if output.signs.any():  # a balance of all forces may be what is left of great ones
-                moved += float(np.abs(z) @ _both(model, u) + np.abs(line.vector[:n]).sum())
+                moved += float(np.abs(z) @ stretches(model, u) + np.abs(line.vector[:n]).sum())
             room += self._rounding * amplitude * moved
             size += amplitude * float(abs(row @ u))
         return (room if np.isfinite(room) else np.inf), size
@@ -168,54 +155,6 @@ class _Modelled:
     @property
     def _rounding(self) -> float:
         return _ROUNDINGS * max(float(np.finfo(float).eps), self.full.precision)
-
-    def _room(self, form: Form, value: float, other: float) -> float:
-        """How far rounding moves what knows no speeds."""
-        x, model = self.x, self.full
-        if isinstance(form, Monomials) or abs(value - other) <= _SAME * abs(other):
-            return 0.0
-        p = model.values(x)
-        if isinstance(form, StaticRow | StaticForce):
-            down, z = sag(model, x), np.where(model.kinds == STIFFNESS, model.values(x, static=True), 0.0)
-            if down is None:
-                return np.inf
-            n, signs = model.n_free, form.signs if isinstance(form, StaticForce) else np.zeros(len(z))
-            row = (signs * z) @ model.vectors if isinstance(form, StaticForce) else form.row
-            moved = _carried(model, z, dynamic_stiffness(model, z.astype(complex))[:, :n], row, down)
-            return self._rounding * (moved + float(np.abs(signs * z) @ _both(model, down)))
-        if isinstance(form, ModeFrequency | ModeGap):
-            modes = natural_frequencies(model, p)
-            least = max(abs(other), np.sqrt(self._rounding) * modes[-1])
-            return (
-                float(self._rounding * modes[-1] ** 2 / least)
-                if isinstance(form, ModeFrequency)
-                else (float(_ROOTS * modes[-1]))
-            )
-        if isinstance(form, DecayRate):
-            return _ROOTS * float(np.abs(poles(model, p)).max(initial=0.0))
-        if isinstance(form, ModeRatio):
-            return _ROOTS * (1.0 + abs(value * other))
-        if isinstance(form, FreeMotion):
-            begun = np.abs(form.displacements) + form.after * np.abs(form.velocities)
-            return _ROOTS * float(np.abs(form.row[: model.n_free]) @ begun)
-        sizes = [abs(one) for one in (value, other) if np.isfinite(one)]
-        return _ROOTS * max([1.0 if isinstance(form, ModeDamping) else 0.0, *sizes])
-
-
-def _both(model: Model, u: Numbers) -> FloatArray:
-    """Stretch of each term with nothing cancelled, (n_terms,)."""
-    stretches: FloatArray = np.abs(model.vectors) @ np.abs(u)
-    return stretches
-
-
-def _carried(model: Model, z: Numbers, stiff: ComplexArray, row: Numbers, u: Numbers) -> float:
-    """Sum of |coefficient| times what the adjoint and the motion make of it, nothing cancelled."""
-    try:
-        back = np.linalg.solve(stiff.T, np.asarray(row, dtype=complex)[: model.n_free])
-    except np.linalg.LinAlgError:
-        return np.inf
-    whole = np.concatenate([back, np.zeros(model.n_coords - model.n_free)])
-    return float(np.abs(z) @ (_both(model, whole) * _both(model, u)) + np.abs(row) @ np.abs(u))
 
 
 __all__ = ["LOADS", "differs", "modelled", "rated_loads"]

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
-from vibopt.forms import Form, Modulus, Monomials, StaticLoad, StaticRow
+from vibopt.forms import Form
+from vibopt.forms.form import row_said
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Program, Tie
 from vibopt.records import dataclass
@@ -190,38 +191,17 @@ def _said(part: Any, order: IntArray) -> tuple[Any, ...]:
     """A limit or the goal as plain data, its variables renumbered."""
     model, form = part.model, part.form
     own = (type(form).__name__, getattr(part, "side", "goal"), getattr(part, "bound", 0.0), getattr(part, "upper", 0.0))
-    return (*own, _of_form(model, form, order), () if isinstance(form, Monomials) else _terms(model, form, order))
-
-
-def _of_form(model: Model, form: Form, order: IntArray) -> tuple[Any, ...]:
-    if isinstance(form, Monomials):
-        return tuple(sorted((float(s), _tuple(e[order])) for s, e in zip(form.scale, form.exponents, strict=True)))
-    if isinstance(form, StaticLoad):
-        return (_row(form.row), _of_form(model, form.factor, order))
-    if isinstance(form, StaticRow):
-        return (_row(form.row),)
-    if isinstance(form, Modulus):
-        shared = form.output.shared_by
-        share = model.counts[shared].row(model.n_vars)[order] if shared else np.zeros(0)
-        drives = tuple((one.name, one.bands) for one in form.drives)
-        return (_tuple(form.output.row), form.output.power, _tuple(share), form.combine, form.rigid_link, drives)
-    return tuple(getattr(form, name) for name in ("mode",) if hasattr(form, name))
+    return (*own, form.said(model, order), () if form.powers is not None else _terms(model, form, order))
 
 
 def _terms(model: Model, form: Form, order: IntArray) -> tuple[Any, ...]:
-    signs = form.output.signs if isinstance(form, Modulus) else np.zeros(len(model.terms))
+    signs = form.harmonic.output.signs if form.harmonic is not None else np.zeros(len(model.terms))
     return tuple(
         sorted(
-            (one.kind, _row(one.vector), one.scale, one.static_scale, _tuple(one.exponents[order]), float(sign))
+            (one.kind, row_said(one.vector), one.scale, one.static_scale, _tuple(one.exponents[order]), float(sign))
             for one, sign in zip(model.terms, signs, strict=True)
         )
     )
-
-
-def _row(row: FloatArray) -> tuple[float, ...]:
-    """A row without its sign: springs and the size of a squeeze do not know it."""
-    turned = row if not row.any() or row[np.flatnonzero(row)[0]] > 0 else -row
-    return _tuple(turned)
 
 
 def _tuple(row: FloatArray) -> tuple[float, ...]:

@@ -11,12 +11,12 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
-from vibopt.forms import ModeFrequency, Monomials, StaticLoad
+from vibopt.forms import StaticLoad
 from vibopt.forms.bounds import FormBounds
 from vibopt.program.held import held
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.branch import Judge
-from vibopt.solve.catalogue.pointwise import Direct, bounds_of
+from vibopt.solve.catalogue.pointwise import bounds_of
 from vibopt.solve.choose import choose, modest
 from vibopt.solve.method import Found
 
@@ -34,11 +34,11 @@ def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> d
     asked = replace(
         program, limits=tuple(one for one in program.limits if not isinstance(one.form, StaticLoad)), ties=()
     )
-    if not free or program.aim is None or any(isinstance(_bounds(one, x), Direct) for one in program.parts):
+    if not free or program.aim is None or any(_bounds(one, x).direct for one in program.parts):
         return None
     part = held(asked, x, free)
     assert part.aim is not None
-    if isinstance(part.aim.form, Monomials) and not part.aim.form.exponents.any():
+    if part.aim.form.powers is not None and not part.aim.form.powers.exponents.any():
         return None
     part = replace(part, axes=tuple(_opened(one) for one in part.axes))
     best = None
@@ -67,7 +67,7 @@ def why_dropped(limit: Limit) -> str:
     """What stands against parts that a limit forbids, behind "12 of 60 parts"."""
     if isinstance(limit.form, StaticLoad):
         return "cannot carry the load" if limit.side == "at_most" else "are loaded less than they need"
-    if isinstance(limit.form, ModeFrequency) and limit.side in ("at_most", "at_least"):
+    if limit.form.frequency is not None and limit.side in ("at_most", "at_least"):
         return f"are too {'stiff' if limit.side == 'at_most' else 'soft'} for {limit.name}"
     return f"break {limit.name}"
 

@@ -8,14 +8,13 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
-from vibopt.forms import Modulus, Monomials, StaticLoad, StaticRow
-from vibopt.forms.rational import Groups
+from vibopt.forms.bounds import FormBounds
 from vibopt.frontier import Frontier
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
 from vibopt.solve.catalogue.choices import Choices, Mirror, Node, factors_of, mirrors
-from vibopt.solve.catalogue.pointwise import Direct, Pointwise, bounds_of, fails
+from vibopt.solve.catalogue.pointwise import bounds_of, fails
 from vibopt.work import Budget
 
 LEAF = 1 << 16
@@ -122,12 +121,12 @@ class Search:
         self.total = self.choices.root.size
         middle = np.where(program.low > 0.0, np.sqrt(np.maximum(program.low, 1e-300) * program.high), program.high)
         middle = np.where(middle > 0.0, middle, 1.0)
-        self.limits = [Pointwise(bounds_of(one.model, one.form, middle)) for one in program.limits]
+        self.limits = [bounds_of(one.model, one.form, middle) for one in program.limits]
         aims = program.aim.pieces if program.aim is not None else ()
-        self.aims = [Pointwise(bounds_of(one.model, one.form, middle)) for one in aims]
+        self.aims = [bounds_of(one.model, one.form, middle) for one in aims]
         for one in (*self.limits, *self.aims):
             for speeds in first_speeds(one.form):
-                one.bounds.add(speeds)
+                one.add(speeds)
         self.order = sorted(range(len(self.limits)), key=lambda i: _cost(self.limits[i]))
         self.boxed = [_boxed(one) for one in self.limits]
         self.aim_boxed = [_boxed(one) for one in self.aims]
@@ -189,12 +188,12 @@ class Search:
 
     def _worth(self, i: int) -> bool:
         """Whether asking a limit of every row by itself saves more than it takes."""
-        quick = not isinstance(self.limits[i].form, Modulus) or _nodes(self.limits[i]) <= _QUICK_NODES
+        quick = not self.limits[i].form.drives or _nodes(self.limits[i]) <= _QUICK_NODES
         return quick or self.total > _MANY
 
     def _may_hold(self, i: int, low: FloatArray, high: FloatArray) -> BoolArray:
         parts = [
-            may_hold(self.program.limits[i], self.limits[i].bounds, low[at : at + 64], high[at : at + 64])
+            may_hold(self.program.limits[i], self.limits[i], low[at : at + 64], high[at : at + 64])
             for at in range(0, len(low), 64)
         ]
         return np.concatenate(parts)
@@ -212,7 +211,7 @@ class Search:
         bound = -np.inf
         for one, boxed in zip(self.aims, self.aim_boxed, strict=True):
             if boxed:
-                lower, upper = one.bounds.on(low, high)
+                lower, upper = one.on(low, high)
                 bound = max(bound, float(lower[0] if aim.sense > 0 else -upper[0]))
         return bound - SAFETY * abs(bound) if np.isfinite(bound) else -np.inf
 
@@ -223,7 +222,7 @@ class Search:
             return np.zeros(len(x))
         bound = np.full(len(x), -np.inf)
         for one in self.aims:
-            most, least = one.on(x)
+            most, least = one.at(x)
             value = most if aim.sense > 0 else -least
             value = np.where(np.isfinite(value), value - one.slack * np.abs(value), value)
             bound = np.maximum(bound, np.nan_to_num(value, nan=-np.inf, posinf=np.inf, neginf=-np.inf))
@@ -249,7 +248,7 @@ class Search:
         for i in self.order:
             if not len(chosen):
                 break
-            if moving and not isinstance(self.limits[i].form, Modulus):
+            if moving and not self.limits[i].form.drives:
                 continue
             broken = fails(self.program.limits[i], self.limits[i], x) > 0.0
             if broken.any():
@@ -279,7 +278,7 @@ class Search:
         learnt, margin, tightest = False, np.inf, ""
         for i in self.order:
             missed, found = self.judge.limit(self.program.limits[i], x)
-            learnt |= self.limits[i].bounds.add(found.speeds)
+            learnt |= self.limits[i].add(found.speeds)
             if missed > self.judge.tolerance:
                 self.tally.each(entries[None, :], i)
                 return learnt
@@ -287,37 +286,27 @@ class Search:
                 margin, tightest = -missed, self.program.limits[i].name
         goal = self.judge.goal(x)
         for one in self.aims:
-            learnt |= one.bounds.add(goal.speeds)
+            learnt |= one.add(goal.speeds)
         self.best.append(Pick(tuple(int(one) for one in entries), x, goal.value, tightest, float(margin)))
         self.best.sort(key=lambda one: one.rank)
         del self.best[self.keep :]
         return learnt
 
 
-def _cost(values: Pointwise) -> tuple[int, int]:
+def _cost(values: FormBounds) -> tuple[int, int]:
     """Cheap and telling limits first."""
-    kinds = (Monomials, StaticLoad, StaticRow)
-    place = next((i for i, kind in enumerate(kinds) if isinstance(values.form, kind)), len(kinds))
-    return place + 10 * isinstance(values.form, Modulus) + 20 * (not values.known), values.model.n_free
+    return values.form.rank + 20 * (not values.known), values.model.n_free
 
 
-def _boxed(values: Pointwise) -> bool:
+def _boxed(values: FormBounds) -> bool:
     """Whether a form has bounds on boxes that are cheap enough."""
-    if not values.bounds.bounded:
-        return False
-    return (
-        isinstance(values.bounds, Direct)
-        or not isinstance(values.form, Modulus | StaticRow | StaticLoad)
-        or _nodes(values) <= _MOST_NODES
-    )
+    return values.bounded and _nodes(values) <= _MOST_NODES
 
 
-def _nodes(values: Pointwise) -> int:
+def _nodes(values: FormBounds) -> int:
     """Number of Bernstein nodes of a form with polynomials."""
-    form = values.form
-    signs = form.output.signs if isinstance(form, Modulus) else None
-    groups = Groups.of(values.model, signs, static=not isinstance(form, Modulus))
-    return int(np.prod([degree + 1 for degree in groups.degrees], initial=1))
+    groups = values.form.groups(values.model)
+    return 1 if groups is None else int(np.prod([degree + 1 for degree in groups.degrees], initial=1))
 
 
 def _sorted(goals: FloatArray, chosen: IntArray) -> tuple[FloatArray, IntArray]:

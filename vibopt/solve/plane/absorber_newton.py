@@ -28,15 +28,16 @@ def equal_peaks(plane: LinkPlane) -> FloatArray | None:
     None where the link holds no absorber on a machine of two coordinates, or Newton leads nowhere within the ranges.
     """
     aim = plane.program.aim
-    if aim is None or not isinstance(aim.form, Modulus) or aim.sense < 0.0 or aim.others or plane.other >= 0:
+    form = aim.form.harmonic if aim is not None else None
+    if aim is None or form is None or aim.sense < 0.0 or aim.others or plane.other >= 0:
         return None
     x = _den_hartog(plane, aim)
-    speeds = None if x is None else _two_peaks(aim, aim.form, x)
+    speeds = None if x is None else _two_peaks(aim, form, x)
     if x is None or speeds is None:
         return None
     y = np.log(x)
     for _ in range(_STEPS):
-        found = followed(aim.model, aim.form, np.exp(y), speeds)
+        found = followed(aim.model, form, np.exp(y), speeds)
         if found is None or len(found) != 2:
             return None
         speeds = np.array([one.at.speed for one in found])

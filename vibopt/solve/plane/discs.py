@@ -11,8 +11,6 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
-from vibopt.forms.few import few_sampled
 from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -24,7 +22,6 @@ from vibopt.solve.plane.conics import Conics, monomials
 from vibopt.solve.plane.link_plane import Interval, LinkPlane
 from vibopt.solve.ranges import halton, log_box, starts
 from vibopt.solve.screen import is_cheap
-from vibopt.solve.worst_speeds import local_extremes
 from vibopt.work import Budget, worked
 
 GAP = 1e-6
@@ -139,7 +136,7 @@ class _Run:
     def _nothing_left(self) -> bool:
         """Whether an amplitude to be made least is zero."""
         aim = self.program.aim
-        return aim is not None and isinstance(aim.form, Modulus) and aim.sense > 0 and self.value <= self._zero
+        return aim is not None and bool(aim.form.drives) and aim.sense > 0 and self.value <= self._zero
 
     def _whole(self) -> list[Interval]:
         if self.plane.other < 0:
@@ -213,7 +210,7 @@ class _Run:
         """Merit of designs (n, n_vars) at the first speeds: log violation, then the goal."""
         missed, goal = np.zeros(len(x)), np.zeros(len(x))
         for part, speeds in zip(self.parts, self.speeds, strict=True):
-            few = few_sampled(part.model, part.form, x) if self._cheap and isinstance(part.form, Modulus) else None
+            few = part.form.glance(part.model, x) if self._cheap else None
             value = self.plane.rough(as_limit(part, 1.0), np.array(speeds), x) if few is None else few
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 if isinstance(part, Aim):
@@ -248,10 +245,10 @@ class _Run:
         self._worst = []
         for part, known in zip(self.parts, self.speeds, strict=True):
             least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-            found = local_extremes(part.model, part.form, x, least=least)
+            found = part.form.candidates(part.model, x, least_wanted=least)
             worked(part.cost)
             self._worst.append([at[0] if at else 0.0 for at, _ in found if not at or np.isfinite(at[0])])
-            if isinstance(part.form, Modulus):
+            if part.form.drives:
                 known += [at for at in self._worst[-1] if _is_new(at, known)]
             if isinstance(part, Limit):
                 worst = max(worst, violation(part, (min if least else max)(value for _, value in found), x))
@@ -353,7 +350,7 @@ def _widened(limit: Limit) -> Limit:
 
 
 def _first(part: Limit | Aim) -> list[float]:
-    if not isinstance(part.form, Modulus):
+    if not part.form.drives:
         return [0.0]
     found: list[float] = []
     for band in part.form.drives[0].bands:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import Modulus
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.signals import Band
@@ -43,7 +42,7 @@ def hopeless(program: Program) -> Invariant | None:
     found = []
     for limit in program.limits:
         form = limit.form
-        if isinstance(form, Modulus) and limit.side == "at_most" and plane.accepts(limit):
+        if form.drives and limit.side == "at_most" and plane.accepts(limit):
             for band in form.drives[0].bands:
                 found += _in_band(plane, limit, band)
     worst = max(found, key=lambda one: one.value / one.limit.bound, default=None)

@@ -13,9 +13,8 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import Form, ModeDamping, ModeFrequency, Modulus, Monomials, StaticRow
-from vibopt.forms.bounds import monomial_bounds
-from vibopt.forms.rational import Groups, Sampled, sampled, sampled_static, to_bernstein
+from vibopt.forms import Form, Monomials
+from vibopt.forms.rational import Groups, Sampled, to_bernstein
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Term
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -107,8 +106,8 @@ class LinkPlane:
     def _vanishes(self, part: Limit | Aim) -> bool:
         """Whether without the mass and without the link N and D of a response are zero: nothing holds the mass."""
         form = part.form
-        if not isinstance(form, Modulus) or not self._one_line(form):
-            return not isinstance(form, StaticRow)
+        if not form.ratio or not form.drives:
+            return not form.ratio
         speeds = np.array([max(band.high, 1e-3) for band in form.drives[0].bands][:1])
         made = self._sampled(Limit("", part.model, form, "at_most", 1.0), speeds)
         group = self._link_group(made.groups)
@@ -122,10 +121,6 @@ class LinkPlane:
             if np.abs(here).max() > 1e-10 * np.abs(there).max():
                 return False
         return True
-
-    @staticmethod
-    def _one_line(form: Modulus) -> bool:
-        return len(form.drives) == 1 and len(form.drives[0].lines) == 1
 
     def design(self, k: float, c: float, v: float) -> FloatArray:
         """The variables at a point of the plane, within their ranges, shape (n_vars,)."""
@@ -147,23 +142,22 @@ class LinkPlane:
 
     def accepts(self, limit: Limit) -> bool:
         """Whether a limit (or the goal as one) is made of rows."""
-        form = limit.form
-        if limit.side == "outside" or isinstance(form, ModeFrequency | ModeDamping):
+        form, powers = limit.form, limit.form.powers
+        if powers is not None:
+            return self._only_other(powers) or (len(powers.scale) == 1 and self._powers(powers) is not None)
+        groups = form.groups(limit.model) if form.ratio else None
+        if groups is None or (self._shared(limit) and limit.model.counts[self._shared(limit)].exponents):
             return False
-        if isinstance(form, Monomials):
-            return self._only_other(form) or (len(form.scale) == 1 and self._powers(form) is not None)
-        if isinstance(form, StaticRow):
-            return self._link_group(Groups.of(limit.model, static=True)) is not None
-        if not isinstance(form, Modulus) or not self._one_line(form):
-            return False
-        if form.rigid_link or (form.output.shared_by and limit.model.counts[form.output.shared_by].exponents):
-            return False
-        groups = Groups.of(limit.model, form.output.signs)
         return self._link_group(groups) is not None
+
+    @staticmethod
+    def _shared(limit: Limit) -> str:
+        """The link by whose mounts a response is divided."""
+        return limit.form.harmonic.output.shared_by if limit.form.harmonic is not None else ""
 
     def power_of_stiffness(self, form: Form) -> float:
         """Power of k that a form is, but for a factor; 0 where it is none."""
-        powers = self._powers(form) if isinstance(form, Monomials) and len(form.scale) == 1 else None
+        powers = self._powers(form.powers) if form.powers is not None and len(form.powers.scale) == 1 else None
         return 0.0 if powers is None or powers[1] or powers[2].any() else powers[0]
 
     def _only_other(self, form: Monomials) -> bool:
@@ -206,11 +200,11 @@ class LinkPlane:
         """
         low, high, rows = self._box(interval)
         for limit, speeds in limits:
-            form = limit.form
-            if isinstance(form, Monomials) and self._only_other(form):
+            form = limit.form.powers
+            if form is not None and self._only_other(form):
                 if not self._may_hold(limit, form, interval):
                     return None
-            elif isinstance(form, Monomials):
+            elif form is not None:
                 rows.append(self._monomial_row(limit, form, interval))
             else:
                 rows += list(self._rows(limit, np.array(speeds), interval))
@@ -253,7 +247,7 @@ class LinkPlane:
         n = len(self.program.axes)
         low, high = np.ones((1, n)), np.ones((1, n))
         low[0, self.other], high[0, self.other] = interval
-        least, most = monomial_bounds(form, low, high)
+        least, most = form.extent(low, high)
         room = 1e-12 * abs(limit.bound)
         return bool(least[0] <= limit.bound + room) if limit.side == "at_most" else bool(most[0] >= limit.bound - room)
 
@@ -299,8 +293,8 @@ class LinkPlane:
 
     def rough(self, part: Limit, speeds: FloatArray, x: FloatArray) -> FloatArray:
         """Value of a limit's form at designs x (n, n_vars), the worst of the given speeds only, shape (n,)."""
-        if isinstance(part.form, Monomials):
-            return np.asarray(part.form.at(x))
+        if part.form.powers is not None:
+            return part.form.powers.at(x)
         made = self._sampled(part, speeds)
         top, bottom = made.at(x)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -322,14 +316,13 @@ class LinkPlane:
         """N and D of a response at its speeds; what was met already is kept."""
         form = limit.form
         reference = self._reference()
-        if isinstance(form, StaticRow):
-            return sampled_static(limit.model, form.row, reference)
-        assert isinstance(form, Modulus)
+        if not form.drives:
+            return form.sampled(limit.model, speeds, reference)
         asked = speeds.tolist()
         places, made = self.known.get(id(form), ({}, None))
         fresh = [speed for speed in dict.fromkeys(asked) if speed not in places]
         if fresh:
-            more = sampled(limit.model, form.output, form.drives[0].lines[0], np.array(fresh), reference)
+            more = form.sampled(limit.model, np.array(fresh), reference)
             places.update(zip(fresh, range(len(places), len(places) + len(fresh)), strict=True))
             made = more if made is None else made.joined(more)
             self.known[id(form)] = places, made
@@ -348,11 +341,11 @@ class LinkPlane:
         n0, n1 = self._affine(made.top, made, group, x)
         d0, d1 = self._affine(made.bottom, made, group, x)
         fk, fc = self._factors(made, group)
-        if self.mass_term is not None and isinstance(limit.form, Modulus):
+        if self.mass_term is not None and limit.form.drives:
             mass = _value(self.mass_term, x)
             n0, d0 = n0 / mass, d0 / mass
-        if isinstance(limit.form, Modulus) and limit.form.output.shared_by:
-            count = limit.model.counts[limit.form.output.shared_by].scale
+        if self._shared(limit):
+            count = limit.model.counts[self._shared(limit)].scale
             n0, n1 = n0 / count, n1 / count
         level = limit.bound**2
         sign = 1.0 if limit.side == "at_most" else -1.0

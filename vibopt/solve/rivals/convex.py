@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Modulus, Monomials, StaticRow
+from vibopt.forms import Form, Modulus, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Limit, Program
@@ -174,8 +174,8 @@ class _OneMount:
             return (0.0, 0.0)
         if isinstance(aim.form, StaticRow):
             return (-aim.sense, 0.0)
-        if isinstance(aim.form, Monomials) and len(aim.form.scale) == 1:
-            powers = aim.form.exponents[0]
+        if aim.form.powers is not None and len(aim.form.powers.scale) == 1:
+            powers = aim.form.powers.exponents[0]
             if powers[self.stiffness] > 0 and powers[self.damping] == 0:
                 return (aim.sense, 0.0)
             if powers[self.damping] > 0 and powers[self.stiffness] == 0 and aim.sense > 0:
@@ -184,12 +184,12 @@ class _OneMount:
 
     def _limit(self, limit: Limit, rows: _Rows) -> list[float]:
         """Add the rows of a limit; the strongest P of a passage under constant force, scaled."""
-        form = limit.form
-        if isinstance(form, StaticRow):
+        form = limit.form.harmonic
+        if isinstance(limit.form, StaticRow):
             bound = self.mass * GRAVITY / limit.bound / self.k_size
             rows.add(0.0, *((-1.0, 0.0, -bound) if limit.side == "at_most" else (1.0, 0.0, bound)))
             return []
-        if not isinstance(form, Modulus) or limit.side != "at_most" or len(form.drives) != 1:
+        if form is None or limit.side != "at_most" or len(form.drives) != 1:
             raise _NotConvexError(f"{limit.name} is no upper bound of a response to one excitation.")
         if len(form.drives[0].lines) != 1 or form.rigid_link or form.output.power or form.output.shared_by:
             raise _NotConvexError(f"{limit.name} has several harmonics or is not a force or displacement.")
@@ -234,4 +234,4 @@ class _OneMount:
 
 
 def _bands(form: Form) -> list[Any]:
-    return [band for drive in form.drives for band in drive.bands] if isinstance(form, Modulus) else []
+    return [band for drive in form.drives for band in drive.bands]

@@ -10,7 +10,6 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.forms import Modulus
 from vibopt.forms.extremes import sampled_slopes
 from vibopt.mechanics.modes import free_matrices
 from vibopt.program.program import Program
@@ -37,7 +36,7 @@ class EqualPeaks:
     def refuses(self, program: Program) -> str | None:
         """All but the least worst response to one excitation, two variables, no limits."""
         aim = program.aim
-        least = aim is not None and isinstance(aim.form, Modulus) and aim.sense > 0 and len(aim.form.drives) == 1
+        least = aim is not None and aim.sense > 0 and len(aim.form.drives) == 1
         one = program.model.n_free == 2 and sorted(_words(program)) == ["damping_ratio", "tuning"]
         if not least or not one or program.limits or not _on_one_mass(program):
             return f"{self.name} takes one absorber on one excited mass, for the least worst response, without limits."
@@ -73,7 +72,7 @@ def _words(program: Program) -> list[str]:
 def _on_one_mass(program: Program) -> bool:
     """Whether the excitation acts on one of the coordinates alone."""
     aim = program.aim
-    drives = aim.form.drives if aim is not None and isinstance(aim.form, Modulus) else ()
+    drives = aim.form.drives if aim is not None else ()
     return all(np.count_nonzero(line.vector) == 1 for drive in drives for line in drive.lines)
 
 
@@ -85,8 +84,8 @@ class _Heights:
         self.low, self.high = log_box(program)
         aim = program.aim
         assert aim is not None
-        assert isinstance(aim.form, Modulus)
-        self.model, self.form, self.drive = aim.model, aim.form, aim.form.drives[0]
+        assert aim.form.harmonic is not None
+        self.model, self.form, self.drive = aim.model, aim.form.harmonic, aim.form.drives[0]
         speeds = sampled_speeds(self.drive, _SPEEDS)
         self.speeds = speeds[speeds > 0.0]
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.forms import Modulus
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -57,7 +56,7 @@ class _OnSampledSpeeds:
         if not success:
             return Found("unproven", None, f"the solver gives up: {word}", self.name)
         x = np.clip(np.exp(y), program.low, program.high)
-        sampled = any(isinstance(part.form, Modulus) for part in program.parts)  # of peaks in time there are no speeds
+        sampled = any(part.form.drives for part in program.parts)  # of peaks in time there are no speeds
         where = f" (limits at {self.speeds} sampled speeds)" if sampled else ""
         return Found("feasible", x, f"{word}{where}", self.name)
 
@@ -193,16 +192,16 @@ class ExchangedRows(SampledRows):
         missed = [
             (bound - value) if limit.side == "at_least" else (value - bound)
             for limit, value, bound in zip(self.program.limits, over, bounds, strict=True)
-            if isinstance(limit.form, Modulus) and limit.side != "outside"
+            if limit.form.drives and limit.side != "outside"
         ]
         aim = self.program.aim
-        if aim is not None and isinstance(aim.form, Modulus):
+        if aim is not None and aim.form.drives:
             missed.append(aim.sense * self._added(aim, y, aim.sense < 0) - sampled)
         return max(missed, default=0.0)
 
     def _added(self, part: Limit | Aim, y: FloatArray, least_wanted: bool) -> float:
         """Log of the exact worst value; the speeds of every peak are looked at from now on."""
-        if not isinstance(part.form, Modulus):
+        if not part.form.drives:
             return 0.0
         found = part.form.extremes(part.model, np.exp(y), least_wanted=least_wanted, within=_BESIDE)
         for index, drive in enumerate(part.form.drives):

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.forms import Monomials
 from vibopt.program.program import Axis, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
@@ -61,8 +60,6 @@ class Grid:
         aim = program.aim
         if aim is None:
             return np.zeros(len(points))
-        if isinstance(aim.form, Monomials):
-            return aim.sense * aim.form.at(points)
         return aim.sense * values_on(aim.form, aim.model, points, self.speeds, least_wanted=aim.sense < 0)
 
     def _holding(self, program: Program, points: FloatArray) -> FloatArray:
@@ -75,10 +72,7 @@ class Grid:
         if limit.side == "outside":
             return np.array([outside_rows(limit, np.log(x))[0].max() <= 0.0 for x in points])
         least_wanted = limit.side == "at_least"
-        if isinstance(limit.form, Monomials):
-            values = limit.form.at(points)
-        else:
-            values = values_on(limit.form, limit.model, points, self.speeds, least_wanted=least_wanted)
+        values = values_on(limit.form, limit.model, points, self.speeds, least_wanted=least_wanted)
         return values >= limit.bound if least_wanted else values <= limit.bound
 
 

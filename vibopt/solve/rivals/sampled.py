@@ -84,12 +84,13 @@ class SampledRows:
 
     def _part(self, part: Limit | Aim, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         x = np.exp(y)
-        if not isinstance(part.form, Modulus):
+        form = part.form.harmonic
+        if form is None:
             value = part.form.value(part.model, x)
             return np.log([max(value, 1e-300)]), part.form.slope(part.model, x)[None, :]
         least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-        rows = [self._drive(part.model, part.form, drive, x) for drive in part.form.drives]
-        values, slopes = rows[0] if len(rows) == 1 else _added(part.form, rows, least_wanted)
+        rows = [self._drive(part.model, form, drive, x) for drive in form.drives]
+        values, slopes = rows[0] if len(rows) == 1 else _added(form, rows, least_wanted)
         return np.clip(np.nan_to_num(values, nan=30.0), -60.0, 60.0), slopes
 
     def _drive(self, model: Model, form: Modulus, drive: Drive, x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -108,15 +109,16 @@ def sampled_speeds(drive: Drive, count: int) -> FloatArray:
 
 def values_on(form: Form, model: Model, points: FloatArray, count: int, *, least_wanted: bool) -> FloatArray:
     """Worst value of a form at designs x (n_points, n_vars) over sampled speeds, shape (n_points,)."""
-    if not isinstance(form, Modulus):
-        return np.array([form.value(model, x) for x in points])
-    totals = np.zeros((len(form.drives), len(points)))
-    for row, drive in enumerate(form.drives):
+    asked = form.harmonic
+    if asked is None:
+        return form.values(model, points)
+    totals = np.zeros((len(asked.drives), len(points)))
+    for row, drive in enumerate(asked.drives):
         speeds = sampled_speeds(drive, count)
         for i, x in enumerate(points):
-            values = np.nan_to_num(DriveResponse(model, form, drive, x)(speeds), nan=_HUGE, posinf=_HUGE)
+            values = np.nan_to_num(DriveResponse(model, asked, drive, x)(speeds), nan=_HUGE, posinf=_HUGE)
             totals[row, i] = values.min() if least_wanted else values.max()
-    power = 2 if form.combine == "rss" else 1
+    power = 2 if asked.combine == "rss" else 1
     total: FloatArray = (totals**power).sum(axis=0) ** (1.0 / power)
     return total
 

@@ -1,0 +1,253 @@
+"""Every form: its value, slope and bounds against a machine of two masses worked out in mpmath, or words of refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from vibopt.arrays import FloatArray
+from vibopt.forms import (
+    FORMS,
+    DecayRate,
+    EnergyShare,
+    Form,
+    FreeMotion,
+    ModeDamping,
+    ModeFrequency,
+    ModeGap,
+    ModeRatio,
+    Modulus,
+    Monomials,
+    PeakInTime,
+    RootMeanSquare,
+    StaticForce,
+    StaticLoad,
+    StaticRow,
+)
+from vibopt.forms.bounds import FormBounds
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
+from vibopt.signals import Amplitude, Band, Drive, Line, Noise, Output, Piece, Segment
+
+_GRAVITY = mp.mpf("9.80665")
+_X = (900.0, 1400.0, 6.0)
+"""Stiffness of the lower spring [N/m] and of the upper one, damping of both [N s/m]."""
+_LOW, _TOP, _RATING = 3.0, 2.0, 40.0
+_SPEED = 14.0
+_ROW = np.array([0.0, 1.0])
+_NONE = np.zeros(6)
+
+
+def _model() -> Model:
+    """Two masses above each other on springs and dampers; the variables are those of `_X`."""
+    lower, upper, none = np.array([1.0, 0.0]), np.array([-1.0, 1.0]), np.zeros(3)
+    first, second, third = np.eye(3)
+    rows = [
+        (INERTIA, lower, _LOW, none),
+        (INERTIA, _ROW, _TOP, none),
+        (STIFFNESS, lower, 1.0, first),
+        (STIFFNESS, upper, 1.0, second),
+        (DAMPING, lower, 1.0, third),
+        (DAMPING, upper, 1.0, third),
+    ]
+    terms = tuple(Term(kind, row, scale, powers, "", scale, kind != INERTIA) for kind, row, scale, powers in rows)
+    return Model({}, 2, terms)
+
+
+def _matrices(x: Any) -> tuple[Any, Any, Any]:
+    k, upper, c = x
+    chain = [[k + upper, -upper], [-upper, upper]]
+    return mp.diag([_LOW, _TOP]), mp.matrix([[2 * c, -c], [-c, c]]), mp.matrix(chain)
+
+
+def _state(x: Any) -> Any:
+    """First-order matrix of free motion, displacements before velocities."""
+    mass, damping, stiffness = _matrices(x)
+    found = mp.zeros(4)
+    found[0, 2] = found[1, 3] = 1
+    for i in range(2):
+        for j in range(2):
+            found[2 + i, j], found[2 + i, 2 + j] = -stiffness[i, j] / mass[i, i], -damping[i, j] / mass[i, i]
+    return found
+
+
+def _sag(x: Any) -> Any:
+    return mp.lu_solve(_matrices(x)[2], mp.matrix([_LOW * _GRAVITY, _TOP * _GRAVITY]))
+
+
+def _modes(x: Any) -> list[tuple[Any, Any]]:
+    """Natural frequencies and the upper motion over the lower one, by the quadratic formula."""
+    _, _, k = _matrices(x)
+    middle = (k[0, 0] / _LOW + k[1, 1] / _TOP) / 2
+    apart = mp.sqrt(middle**2 - (k[0, 0] * k[1, 1] - k[0, 1] ** 2) / (mp.mpf(_LOW) * _TOP))
+    squares = (middle - apart, middle + apart)
+    return [(mp.sqrt(one), (k[0, 0] - _LOW * one) / -k[0, 1]) for one in squares]
+
+
+def _poles(x: Any) -> list[Any]:
+    return list(mp.eig(_state(x), left=False, right=False))
+
+
+def _response(x: Any, speed: Any) -> Any:
+    mass, damping, stiffness = _matrices(x)
+    return abs(mp.lu_solve(stiffness + 1j * speed * damping - speed**2 * mass, mp.matrix([5, 0]))[1])
+
+
+def _share(x: Any) -> Any:
+    return max(_LOW / (_LOW + _TOP * ratio**2) for _, ratio in _modes(x))
+
+
+def _after(x: Any) -> Any:
+    return (mp.expm(_state(x) * mp.mpf("0.03")) * mp.matrix(["0.01", "0.02", 0, "0.1"]))[1]
+
+
+def _mean_square(x: Any) -> Any:
+    """P with A P + P A' + pi S B B' = 0, as linear equations."""
+    a, load = _state(x), mp.matrix([0, 0, 1 / mp.mpf(_LOW), 0])
+    table, right = mp.zeros(16), mp.zeros(16, 1)
+    for i in range(4):
+        for j in range(4):
+            right[4 * i + j] = -mp.pi * mp.mpf("0.5") * load[i] * load[j]
+            for m in range(4):
+                table[4 * i + j, 4 * m + j] += a[i, m]
+                table[4 * i + j, 4 * i + m] += a[j, m]
+    return mp.sqrt(mp.lu_solve(table, right)[5])
+
+
+def _peak(x: Any) -> Any:
+    """The upper mass under a force of 5 N on the lower one: on as long as it rises to its first peak."""
+    state = _state(x)
+    whole = mp.zeros(5)
+    whole[:4, :4] = state
+    whole[2, 4] = 5 / mp.mpf(_LOW)
+
+    def at(t: Any) -> Any:
+        return mp.expm(whole * t) * mp.matrix([0, 0, 0, 0, 1])
+
+    time = mp.mpf("0.19")
+    for _ in range(5):  # Newton's method for the time at which it stands still
+        moved = at(time)
+        time -= moved[3] / (state[3, :] * moved[:4])[0]
+    return at(time)[1]
+
+
+def _ratio(x: Any) -> Any:
+    return min(-one.real / abs(one) for one in _poles(x) if abs(one.imag) > 1e-9)
+
+
+def _force(x: Any) -> Any:
+    down = _sag(x)
+    return x[1] * (down[1] - down[0])
+
+
+_DRIVE = Drive("shaker", (Line(1.0, np.array([5.0 + 0j, 0.0]), Amplitude((Piece(Band(0.0, np.inf), 1.0),))),),
+               (Band(_SPEED, _SPEED),))  # fmt: skip
+_READ = Output(_ROW, _NONE)
+_ON = Segment(3.0, np.array([1.0]), np.zeros((1, 1)), np.eye(1), np.zeros(1))
+_FACTOR = Monomials(np.array([1.0 / _RATING]), np.array([[1.0, 0.0, 0.0]]))
+CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
+    DecayRate: (DecayRate(), lambda x: min(-one.real for one in _poles(x))),
+    EnergyShare: (EnergyShare(np.array([1.0, 0.0])), _share),
+    FreeMotion: (FreeMotion(_ROW, np.array([0.01, 0.02]), np.array([0.0, 0.1]), 0.03), _after),
+    ModeDamping: (ModeDamping(1), _ratio),
+    ModeFrequency: (ModeFrequency(2), lambda x: _modes(x)[1][0]),
+    ModeGap: (ModeGap(), lambda x: _modes(x)[1][0] - _modes(x)[0][0]),
+    ModeRatio: (ModeRatio(1, _ROW, np.array([1.0, 0.0])), lambda x: _modes(x)[0][1]),
+    Modulus: (Modulus(_READ, (_DRIVE,), "sum"), lambda x: _response(x, _SPEED)),
+    Monomials: (
+        Monomials(np.array([3.0, 0.2]), np.array([[0.5, 0.0, 1.0], [1.0, 1.0, -1.0]])),
+        lambda x: 3 * mp.sqrt(x[0]) * x[2] + mp.mpf("0.2") * x[0] * x[1] / x[2],
+    ),
+    PeakInTime: (PeakInTime(_READ, np.array([[5.0], [0.0]]), (_ON,)), _peak),
+    RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
+    StaticForce: (StaticForce(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])), _force),
+    StaticLoad: (StaticLoad(np.array([1.0, 0.0]), _FACTOR), lambda x: x[0] / _RATING * _sag(x)[0]),
+    StaticRow: (StaticRow(_ROW), lambda x: _sag(x)[1]),
+}
+"""Of each form one example on the two masses, and its value by formulas of its own."""
+
+
+@pytest.fixture(autouse=True)
+def _digits() -> Iterator[None]:
+    with mp.workdps(20):
+        yield
+
+
+@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+def test_every_form_says_what_methods_ask(kind: type[Form]) -> None:
+    """A value, and for each method an answer or a reason of its own."""
+    assert kind in CASES, f"{kind.__name__} has no value here that is worked out by another road"
+    model = _model()
+    assert kind.value is not Form.value, f"{kind.__name__} has no value"
+    form, words = CASES[kind][0], (Form.rough, Form.not_convex, Form.no_bounds)
+    assert form.not_smooth(model) not in words, f"{kind.__name__} has no word on CasADi"
+    convex = kind.convex_limit is not Form.convex_limit or kind is Modulus  # whose rows hang on the limit
+    assert convex or form.not_convex not in words, f"{kind.__name__} has no word on cvxpy"
+    bounded = kind.on_boxes is not Form.on_boxes
+    assert bounded or form.no_bounds not in words, f"{kind.__name__} has no word on boxes"
+
+
+@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+def test_values_and_slopes_are_those_of_another_road(kind: type[Form]) -> None:
+    form, right = CASES[kind]
+    model, x = _model(), np.array(_X)
+    assert form.value(model, x) == pytest.approx(float(right([mp.mpf(one) for one in _X])), rel=1e-9)
+    assert form.worst(model, x).value == form.value(model, x)
+    for i, found in enumerate(form.slope(model, x)):
+
+        def log(y: Any, i: int = i) -> Any:
+            return mp.log(right([mp.mpf(one) * (mp.exp(y) if j == i else 1) for j, one in enumerate(_X)]))
+
+        step = mp.mpf("1e-6")
+        assert found == pytest.approx(float((log(step) - log(-step)) / (2 * step)), rel=1e-6, abs=2e-8)
+
+
+@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+def test_bounds_on_boxes_hold_all_values_in_them(kind: type[Form]) -> None:
+    """Of what has bounds on such boxes; at a single design they are its value where that is exact."""
+    form, right = CASES[kind]
+    model, x, rng = _model(), np.array(_X), np.random.default_rng(len(kind.__name__))
+    bounds = FormBounds(model, form, x)
+    bounds.add({"shaker": _SPEED})
+    assert bounds.bounded == form.bounded(model)
+    if not bounds.bounded:
+        return
+    for wide in (0.5, 0.05, 1e-3):
+        low, high = x * np.exp(-wide * rng.random(3)), x * np.exp(wide * rng.random(3))
+        below, above = (float(one[0]) for one in bounds.on(low[None, :], high[None, :]))
+        assert below <= above
+        for design in (low, high, *(low + (high - low) * rng.random((6, 3)))):
+            value = float(right([mp.mpf(one) for one in design.tolist()]))
+            assert below * (1.0 - 1e-9) <= value <= above * (1.0 + 1e-9)
+            _at_points(bounds, design, value)
+
+
+def _at_points(bounds: FormBounds, design: FloatArray, value: float) -> None:
+    """Many designs at once: the value itself, at the only speed asked for as well."""
+    most, least = bounds.at(design[None, :])
+    assert (most[0], least[0]) == (pytest.approx(value, rel=1e-9), pytest.approx(value, rel=1e-9))
+
+
+def test_a_form_that_lacks_something_is_caught_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Unfinished(Form):
+        """Says nothing of itself."""
+
+    with pytest.raises(AssertionError, match="Unfinished has no value here"):
+        test_every_form_says_what_methods_ask(Unfinished)
+    monkeypatch.setitem(CASES, Unfinished, (Unfinished(), lambda x: x[0]))
+    with pytest.raises(AssertionError, match="Unfinished has no value"):
+        test_every_form_says_what_methods_ask(Unfinished)
+    Unfinished.value = lambda self, model, x: float(x[0])  # type: ignore[method-assign]
+    with pytest.raises(AssertionError, match="Unfinished has no word on CasADi"):
+        test_every_form_says_what_methods_ask(Unfinished)
+    Unfinished.rough = Unfinished.not_convex = "is unfinished"
+    with pytest.raises(AssertionError, match="Unfinished has no word on boxes"):
+        test_every_form_says_what_methods_ask(Unfinished)
+    Unfinished.no_bounds = "is unfinished"
+    Unfinished.slope = lambda self, model, x: np.ones(3)  # type: ignore[method-assign]
+    test_every_form_says_what_methods_ask(Unfinished)
+    with pytest.raises(AssertionError):
+        test_values_and_slopes_are_those_of_another_road(Unfinished)

@@ -1,0 +1,56 @@
+"""What a method hands to a form that states itself in it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from vibopt.arrays import FloatArray
+    from vibopt.forms.damped import ModeDamping
+    from vibopt.forms.form import Form
+    from vibopt.forms.modulus import Modulus
+    from vibopt.forms.monomials import Monomials
+    from vibopt.forms.sags import StaticLoad, StaticRow, UnderWeights
+    from vibopt.forms.undamped import ModeFrequency
+    from vibopt.mechanics.model import Model
+
+
+class OneVariable(Protocol):
+    """Polynomials in y with x = y**root, over `reference`."""
+
+    @property
+    def root(self) -> float: ...
+    @property
+    def reference(self) -> float: ...
+    def total(self, model: Model, kind: int) -> FloatArray:
+        """Sum of the terms of a kind on one mass, ascending."""
+
+
+class LogRows(Protocol):
+    """Logs of value over bound in CasADi, in the logs of the variables."""
+
+    def of_powers(self, form: Monomials, bound: float) -> Any: ...
+    def of_sag(self, model: Model, form: StaticRow, bound: float) -> Any: ...
+    def of_load(self, model: Model, form: StaticLoad, bound: float) -> Any: ...
+    def of_mode(self, model: Model, index: int, bound: float) -> Any: ...
+    def of_slope(self, model: Model, form: Form, bound: float) -> Any: ...
+
+
+class ConvexRows(Protocol):
+    """Constraints and goals in cvxpy; what is not convex between these is refused in words."""
+
+    def powers(self, limit: Any, form: Monomials, sense: float, bound: float) -> Any: ...
+    def sag(self, limit: Any, form: StaticRow, sense: float, bound: float) -> Any: ...
+    def frequency(self, limit: Any, form: ModeFrequency, sense: float, bound: float) -> Any: ...
+    def damping(self, limit: Any, form: ModeDamping, sense: float, bound: float) -> Any: ...
+    def powers_goal(self, aim: Any, form: Monomials) -> Any: ...
+    def sag_goal(self, aim: Any, form: StaticRow) -> Any: ...
+    def frequency_goal(self, aim: Any, form: ModeFrequency) -> Any: ...
+
+
+class Proof(Protocol):
+    """Bounds on boxes of factors, and of the speed as one more."""
+
+    def of_modes(self, form: ModeFrequency) -> bool: ...
+    def of_weights(self, form: UnderWeights) -> bool: ...
+    def of_response(self, form: Modulus) -> bool: ...
