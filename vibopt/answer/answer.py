@@ -95,6 +95,13 @@ class Conflict:
     proof: str
     left: tuple[str, ...] = ()
 
+    @property
+    def least(self) -> tuple[str, Entry, Entry] | None:
+        """The loosening that is the smallest part of its bound; None without one."""
+        return min(
+            self.loosenings, key=lambda one: abs(one[2].value - one[1].value) / (abs(one[1].value) or 1.0), default=None
+        )
+
     def to_json(self) -> dict[str, Any]:
         steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
         return {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}

@@ -133,7 +133,7 @@ def nearest_block(answer: Answer[Any], of_which: str = "") -> Block:
                 else "",
             )
         )
-    heads = ("Limit", "Allowed", "Nearest design", "Missed by", "Best alone")
+    heads = ("Limit", "Allowed", "Nearest", "Missed by", "Best alone")
     title = "How near it comes, and what each limit could be alone" if near.least else "How near it comes"
     return table(f"{title}{of_which}", heads, rows, whole=(1, 2, 3, 4))
 

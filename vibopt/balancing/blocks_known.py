@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, rows_of, table
+from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, nearest_block, rows_of, table
 from vibopt.answer.entry import Entry, Value, in_one_unit
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.known.known_job import KnownJob
@@ -22,12 +22,22 @@ def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
     job = outcome.job
     planes = [one for one in job.planes if outcome.status != "infeasible"]
     return [
+        *known_nearest(outcome),
         Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
-        _planes(outcome, planes), _left(outcome, job), *rows_of(outcome),
+        _planes(outcome, planes), _left(outcome, job), *(rows_of(outcome) if outcome.nearest is None else ()),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
         Block("Method", FOOT, (outcome.method,) if job.planes else ()),
     ]  # fmt: skip
+
+
+def known_nearest(outcome: Answer[KnownJob]) -> list[Block]:
+    """The weights that miss the limits least, and how far each is missed."""
+    if outcome.nearest is None:
+        return []
+    near = replace(outcome, values=outcome.nearest.values)
+    words = tuple(plane_words(near, one) for one in outcome.job.planes)
+    return [Block("The nearest weights", TEXT, words), nearest_block(outcome)]
 
 
 def plane_words(outcome: Answer[KnownJob], plane: Plane) -> str:
@@ -74,8 +84,11 @@ def _left(outcome: Answer[KnownJob], job: KnownJob) -> Block:
         cells = [_at(outcome, one, f"{when}.{angle}") for one, when in zip(pair, times, strict=True)]
         if any(cells):
             rows.append((words, *cells))
-    title = "As found and after" if job.planes else "As found"
-    return table(title, ("", "As found", "After"), rows, whole=(1, 2))
+    after = bool(job.planes) and outcome.status != "infeasible"
+    heads = ("", "As found", "After") if after else ("", "As found")
+    return table(
+        "As found and after" if after else "As found", heads, [row[: len(heads)] for row in rows], whole=(1, 2)
+    )
 
 
 def _at(outcome: Answer[KnownJob], size: str | Value, angle: str) -> str:
@@ -91,11 +104,21 @@ def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
     """What an engine's answer says, in the order in which it is needed."""
     job = outcome.job
     if outcome.status == "infeasible":
-        return [Block("Notes", FOOT, outcome.notes)]
+        return [*engine_nearest(outcome), Block("Notes", FOOT, outcome.notes)]
     return [
         _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *rows_of(outcome),
         Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
     ]  # fmt: skip
+
+
+def engine_nearest(outcome: Answer[EngineJob]) -> list[Block]:
+    """The weights and cranks that miss the limits least, and how far each is missed."""
+    if outcome.nearest is None:
+        return []
+    near = replace(outcome, values=outcome.nearest.values)
+    weights = replace(_weights(near, outcome.job), title="The nearest weights")
+    cranks = replace(_cranks(near, outcome.job), title="Its cylinders")
+    return [weights, cranks, nearest_block(outcome)]
 
 
 def _method(outcome: Answer[EngineJob]) -> tuple[str, ...]:

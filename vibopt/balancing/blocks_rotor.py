@@ -5,9 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.blocks import FOOT, TEXT, TODO, WARNING, WORK, Block, cleaned, limits_block, prices_block, table
+from vibopt.answer.blocks import (
+    FOOT,
+    TEXT,
+    TODO,
+    WARNING,
+    WORK,
+    Block,
+    cleaned,
+    limits_block,
+    nearest_block,
+    prices_block,
+    table,
+)
 from vibopt.answer.entry import Entry, Value
 from vibopt.answer.plan import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
 from vibopt.balancing.plan_values import shows_whole
@@ -31,7 +44,12 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
     notes = tuple(one for one in plan.notes if one not in (*warnings, *further))
     answers = tuple(one for one in plan.plan.words if one.startswith("Answer ")) if several else ()
     todo = (*further, *(one for one in plan.plan.words if one not in answers)) if not several else further
-    found = [Block(WARNING, TEXT, warnings), Block("What to do", TODO, todo), Block("Either", TEXT, answers)]
+    found = [
+        Block(WARNING, TEXT, warnings),
+        *nearest_blocks(plan),
+        Block("What to do", TODO, todo),
+        Block("Either", TEXT, answers),
+    ]
     for number, fitting in enumerate(plan.plan.fittings, start=1):
         which = f", answer {number}" if several else ""
         weights = "Whole weights, all others taken off" if shows_whole(plan.job) else "Weights"
@@ -49,6 +67,12 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
         Block("Method", FOOT, (plan.method,) if plan.method else ()),
         _coefficients(plan),
     ]
+
+
+def nearest_blocks(plan: Answer[Any]) -> list[Block]:
+    """The weights that miss the limits least, and how far each is missed."""
+    near = plan.nearest
+    return [] if near is None else [Block("The nearest plan", TEXT, near.words), nearest_block(plan)]
 
 
 def _weights(fitting: Fitting, title: str) -> Block:

@@ -71,11 +71,11 @@ def limit_answers(
     steps = asked.question.is_discrete or bool(job.goal.robust)
     u = solved.u
     assert u is not None
-    measured = posed.chosen_only(solved.chosen)
+    there = posed.chosen_only(solved.chosen)
     of_planes = own_caps(job)
     limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits, *of_planes)
     greatest = greatest_readings(job)
-    answers = {limit.name: _answer(job, measured, limit, u, greatest) for limit in limits}
+    answers = {limit.name: measured(job, there, limit, u, greatest) for limit in limits}
     value = asked.question.chosen_only(solved.chosen).value(u)
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
     priced = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
@@ -171,7 +171,7 @@ class _Asking:
         free = None if without is None else self.solve(without)
         if free is None or free.u is None or not free.value < self.value:
             return ""
-        reached = _answer(job, asked, limit, free.u).value.value
+        reached = measured(job, asked, limit, free.u).value.value
         most = float(reached) / limit.at_most * (1.0 + 1e-9)
         if most <= 1.0:
             return ""
@@ -212,9 +212,10 @@ def _first_below(height: Callable[[float], float], bad: tuple[float, float], goo
     return high
 
 
-def _answer(
+def measured(
     job: RotorJob, posed: Posed, limit: Known, u: ComplexArray, greatest: Mapping[str, float] = NONE
 ) -> Checked:
+    """A limit at the correction u."""
     if isinstance(limit, ResidualLimit):
         return _residual(job, posed, limit, u, greatest)
     return _of_cap(posed, limit, u) if isinstance(limit, OwnCap) else _correction(job, posed, limit, u)
@@ -291,7 +292,6 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
     What the proof took that there is none is expected of each further solution.
     """
     limits: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
-    free = not posed.question.is_discrete
 
     def possible(kept: tuple[str, ...]) -> bool:
         residual = tuple(one for one in job.residual_limits if one.name in kept)
@@ -299,14 +299,19 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
         question = with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
         return solve_question(question).status != "infeasible"
 
+    budget = allowance(thorough)
+    most = None if thorough or not posed.question.is_search else float(budget.most)
     return clash(
-        [one.name for one in limits], possible, lambda names: loosenings(job, posed, names) if free else [],
-        solved.claim, 1 + len(limits) + (len(job.residual_limits) if free else 0), solved.work, allowance(thorough),
+        [one.name for one in limits], possible, lambda names: loosenings(job, posed, names, most),
+        solved.claim, 1 + len(limits) + len(job.residual_limits), solved.work, budget,
     )  # fmt: skip
 
 
-def loosenings(job: RotorJob, posed: Posed, names: Sequence[str]) -> list[Step]:
-    """(limit, bound now, bound that makes the job possible) for limits on the residual, by name, that help alone."""
+def loosenings(job: RotorJob, posed: Posed, names: Sequence[str], most: float | None = None) -> list[Step]:
+    """(limit, bound now, bound that makes the job possible) for limits on the residual, by name, that help alone.
+
+    Of lists only what is proven to be the least, each within `most` work [nominal ms].
+    """
     found = []
     for limit in [one for one in job.residual_limits if one.name in names]:
         rows = rows_of(job, limit.sensor, limit.speed)
@@ -314,8 +319,9 @@ def loosenings(job: RotorJob, posed: Posed, names: Sequence[str]) -> list[Step]:
         assert free is not None
         importance = np.zeros(free.n_readings)
         importance[np.isin(np.arange(free.n_readings) % posed.n_rows, rows)] = 1.0
-        solved = solve_question(replace(free, importance=importance, goal="worst"))
-        if solved.u is None or not solved.value > limit.at_most:
+        solved = solve_question(replace(free, importance=importance, goal="worst"), most)
+        proven = solved.status == "optimal" or not free.is_search
+        if solved.u is None or not proven or not solved.value > limit.at_most:
             continue
         now, then = (Entry(one, _dimension(job, limit), limit.unit) for one in (limit.at_most, solved.value * 1.0005))
         found.append((limit.name, now, then))

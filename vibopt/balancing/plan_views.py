@@ -11,7 +11,8 @@ from vibopt.answer.answer_schema import NUMBER, TEXT, TEXTS, listed, maybe, name
 from vibopt.answer.blocks import Block
 from vibopt.answer.entry import Entry
 from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_rotor
-from vibopt.balancing.blocks_known import engine_blocks, known_blocks
+from vibopt.balancing.blocks_known import engine_blocks, engine_nearest, known_blocks, known_nearest
+from vibopt.balancing.blocks_rotor import nearest_blocks as rotor_nearest
 from vibopt.balancing.blocks_rotor import rotor_blocks
 
 if TYPE_CHECKING:
@@ -121,11 +122,22 @@ def verdict(answer: Answer[BalancingJob]) -> str:
 
 def next_step(answer: Answer[BalancingJob]) -> tuple[str, str]:
     """What to type next, with FILE for the file, and what for; "" where the plan itself says what to do."""
+    least = None if answer.conflict is None else answer.conflict.least
+    if least is not None:
+        return f'vibopt solve FILE --set limits.{least[0]}.at_most="{least[2].shown}"', "with the smallest loosening"
     if answer.status in ("infeasible", "unbounded", "unproven"):
         return "vibopt explain FILE --thorough", "learn why, with all that can be said"
     if answer.status == "check_failed" or len(answer.plan.fittings) > 1:
         return "", ""
     return "vibopt report FILE --sheet -o NAME.html", "print a page for the shop floor"
+
+
+def nearest_blocks(answer: Answer[Any]) -> list[Block]:
+    """The weights that miss the limits least; none where there are others."""
+    views: dict[str, Callable[[Answer[Any]], list[Block]]] = {
+        ROTOR: rotor_nearest, KNOWN: known_nearest, ENGINE: engine_nearest,
+    }  # fmt: skip
+    return views[answer.job.kind](answer) if answer.nearest is not None else []
 
 
 def blocks(answer: Answer[Any]) -> list[Block]:

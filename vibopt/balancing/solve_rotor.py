@@ -19,6 +19,7 @@ from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.limit_prices import limit_answers
+from vibopt.balancing.nearest import left_words, nearest_plan
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
 from vibopt.balancing.question import Solved
@@ -58,6 +59,9 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
     solved = answered(job, posed, solver)
     if solved.u is None:
         none = nothing(job, identified, posed, solved, thorough=thorough)
+        if job.residual_limits:
+            near = nearest_plan(job, identified, posed, solved, thorough=thorough)
+            none = replace(none, nearest=near, notes=(*none.notes, *left_words(near)))
         return judged(of, _unless_felt(of, idle, none, solver))
     fitting = _fitting(of, identified, posed, solved)
     plan = _plan(job, identified, posed, solved, fitting, noise, thorough)

@@ -209,14 +209,16 @@ _WHY = ("vibopt explain FILE --thorough", "learn why, with all that can be said"
 
 
 def _loosened(design: Design) -> str:
-    """The least loosening that helps, as a change of the file; "" where none is one."""
-    steps = design.conflict.loosenings if design.conflict is not None else ()
-    for name, now, then in sorted(steps, key=lambda one: abs(one[2].value - one[1].value) / (abs(one[1].value) or 1.0)):
-        response = design.scene.limits.get(name)
-        for side in ("at_most", "at_least"):
-            bound = getattr(response, side, None)
-            if bound is not None and abs(bound.value - now.value) <= 1e-9 * abs(now.value):
-                return f'--set limits.{name}.{side}="{then.shown}"'
+    """The least loosening that helps, as a change of the file; "" where there is none."""
+    least = None if design.conflict is None else design.conflict.least
+    if least is None:
+        return ""
+    name, now, then = least
+    response = design.scene.limits.get(name)
+    for side in ("at_most", "at_least"):
+        bound = getattr(response, side, None)
+        if bound is not None and abs(bound.value - now.value) <= 1e-9 * abs(now.value):
+            return f'--set limits.{name}.{side}="{then.shown}"'
     return ""
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import degrees
 
 import numpy as np
 
-from vibopt.answer.answer import Answer
+from vibopt.answer.answer import Answer, Nearest
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table
@@ -26,8 +27,9 @@ from vibopt.balancing.engine.shaking import (
     of_order,
     peak,
 )
+from vibopt.balancing.nearest import costing, left_words, nearest_by_factor, wider
 from vibopt.balancing.question_prices import allowance
-from vibopt.units import show
+from vibopt.units import show, si_unit
 from vibopt.work import metered
 
 STEPS = 4096
@@ -90,6 +92,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
     budget = allowance(thorough)
     impossible = status == "infeasible" and job.limits
     conflict, reason = impasse(job, claim, meter.done, budget) if impossible else (None, "")
+    near = _nearest(job, meter.done, thorough=thorough) if impossible else None
     words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
     limits = {
         name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
@@ -103,12 +106,34 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         measures={name: _held(job, found, name, one) for name, one in job.measures.items()},
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        notes=(*_notes(job, found, here), *unpriced),
+        nearest=near,
+        notes=(*_notes(job, found, here), *unpriced, *(left_words(near) if impossible else ())),
         prices={path: Price(one) for path, one in words.items()},
         details={"classes": found.tried, "as_good": found.alike},
         reason=reason,
         conflict=conflict,
     )
+
+
+def _nearest(job: EngineJob, work: float, *, thorough: bool) -> Nearest | None:
+    """The weights and cranks whose worst limit is missed by the least factor, measured like every other."""
+
+    def answered(factors: Mapping[str, float]) -> Balanced | None:
+        found = balance(replace(job, limits={name: _wider(job.limits[name], one) for name, one in factors.items()}))
+        return found if found.status in ("optimal", "feasible") else None
+
+    def rows(found: Balanced) -> dict[str, Checked]:
+        return {name: _held(job, found, name, table) for name, table in job.limits.items()}
+
+    best = nearest_by_factor(tuple(job.limits), answered, rows, costing(work, thorough=thorough))
+    if best is None:
+        return None
+    found, limits, least, left = best
+    return Nearest(values=_values(job, found, arms(job, found.cranks)), limits=limits, least=least, left=left)
+
+
+def _wider(table: EngineLimitTable, factor: float) -> EngineLimitTable:
+    return table.model_copy(update={"at_most": wider(table.bound, factor, si_unit(table.dimension))})
 
 
 def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Checked]) -> tuple[str, str]:

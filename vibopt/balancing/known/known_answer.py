@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import inf, isfinite, tau
 from typing import Any
 
-from vibopt.answer.answer import Answer, Conflict
+from vibopt.answer.answer import Answer, Conflict, Nearest
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
@@ -23,8 +23,9 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
+from vibopt.balancing.nearest import costing, left_words, narrowest, nearest_by_factor, wider
 from vibopt.balancing.planes import MASS, Drill, Plane
-from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, allowance, clash, prices_of
+from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, Step, allowance, clash, prices_of
 from vibopt.units import show, si_unit
 from vibopt.work import Budget, metered
 
@@ -133,10 +134,31 @@ def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Con
     def possible(kept: tuple[str, ...]) -> bool:
         return correct(replace(job, limits={name: job.limits[name] for name in kept})).status != "infeasible"
 
-    return clash(tuple(job.limits), possible, lambda names: [], claim, len(job.limits) + 1, work, budget)
+    def loosened(names: tuple[str, ...]) -> list[Step]:
+        answers = Budget(int(budget.most / max(work, 1.0)), "answers")
+        return [step for name in names if (step := _loosening(job, name, answers))]
+
+    return clash(tuple(job.limits), possible, loosened, claim, len(job.limits) + 1, work, budget)
+
+
+def _loosening(job: KnownJob, name: str, budget: Budget) -> Step | None:
+    """The least bound of one limit that lets the others hold."""
+    table = job.limits[name]
+
+    def at(factor: float) -> Correction | None:
+        found = correct(replace(job, limits={**job.limits, name: _wider(table, factor)}))
+        return found if found.status in ("optimal", "feasible") else None
+
+    best = narrowest(at, budget)
+    if best is None or not best.proven:
+        return None
+    now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, table.bound * best.factor * _LOOSER))
+    return name, now, then
 
 
 _TINY = 1e-9
+_LOOSER = 1.0005
+"""So much wider a loosening is said than is needed at least: shown digits are fewer."""
 
 
 def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Answer[KnownJob]:
@@ -152,8 +174,10 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
     }
     impossible = status == "infeasible" and job.limits
     conflict, reason = impasse(job, claim, meter.done, allowance(thorough)) if impossible else (None, "")
+    near = _nearest(job, meter.done, thorough=thorough) if impossible else None
     return Answer(
         job=job,
+        nearest=near,
         status=status,
         claim=claim,
         reason=reason,
@@ -163,10 +187,31 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         measures={name: _held(job, found, name, table) for name, table in job.measures.items()},
         goal=_goal(job, found),
         method=found.way,
-        notes=(*job.notes, *_notes(job, found), *unpriced),
+        notes=(*job.notes, *_notes(job, found), *unpriced, *(left_words(near) if impossible else ())),
         prices={path: Price(one) for path, one in words.items()},
         plan=Plan((Fitting(found.planes, (), found.u),)),
     )
+
+
+def _nearest(job: KnownJob, work: float, *, thorough: bool) -> Nearest | None:
+    """The correction whose worst limit is missed by the least factor, turned by hand like every other."""
+
+    def answered(factors: Mapping[str, float]) -> Correction | None:
+        found = correct(replace(job, limits={name: _wider(job.limits[name], one) for name, one in factors.items()}))
+        return found if found.status in ("optimal", "feasible") else None
+
+    def rows(found: Correction) -> dict[str, Checked]:
+        return {name: _held(job, found, name, table) for name, table in job.limits.items()}
+
+    best = nearest_by_factor(tuple(job.limits), answered, rows, costing(work, thorough=thorough))
+    if best is None:
+        return None
+    found, limits, least, left = best
+    return Nearest(values=_values(job, found), limits=limits, least=least, left=left)
+
+
+def _wider(table: KnownLimitTable, factor: float) -> KnownLimitTable:
+    return table.model_copy(update={"at_most": wider(table.bound, factor, si_unit(table.dimension))})
 
 
 def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tuple[str, str]:

@@ -1,0 +1,114 @@
+"""Where no weights keep every limit: those that miss least, and the least of each limit, for each kind of job.
+
+The second route is the claim itself: with bounds as wide as the nearest weights need there is an answer, with bounds a
+little narrower there is none; and every choice of holes by itself.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations_with_replacement, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vibopt as vo
+from vibopt.answer.answer import Answer
+from vibopt.jobs import from_text
+
+PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
+LIMITS = {
+    "rao_9_7_holes": {"all": ("residual", "0.005 mm")},
+    "rao_9_14_b_capped": {"bearings": ("bearing_reaction", "2 N"), "static": ("static_unbalance", "100 g mm")},
+    "engine_share_capped": {"first": ("primary_force", "400 N"), "every": ("force", "1 kN")},
+}
+
+
+def text_of(name: str, bounds: dict[str, str] | None = None) -> str:
+    """A stock file with other limits."""
+    text = (PROBLEMS / f"{name}.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+    head, *tables = text.split("\n[limits.")
+    rest = "".join(f"\n[{one.partition(chr(10) + '[')[2]}" for one in tables if "\n[" in one)
+    asked = bounds if bounds is not None else {key: bound for key, (_, bound) in LIMITS[name].items()}
+    own = [f'\n[limits.{key}]\nresponse = "{LIMITS[name][key][0]}"\nat_most = "{one}"\n' for key, one in asked.items()]
+    return head + rest + "\n" + "".join(own)
+
+
+def solved(name: str, bounds: dict[str, str] | None = None) -> Answer[Any]:
+    return vo.explain(from_text(text_of(name, bounds), f"{name}.toml"), thorough=True).answer
+
+
+def bound(answer: Answer[Any], key: str, value: float, part: float) -> str:
+    limit = answer.nearest.limits[key].limit  # type: ignore[union-attr]
+    assert limit is not None
+    return f"{value * part!r} {limit.si}"
+
+
+@pytest.mark.parametrize("name", ["rao_9_7_holes", "rao_9_14_b_capped", "engine_share_capped"])
+def test_bounds_as_wide_as_it_needs_have_an_answer_and_narrower_ones_none(name: str) -> None:
+    answer = solved(name)
+    assert answer.status == "infeasible"
+    near = answer.nearest
+    assert near is not None
+    factor = max(row.value.value / row.limit.value for row in near.limits.values() if row.limit is not None)
+    assert factor > 1.0
+    given = {key: row.limit.value for key, row in near.limits.items() if row.limit is not None}
+    for part, good in ((1.0 + 1e-4, True), (1.0 - 1e-4, False)):
+        asked = {key: bound(answer, key, one * factor, part) for key, one in given.items()}
+        assert (solved(name, asked).status in ("optimal", "feasible")) == good
+
+
+@pytest.mark.parametrize("name", ["rao_9_7_holes", "rao_9_14_b_capped", "engine_share_capped"])
+def test_of_each_limit_alone_there_is_no_less(name: str) -> None:
+    answer = solved(name)
+    assert answer.nearest is not None
+    assert set(answer.nearest.least) == set(LIMITS[name])
+    for key, one in answer.nearest.least.items():
+        assert one.proven
+        assert one.enough == (one.value.value <= answer.nearest.limits[key].limit.value)  # type: ignore[union-attr]
+        for part, good in ((1.0 + 1e-4, True), (1.0 - 1e-4, False)) if one.value.value else ():
+            asked = {key: bound(answer, key, one.value.value, part)}
+            assert (solved(name, asked).status in ("optimal", "feasible")) == good
+
+
+@pytest.mark.parametrize("name", ["rao_9_7_holes", "rao_9_14_b_capped", "engine_share_capped"])
+def test_the_loosening_that_is_named_helps(name: str) -> None:
+    answer = solved(name)
+    assert answer.conflict is not None
+    bounds = {key: one for key, (_, one) in LIMITS[name].items()}
+    for key, now, then in answer.conflict.loosenings:
+        assert solved(name, {**bounds, key: then.shown}).status in ("optimal", "feasible")
+        assert now.value < then.value
+    assert answer.conflict.loosenings or len(LIMITS[name]) > 1
+
+
+def test_of_all_weights_in_holes_none_leaves_less() -> None:
+    """Every choice of at most two weights, by the coefficient that the readings give."""
+    found = np.array(0.15e-3 * np.exp(-1j * np.radians(15.0)))
+    trial = 0.22e-3 * np.exp(1j * np.radians(35.0))
+    per = (trial.conj() - found.conj()) / (50e-3 * np.exp(1j * np.radians(45.0)))  # the mark moves the other way round
+    weights = [m * np.exp(1j * np.radians(45.0 * hole)) for m, hole in product((10e-3, 20e-3, 30e-3), range(8))]
+    sums = [
+        0.0,
+        *weights,
+        *(a + b for a, b in combinations_with_replacement(weights, 2) if abs(np.angle(a / b)) > 1e-9),
+    ]
+    least = min(abs(found.conj() + per * one) for one in sums)
+    near = solved("rao_9_7_holes").nearest
+    assert near is not None
+    assert near.limits["all"].value.value == pytest.approx(least, rel=1e-9)
+
+
+def test_what_is_shown_is_said_in_words_and_on_the_page() -> None:
+    for name, title in (
+        ("rao_9_7_holes", "The nearest plan"),
+        ("rao_9_14_b_capped", "The nearest weights"),
+        ("engine_share_capped", "The nearest weights"),
+    ):
+        answer = solved(name)
+        from vibopt.answer.answer_page import html
+
+        for text in (answer.report(), html(answer)):
+            assert title in text
+            assert "what each limit could be alone" in text
