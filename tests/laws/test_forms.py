@@ -30,6 +30,8 @@ from vibopt.forms import (
 )
 from vibopt.forms.bounds import FormBounds
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
+from vibopt.program.held import held
+from vibopt.program.program import Axis, Limit, Program
 from vibopt.signals import Amplitude, Band, Drive, Line, Noise, Output, Piece, Segment
 
 _GRAVITY = mp.mpf("9.80665")
@@ -203,6 +205,18 @@ def test_values_and_slopes_are_those_of_another_road(kind: type[Form]) -> None:
 
         step = mp.mpf("1e-6")
         assert found == pytest.approx(float((log(step) - log(-step)) / (2 * step)), rel=1e-6, abs=2e-8)
+
+
+@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+def test_with_variables_held_it_is_the_same_number(kind: type[Form]) -> None:
+    model, form, x = _model(), CASES[kind][0], np.array(_X)
+    axes = tuple(Axis(name, 0.5 * one, 2.0 * one) for name, one in zip("kuc", _X, strict=True))
+    program = Program(model, axes, (Limit("asked", model, form, "at_most", 1.0),), None)
+    for free in ([0], [2, 1]):
+        (limit,) = held(program, x, free).limits
+        assert limit.form.value(limit.model, x[free]) == pytest.approx(form.value(model, x), rel=1e-12)
+        slope = form.slope(model, x)[free]
+        assert limit.form.slope(limit.model, x[free]) == pytest.approx(slope, rel=1e-8, abs=1e-8)
 
 
 @pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)

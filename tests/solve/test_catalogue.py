@@ -191,6 +191,42 @@ def test_two_groups_that_may_be_exchanged_are_looked_at_once(tmp_path: Path) -> 
     assert all(goal in single for goal in goals)
 
 
+SHAKEN: dict[str, tuple[dict[str, Any], str]] = {
+    "steady": ({"kind": "force", "on": "machine", "amplitude": "100 N", "speed": "300..900 rpm"}, "transmitted_force"),
+    "random": ({"kind": "white_noise", "on": "machine", "density": "100 N²/Hz"}, "rms_force"),
+    "transient": (
+        {"kind": "pulse", "shape": "half sine", "duration": "20 ms", "on": "machine", "amplitude": "100 N"},
+        "peak_force",
+    ),
+}
+
+
+@pytest.mark.parametrize("sort", SHAKEN)
+def test_which_of_two_alike_mounts_is_asked_for_does_not_matter(sort: str, tmp_path: Path) -> None:
+    """They may be exchanged only where what is asked is the same then."""
+    excitation, response = SHAKEN[sort]
+    (tmp_path / "two.csv").write_text(
+        "part,stiffness [N/mm],damping [N s/m],rated load max [N],price [EUR]\n"
+        "soft,10,50,5000,10\nhard,40,200,5000,11\n",
+        encoding="utf-8",
+    )
+    part = {"between": ["machine", "ground"], "part": {"catalogue": "two.csv"}}
+    goals = []
+    for mount in ("a", "b"):
+        document = {
+            "bodies": {"machine": {"mass": "100 kg"}},
+            "links": {"a": part, "b": part},
+            "excitations": {"load": excitation},
+            "limits": {"stiff": {"response": "natural_frequency", "mode": 1, "at_least": "3.4 Hz"}},
+            "goal": {"minimise": response, "through": mount},
+        }
+        program = pose(from_dict(placed(document, tmp_path), name="twins.toml"))
+        found = Catalogue().solve(program)
+        goals.append(found.details["picks"][0]["goal"])
+        assert goals[-1] == pytest.approx(enumerated(program)[0], rel=1e-9)
+    assert goals[0] == pytest.approx(goals[1], rel=1e-9)
+
+
 @pytest.fixture(scope="module")
 def compressor() -> Design:
     scene = read(MOUNTS / "compressor_on_bought_mounts.toml")
