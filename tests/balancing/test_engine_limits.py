@@ -163,7 +163,7 @@ def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.Mo
 
 
 def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibopt.balancing.engine.counterweights import Least
+    from vibopt.balancing.lengths import Least
 
     def nothing(job: EngineJob, found: Arms, *more: object) -> Least:
         return Least(None, np.nan, -np.inf, "unproven", "the solver stopped")

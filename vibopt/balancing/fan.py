@@ -10,6 +10,7 @@ are branched over.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -44,15 +45,16 @@ class Fan:
         around = np.sort(np.unique(np.round(np.mod(angles, 2.0 * np.pi) / HAIR)) * HAIR % (2.0 * np.pi))
         return Fan(np.exp(1j * around), _near(around), each)
 
-    @property
+    @cached_property
     def angles(self) -> FloatArray:
         return np.asarray(np.angle(self.holes) % (2.0 * np.pi))
 
-    @property
+    @cached_property
     def sides(self) -> ComplexArray:
         """Normals n of the polygon of the holes, Re n* e <= 1 for every hole and 1 for the ends of a side."""
-        found = [_normal(self.holes[i], self.holes[j]) for i, j in _near(self.angles)]
-        alone = [k for k in range(len(self.holes)) if not any(k in gap for gap in _near(self.angles))]
+        near = _near(self.angles)
+        found = [_normal(self.holes[i], self.holes[j]) for i, j in near]
+        alone = [k for k in range(len(self.holes)) if not any(k in gap for gap in near)]
         return np.array([*found, *self.holes[alone]], dtype=complex)
 
     @property

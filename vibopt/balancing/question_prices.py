@@ -77,7 +77,7 @@ def _solved(question: Question, most: float | None) -> Solved:
         from vibopt.balancing.split_weights import PROGRAM, solve_split, takes
 
         if takes(question):
-            return solve_split(question, None if most is None else Budget(int(most / PROGRAM) + 1, "programs", PROGRAM))
+            return solve_split(question, None if most is None else Budget(int(most / PROGRAM) + 1, "programs"))
     from vibopt.balancing.continuous import solve_continuous
 
     return solve_continuous(question)

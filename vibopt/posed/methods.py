@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.engine.counterweights import Box, Least, Lengths, into_box
+from vibopt.balancing.lengths import Box, Least, Lengths, into_box
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.errors import InputError
 from vibopt.posed import conic
@@ -145,7 +145,7 @@ def ran(program: NonlinearProgram, margin: float = 0.0) -> tuple[dict[str, Any],
 
 
 def _engine_by_ipopt(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
-    """The choices of an engine by IPOPT, in the place of `vibopt.balancing.engine.counterweights.least`."""
+    """The choices of an engine by IPOPT, in the place of `vibopt.balancing.lengths.least`."""
     paths = engine.plain_names(box)
     program = engine.smooth(goal, [(f"limit {k}", one) for k, one in enumerate(limits)], box, paths)
     word = ""

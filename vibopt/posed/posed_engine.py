@@ -13,9 +13,9 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.choose_weights import box_of, goal_table, lengths
-from vibopt.balancing.engine.counterweights import Box, Least, Lengths, into_box
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
+from vibopt.balancing.lengths import Box, Least, Lengths, into_box
 from vibopt.balancing.question import relative_gap
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import NonlinearProgram
@@ -56,7 +56,7 @@ def convex(goal: Lengths, limits: Limits, box: Box, paths: Sequence[str], *, mar
     def measure(one: Lengths, size: float) -> Any:
         rows = [column * (one.slope[:, k] / size) for k, column in enumerate(columns)]
         sizes = cp.abs(one.constant / size + sum(rows[1:], rows[0]))
-        return cp.max(sizes) if one.worst else cp.sum(sizes)
+        return cp.max(sizes) if one.by == "worst" else cp.sum(sizes)
 
     held = [conic.named(measure(one, one.limit or size_of(goal)) <= (1.0 - margin) * bool(one.limit), path)
             for path, one in limits]  # fmt: skip
@@ -76,7 +76,7 @@ def choices(problem: Any, box: Box, paths: Sequence[str]) -> FloatArray:
 
 
 def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
-    """The best choices by cvxpy, with our own bound, in the place of `vibopt.balancing.engine.counterweights.least`."""
+    """The best choices by cvxpy, with our own bound, in the place of `vibopt.balancing.lengths.least`."""
     paths, size = plain_names(box), size_of(goal)
     named = [(f"limit {k}", one) for k, one in enumerate(limits)]
     bound = -np.inf
@@ -152,11 +152,11 @@ class _Smooth:
                          (one.constant.imag / size, one.slope.imag / size))
         )  # fmt: skip
         squares = casadi.vertsplit(real**2 + imag**2)
-        if one.worst and bound is not None:
+        if one.by == "worst" and bound is not None:
             self.rows += [(path, row - bound**2) for row in squares]
             return None
-        heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in (squares[:1] if one.worst else squares)]
-        above = heads * len(squares) if one.worst else heads
+        heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in (squares[:1] if one.by == "worst" else squares)]
+        above = heads * len(squares) if one.by == "worst" else heads
         self.rows += [(path, row - head**2) for row, head in zip(squares, above, strict=True)]
         total = sum(heads[1:], heads[0])
         if bound is not None:

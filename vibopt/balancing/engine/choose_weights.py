@@ -9,11 +9,11 @@ from math import inf
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.balancing.engine.counterweights import Box, Least, Lengths, least
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
+from vibopt.balancing.lengths import Box, Least, Lengths, least
 from vibopt.errors import counted
 from vibopt.records import dataclass
 
@@ -186,7 +186,7 @@ def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, fi
     picks = np.zeros((len(box.caps), box.size), dtype=complex)
     for k in range(len(box.caps)):
         picks[k, start + 2 * k], picks[k, start + 2 * k + 1] = 1.0, 1j
-    kept = Lengths(goal.constant, goal.slope, goal.worst, first.value + 1e-8 * size)
+    kept = Lengths(goal.constant, goal.slope, goal.by, first.value + 1e-8 * size)
     weights = Lengths(np.zeros(len(box.caps), dtype=complex), picks)
     second = solver(weights, [*limits, kept], box)
     if second.x is None or first.x is None or weights.value(second.x) > weights.value(first.x) * (1.0 - 1e-6):
@@ -199,9 +199,9 @@ def lengths(table: EngineLimitTable, found: Arms, limit: float = inf) -> Lengths
     row, order = int(table.is_couple), table.of_order
     if order:
         if order >= found.constant.shape[2]:
-            return Lengths(np.zeros(1, dtype=complex), np.zeros((1, found.slope.shape[3]), dtype=complex), False, limit)
-        return Lengths(found.constant[row, :, order], found.slope[row, :, order], False, limit)
+            return Lengths(np.zeros(1, dtype=complex), np.zeros((1, found.slope.shape[3]), dtype=complex), "sum", limit)
+        return Lengths(found.constant[row, :, order], found.slope[row, :, order], "sum", limit)
     turn = np.linspace(0.0, 2.0 * np.pi, _SAMPLES, endpoint=False)
     constant = over_turn(found.constant, table.is_couple, turn)
     slope = np.array([over_turn(found.slope[..., k], table.is_couple, turn) for k in range(found.slope.shape[3])])
-    return Lengths(constant, slope.T.reshape(_SAMPLES, -1), True, limit)
+    return Lengths(constant, slope.T.reshape(_SAMPLES, -1), "worst", limit)

@@ -12,7 +12,6 @@ from vibopt.answer.answer import Answer, Nearest
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table
-from vibopt.balancing.engine.counterweights import least
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_prices import impasse, prices
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
@@ -27,6 +26,7 @@ from vibopt.balancing.engine.shaking import (
     of_order,
     peak,
 )
+from vibopt.balancing.lengths import least
 from vibopt.balancing.nearest import costing, left_words, nearest_by_factor, wider
 from vibopt.balancing.question_prices import allowance
 from vibopt.units import show, si_unit

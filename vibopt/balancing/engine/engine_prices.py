@@ -21,10 +21,10 @@ from vibopt.balancing.engine.choose_weights import (
     settings,
     size_of,
 )
-from vibopt.balancing.engine.counterweights import Lengths
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
+from vibopt.balancing.lengths import Lengths
 from vibopt.balancing.question_prices import ACTIVE, Bound, Step, clash, prices_of
 from vibopt.records import dataclass
 from vibopt.units import show, si_unit
