@@ -46,6 +46,7 @@ _MEANT = {
     "options": ("one_of",),
     "choices": ("one_of",),
     "file": ("catalogue", "readings"),
+    "headings": ("columns",),
 }
 """What users call a thing that has another name here; the first of them that is known is proposed."""
 _LISTED = 240

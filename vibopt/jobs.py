@@ -6,6 +6,7 @@ whether anything is chosen, and its answer.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
@@ -37,6 +38,8 @@ Progress = Callable[[str, float], None]
 POSED = ("cvxpy", "ipopt")
 """Methods that solve the program in the open (`vibopt.posed`)."""
 SCENE = "scene"
+_PERCENT = re.compile(r"\s*([+−-]?)\s*(\d+(?:\.\d+)?)\s*%\s*")
+"""A part of a number, "-20 %"."""
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
 NO_NAME = "No file is named: the name is empty. Name a problem file (.toml)."
 
@@ -90,15 +93,46 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
         A path that the job does not have, or a value that does not fit there.
     """
     document, now = job.document, job
+    read, notes = resolved(job, changes)
     written: set[str] = set()
-    for path, value in changes.items():
+    for path, value in read.items():
         part = None if inside(document, path) is not None else part_at(now, path)
         if part is not None and part.place in written:  # the text of its other numbers is not what it was
             now = cast(J, _read(document, Mistakes(job.name, None)))
             part = part_at(now, path)
         document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
         written |= {part.place} if part is not None else set()
-    return cast(J, _read(document, Mistakes(job.name, None), job))
+    made = cast(J, _read(document, Mistakes(job.name, None), job))
+    whole: Any = made
+    return cast(J, replace(whole, notes=(*whole.notes, *notes))) if notes else made
+
+
+def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The changes with "-20 %" of a number as the number, and how that was read.
+
+    Raises
+    ------
+    InputError
+        A part of a number without a sign, which may be meant in two ways.
+    """
+    read, notes = dict(changes), []
+    for path, value in changes.items():
+        said = _PERCENT.fullmatch(value) if isinstance(value, str) else None
+        fact = next((one for one in facts(job) if one.path == path), None) if said else None
+        if said is None or fact is None or fact.dimension in ("ratio", "level"):
+            continue
+        share = float(said[2]) / 100.0
+        new = {sign: f"{fact.now(1.0 + way * share)}" for sign, way in (("+", 1.0), ("-", -1.0))}
+        if not said[1]:
+            raise InputError(
+                f'{job.name}: {path} = "{value}" may be a part of {fact.now(1.0)} in two ways. Write "+{value}" for '
+                f'{new["+"]}, "-{value}" for {new["-"]}.'
+            )
+        read[path] = new[said[1].replace("−", "-")]
+        if not hasattr(job, "notes"):  # nowhere to say how it was read
+            raise InputError(f'{job.name}: {path} = "{value}" is a part of {fact.now(1.0)}. Write "{read[path]}".')
+        notes.append(f'{path}: "{value}" read as {read[path]}, from {fact.now(1.0)}')
+    return read, tuple(notes)
 
 
 def part_at(job: Job, path: str) -> FactAt | None:

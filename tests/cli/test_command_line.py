@@ -165,10 +165,10 @@ def test_an_unproven_answer_fails_when_proof_is_required(run: Run, press: str, m
 def test_a_fault_of_ours_is_one_sentence(run: Run, press: str, monkeypatch: pytest.MonkeyPatch) -> None:
     import vibopt.cli.solve_command as verb
 
-    def broken(scene: object, method: object) -> None:
+    def broken(asked: object) -> None:
         raise ZeroDivisionError("division\nby zero.")
 
-    monkeypatch.setattr(verb, "answer", broken)
+    monkeypatch.setattr(verb, "_answer", broken)
     text = "vibopt failed inside: ZeroDivisionError: division by zero. This is a fault of vibopt, not of your file."
     done = run("solve", press)
     assert (done.code, done.out, done.err) == (1, "", f"{text}\n")

@@ -54,7 +54,7 @@ def test_a_bad_place_is_told_before_anything_is_solved(
 ) -> None:
     import vibopt.cli.solve_command as verb
 
-    monkeypatch.setattr(verb, "answer", lambda *words: pytest.fail("solved"))
+    monkeypatch.setattr(verb, "_answer", lambda *words: pytest.fail("solved"))
     (tmp_path / "folder.svg").mkdir()
     done = run("plot", press, "-o", str(tmp_path / name))
     assert done.code == 2

@@ -21,7 +21,7 @@ def unsolved(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fails the test if anything is solved."""
     import vibopt.cli.solve_command as verb
 
-    monkeypatch.setattr(verb, "answer", lambda *words: pytest.fail("solved"))
+    monkeypatch.setattr(verb, "_answer", lambda *words: pytest.fail("solved"))
 
 
 def test_the_sheet_is_written_and_says_what_it_says(run: Run, tmp_path: Path) -> None:

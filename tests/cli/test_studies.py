@@ -62,7 +62,7 @@ def test_sweep_in_json_and_with_the_design_kept(run: Run, press: str) -> None:
         ("limits.start_up.at_most", "is no PATH=LOW..HIGH."),
         ("limits.start_up.at_most=5 mm", "is no range"),
         ("limits.start_up.at_least=5..6 mm", "there is no fact called limits.start_up.at_least"),
-        ("links.mount.damping=5..6 N s/m", "is to be chosen by vibopt"),
+        ("links.mount.damping=5..6 kN", "is a force, but a damping coefficient is needed here"),
     ],
 )
 def test_a_wrong_range_is_an_input_error(run: Run, press: str, vary: str, text: str) -> None:

@@ -15,7 +15,9 @@ import pytest
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError, counted, way_out
-from vibopt.jobs import _read, open_job
+from vibopt.jobs import _read, answer, open_job, with_changes
+from vibopt.study.sweep import sweep
+from vibopt.study.whatif import whatif
 from vibopt.work import TimeLimit
 
 ROOT = Path(__file__).parents[2] / "problems"
@@ -220,3 +222,86 @@ def test_a_time_limit_repeats_no_count() -> None:
 def test_what_users_call_a_thing_is_proposed_where_it_is_known() -> None:
     assert way_out("zeta", ["mass", "damping_ratio"]) == ' Did you mean "damping_ratio"?'
     assert way_out("zeta", ["mass", "speed"]) == " Known: mass, speed."
+
+
+def test_a_part_of_a_bound_is_read_as_the_bound_and_the_answer_says_so() -> None:
+    job: Any = open_job(PRESS, {"limits.floor_force.at_most": "-20 %"})
+    assert job.limits["floor_force"].at_most.value == 8000.0
+    assert job.notes[-1] == 'limits.floor_force.at_most: "-20 %" read as 8 kN, from 10 kN'
+    found = whatif(open_job(PRESS), {"limits.floor_force.at_most": "+20 %"})
+    assert dict(found.changes) == {"limits.floor_force.at_most": "12 kN"}
+
+
+@pytest.mark.parametrize(
+    ("file", "path", "value", "words"),
+    [
+        (PRESS, "limits.floor_force.at_most", "20 %",
+         'rao_9_34.toml: limits.floor_force.at_most = "20 %" may be a part of 10 kN in two ways. Write "+20 %" for '
+         '12 kN, "-20 %" for 8 kN.'),
+        (ROOT / "balancing" / "engine_share_capped.toml", "engine.speed", "+10 %",
+         'engine_share_capped.toml: engine.speed = "+10 %" is a part of 1500 rpm. Write "1650 rpm".'),
+    ],
+)  # fmt: skip
+def test_a_part_that_cannot_be_read_is_told_with_the_value(file: Path, path: str, value: str, words: str) -> None:
+    with pytest.raises(InputError) as wrong:
+        open_job(file, {path: value})
+    assert wrong.value.messages == (words,)
+
+
+def test_a_variable_that_is_varied_is_held_at_each_value() -> None:
+    """Each point is the answer with that value as a fact; a kept design is measured around it."""
+    path, job = "links.mount.damping", open_job(PRESS)
+    found = sweep(job, path, "15 kN s/m..21 kN s/m", 2)
+    assert found.held
+    for point, given in zip(found.points, ("15 kN s/m", "21 kN s/m"), strict=True):
+        alone = answer(with_changes(job, {path: given}))
+        assert (point.status, point.goal.value) == (alone.status, alone.goal[1].value)
+    around = sweep(job, path, "-10 %..+10 %", 3, keep_design=True)
+    chosen = answer(job).variables[path].value.value
+    assert around.points[1].value.value == pytest.approx(chosen, rel=1e-11)
+    assert [one.status for one in around.points][1] in ("met", "violated")
+
+
+OTHER = {
+    "spring": ("stiffness [N/mm]", "Federrate"), "load": ("rated load max [N]", "Traglast (N)"),
+    "what": ("note;", "Farbe;"),
+}  # fmt: skip
+
+
+def renamed(folder: Path, columns: str) -> Path:
+    """The compressor on the same parts under other headings, with `columns` of its part."""
+    file = parts(folder, **OTHER)
+    text = file.read_text(encoding="utf-8")
+    old = 'catalogue = "mounts.csv" }'
+    assert old in text
+    file.write_text(text.replace(old, f'catalogue = "mounts.csv", columns = {columns} }}'), encoding="utf-8")
+    return file
+
+
+def test_a_catalogue_with_other_headings_is_read_by_the_names_that_the_file_gives(tmp_path: Path) -> None:
+    columns = '{ stiffness = "Federrate [N/mm]", rated_load_max = "Traglast", note = ["Farbe"] }'
+    other: Any = open_job(renamed(tmp_path, columns))
+    plain: Any = open_job(COMPRESSOR)
+    both = [one.links["feet"].part.parts for one in (other, plain)]
+    assert both[0].names == both[1].names
+    assert {key: one.tolist() for key, one in both[0].columns.items()} == {
+        key: one.tolist() for key, one in both[1].columns.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ('{ stifness = "Federrate [N/mm]" }',
+         'mounts.csv row 1: columns names "stifness", which is no column of a catalogue. Did you mean "stiffness"?'),
+        ('{ note = "Farbton" }',
+         'mounts.csv row 1: has no column "Farbton". It has "Farbe", "part", "rated load min [N]", "Traglast (N)", '
+         '"Federrate", "shear stiffness [N/mm]", "static stiffness [N/mm]", "loss factor", "tolerance [%]", '
+         '"price [EUR]".'),
+        ("{ note = 3 }",
+         'links.feet.part.columns = { note = 3 } is no table of headings. Write { stiffness = "Federrate [N/mm]", '
+         'note = ["Farbe"] }.'),
+    ],
+)  # fmt: skip
+def test_wrong_columns_are_told_with_those_of_the_file(columns: str, words: str, tmp_path: Path) -> None:
+    assert f"slip.toml line 15: {words}" in said_of(renamed(tmp_path, columns))

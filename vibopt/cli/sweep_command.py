@@ -143,7 +143,7 @@ def _list(result: Sweep, console: Console) -> None:
         rows.append((point.value.shown, point.status, *goal, *bought, *values, _tight(point.margins)))
     names = [path.split(".", 1)[-1] for path in (*parts, *paths)]
     heads = ("Value", "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
-    console.print(f"{result.path} varied")
+    console.print(f"{result.path} varied{', a variable that is held at each value' if result.held else ''}")
     console.print(grid(rows, heads))
     if step > 1:
         console.print(f"One in {step} of {len(result.points)} points is shown; --csv FILE writes all of them.")

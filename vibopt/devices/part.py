@@ -61,11 +61,28 @@ def sentences(texts: tuple[str, ...]) -> PydanticCustomError:
     return PydanticCustomError("sentences", "{text}", {"text": "\n".join(texts)})
 
 
-def catalogue_of(file: FilePath) -> Catalogue:
-    """The parts of a file."""
+def _headings(given: object) -> object:
+    if given is not None and not _are_headings(given):
+        raise complaint('is no table of headings. Write { stiffness = "Federrate [N/mm]", note = ["Farbe"] }.')
+    return given
+
+
+def _are_headings(given: object) -> bool:
+    """Whether it is a table of texts, or of lists of texts."""
+    rows = list(given.values()) if isinstance(given, Mapping) else [None]
+    listed = [text for one in rows for text in (one if isinstance(one, list) else [one])]
+    return all(isinstance(one, str) for one in listed)
+
+
+Columns = Annotated[dict[str, str | list[str]], BeforeValidator(_headings)]
+
+
+def catalogue_of(file: FilePath, columns: Columns | None = None) -> Catalogue:
+    """The parts of a file whose columns may have other headings."""
     from vibopt.values.catalogue import catalogue_of as read
 
-    return read(file)
+    told = {name: (one,) if isinstance(one, str) else tuple(one) for name, one in (columns or {}).items()}
+    return read(file, tuple(told.items()))
 
 
 def _catalogue(given: object, info: ValidationInfo) -> FilePath:
@@ -75,7 +92,7 @@ def _catalogue(given: object, info: ValidationInfo) -> FilePath:
         raise complaint('is no file name. Write it in quotation marks: "mounts.csv".')
     file = FilePath(getattr(given, "folder", "")) / given
     try:
-        catalogue_of(file)
+        catalogue_of(file, info.data.get("columns"))
     except InputError as error:
         raise sentences(error.messages) from None
     return file
@@ -98,6 +115,8 @@ class Part(Table):
     Keys
     ----
     catalogue: CSV file of parts, beside the problem file: `catalogue = "mounts.csv"`.
+    columns: Where its headings are others: what each column holds, by its name here, with the unit where the heading
+        has none: `columns = { stiffness = "Federrate [N/mm]", note = ["Farbe", "Lager"] }`.
     name: The one part that it is: `name = "S60-60"`. Without it the best is chosen.
     only: Parts among which to choose: `only = ["S60-60", "R60-55"]`. Not beside `name`.
     """
@@ -105,6 +124,7 @@ class Part(Table):
     printed_in_catalogue: ClassVar[bool] = True
     model_config = ConfigDict(**{**Table.model_config, "json_schema_extra": _asked})
 
+    columns: Columns | None = None
     catalogue: CatalogueFile
     name: str | None = None
     only: list[str] | None = None
@@ -128,8 +148,11 @@ class Part(Table):
         file = given.get("catalogue")
         if not isinstance(file, (str, FilePath)):
             return given
+        told = given.get("columns")
+        if not _are_headings(told or {}):
+            return given
         try:
-            whole = catalogue_of(FilePath(getattr(file, "folder", "")) / file)
+            whole = catalogue_of(FilePath(getattr(file, "folder", "")) / file, told)
         except InputError:
             return given
         parts = among(whole, given)
@@ -138,7 +161,7 @@ class Part(Table):
     @property
     def parts(self) -> Catalogue:
         """The parts that may be chosen."""
-        return among(catalogue_of(self.catalogue), {"name": self.name, "only": self.only})
+        return among(catalogue_of(self.catalogue, self.columns), {"name": self.name, "only": self.only})
 
     @property
     def fixed(self) -> bool:

@@ -106,7 +106,8 @@ def fact_at(scene: Scene, path: str) -> FactAt:
     known = list(facts(scene))
     if path in chosen and path not in {one.path for one in known}:
         raise InputError(
-            f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or write a value there first."
+            f"{path} is to be chosen by vibopt, so it is no fact. Name a fact, or a variable with a range of its own "
+            "without tolerance."
         )
     return fact_among(known, path)
 

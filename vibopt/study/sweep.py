@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError, QuantityError
 from vibopt.jobs import answer, fact_at, is_open, is_scene, with_changes
 from vibopt.records import dataclass
@@ -30,6 +32,7 @@ MOST_POINTS = 100_000
 FEWEST_TOGETHER = 12
 """Fewer points than this are answered one by one."""
 _SAME = 1e-9
+_PART = re.compile(r"\s*([+-] ?\d+(?:\.\d+)?)\s*%\s*")
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,8 @@ class Sweep:
         What is varied, in the unit of the range asked for.
     goal
         Name of the goal, "" for an analysis.
+    held
+        Whether it is a variable that is held at each value, and no fact.
     """
 
     job: Job
@@ -47,6 +52,7 @@ class Sweep:
     points: Sequence[Point]
     goal: str
     keep_design: bool = False
+    held: bool = False
 
     @property
     def path(self) -> str:
@@ -83,10 +89,10 @@ def sweep(
     job
         A scene or a balancing job as it is.
     vary
-        Path of a fact, "limits.start_up.at_most".
+        Path of a fact, "limits.start_up.at_most", or of a variable, which is then held at each value.
     low_high
-        Its range, "5 mm..30 mm"; evenly spaced in its unit, in dB too; by equal ratios where it spans more than a
-        factor 100 and is not in dB.
+        Its range, "5 mm..30 mm", or parts of what it is now, "-20 %..+20 %"; evenly spaced in its unit, in dB too; by
+        equal ratios where it spans more than a factor 100 and is not in dB.
     points
         How many values, both ends included.
     keep_design
@@ -106,12 +112,34 @@ def sweep(
         raise InputError(
             f"{job.name}: sweep needs a goal or limits to measure; find_all answers with speeds: use whatif instead."
         )
-    fact = fact_at(job, vary)
-    low, high = _ends(fact, low_high, points)
+    base = kept(job, answer(job, explain=False)) if keep_design and is_open(job) else None
+    held = _is_variable(job, vary)
+    if held and base is None:
+        job = with_changes(job, {vary: low_high.rpartition("..")[2].strip()})
+    fact = fact_at(job if base is None else base, vary) if held else fact_at(job, vary)
+    low, high = _ends(fact, _absolute(fact, low_high), points)
     fact = replace(fact, unit=high.unit)
     values = np.array(_values(fact, low.value, high.value, points))
-    base = kept(job, answer(job, explain=False)) if keep_design and is_open(job) else job
-    return Sweep(job, fact, _answered(base, fact, values, progress, answered), goal_word(base), keep_design)
+    base = job if base is None else base
+    return Sweep(job, fact, _answered(base, fact, values, progress, answered), goal_word(base), keep_design, held)
+
+
+def _is_variable(job: Job, path: str) -> bool:
+    """Whether a number is chosen from a range of its own, so that it can be held at each value in turn."""
+    chosen = next((one.choice for one in job.variables if one.path == path), None) if is_scene(job) else None
+    return (
+        chosen is not None
+        and not (chosen.options or chosen.whole or chosen.tolerance)
+        and (inside(job.document, path) is not None)
+    )
+
+
+def _absolute(fact: FactAt, low_high: str) -> str:
+    """A range of parts of a number, "-20 %..+20 %", as the range of the number."""
+    ends = [_PART.fullmatch(one) for one in low_high.split("..")]
+    if len(ends) != 2 or fact.dimension in ("ratio", "level") or None in ends:
+        return low_high
+    return "..".join(fact.now(1.0 + float(one[1].replace(" ", "")) / 100.0) for one in ends if one is not None)
 
 
 def answer_at(sweep: Sweep, value: float) -> Point:

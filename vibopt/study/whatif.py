@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibopt.errors import InputError
-from vibopt.jobs import answer, is_scene, noun_of, with_changes
+from vibopt.jobs import answer, is_scene, noun_of, resolved, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.rounded_plan import drawn
@@ -73,6 +73,7 @@ def whatif(
         A path or value that does not fit, or no design to keep.
     """
     changed = with_changes(job, changes)
+    changes = resolved(job, changes)[0]
     if rounding and not keep_design:
         raise InputError("--round goes with --keep-design: what is chosen anew has no rounded values to keep. Add it.")
     if not keep_design:

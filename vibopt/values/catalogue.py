@@ -130,8 +130,12 @@ class Column:
     scale: Scale = _PLAIN
 
 
-def catalogue_of(file: FilePath) -> Catalogue:
-    """The catalogue of a CSV file; read once as long as the file does not change.
+Renamed = tuple[tuple[str, tuple[str, ...]], ...]
+"""By the name of a column here, the headings that the file has for it."""
+
+
+def catalogue_of(file: FilePath, renamed: Renamed = ()) -> Catalogue:
+    """The catalogue of a CSV file, with other headings if need be; read once as long as the file does not change.
 
     Raises
     ------
@@ -139,7 +143,7 @@ def catalogue_of(file: FilePath) -> Catalogue:
         It is not there, empty, or has mistakes; the texts say row and column.
     """
     try:
-        found = _once(file, stamp_of(file, SHEET))
+        found = _once(file, stamp_of(file, SHEET), renamed)
     except FileFault as fault:
         raise InputError(f"{shown_name(file if fault.missing else file.name)} {fault.text}") from None
     if isinstance(found, Catalogue):
@@ -148,21 +152,23 @@ def catalogue_of(file: FilePath) -> Catalogue:
 
 
 @lru_cache(maxsize=32)
-def _once(file: FilePath, stamp: Stamp) -> Catalogue | tuple[str, ...]:
+def _once(file: FilePath, stamp: Stamp, renamed: Renamed) -> Catalogue | tuple[str, ...]:
     """The catalogue of a file as it is now, or its mistakes."""
     try:
-        return _read(file)
+        return _read(file, renamed)
     except InputError as error:
         return error.messages
 
 
-def _read(file: FilePath) -> Catalogue:
+def _read(file: FilePath, renamed: Renamed) -> Catalogue:
     sheet, said = sheet_of(file), _Said(file.name)
     if not sheet.rows:
         raise InputError(
             f"{file.name} is empty. Its first row names the columns: part, rated load max [N], stiffness [N/mm], ..."
         )
     (head_row, heads), *body = sheet.rows
+    heads = _with_our_names(heads, renamed, head_row, said)
+    said.raise_any()
     columns = _columns(heads, head_row, said)
     if not body:
         said.add(head_row, None, "there is no part below the heading. Add one row a part.")
@@ -170,6 +176,27 @@ def _read(file: FilePath) -> Catalogue:
         said.add(head_row, None, f"there are {len(body)} parts, more than the {MOST_PARTS} that are read.")
     said.raise_any()
     return _parts(file.name, sheet, columns, body, said)
+
+
+def _with_our_names(heads: tuple[str, ...], renamed: Renamed, row: int, said: _Said) -> tuple[str, ...]:
+    """Headings by the names they have here, each with the unit of the file or, without any, of the problem file."""
+    new = list(heads)
+    for ours, theirs in renamed:
+        if _plain_name(ours) not in _KNOWN:
+            said.add(row, None, f'columns names "{ours}", which is no column of a catalogue.{_near(_plain_name(ours))}')
+            continue
+        for one in theirs:
+            name, unit = heading_of(one)
+            places = [
+                k for k, head in enumerate(heads) if head in (one, name) or (not unit and heading_of(head)[0] == one)
+            ]
+            if len(places) != 1:
+                listed = ", ".join(_quoted(head) for head in heads if head)
+                said.add(row, None, f'has {"no column" if not places else "several columns"} "{one}". It has {listed}.')
+                continue
+            unit = heading_of(heads[places[0]])[1] or unit
+            new[places[0]] = f"{ours} [{unit}]" if unit and _plain_name(ours) in _BY_HEADING else ours
+    return tuple(new)
 
 
 def _quoted(text: str) -> str:

@@ -40,6 +40,11 @@ class FactAt:
             return int(value) if self.dimension == "count" and value.is_integer() else value
         return f"{to_unit(value, self.unit, self.dimension):.17g} {self.unit}"
 
+    def now(self, times: float) -> str:
+        """The value times a factor in the unit of the file, to twelve digits: "8 kN"."""
+        value = times * self.value
+        return f"{to_unit(value, self.unit, self.dimension) if self.unit else value:.12g} {self.unit}".rstrip()
+
     def changes(self, value: float) -> dict[str, str | float]:
         """What to put into the document, by path, for a value [SI]."""
         return {self.place: self.around.format(self.text(value))} if self.place else {self.path: self.text(value)}
