@@ -130,3 +130,28 @@ def test_the_long_report_is_not_rounded(run: Run, tmp_path: Path) -> None:
     done = run("report", GENSET, "--round", "3", "-o", str(tmp_path / "page.html"))
     assert done.code == 2
     assert done.err == ("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.\n")
+
+
+def test_the_paper_is_said_and_the_machine_stands_in_the_report(run: Run, tmp_path: Path) -> None:
+    file, target = str(ROOT / "isolation" / "rao_9_34.toml"), tmp_path / "page.html"
+    assert run("report", file, "-o", str(target), "--paper", "letter").code == 0
+    page = target.read_text(encoding="utf-8")
+    assert "@page { size: letter;" in page
+    assert 'aria-label="The machine"' in page
+    assert run("report", file, "--sheet", "-o", str(target), "--force").code == 0
+    assert "@page { size: A4;" in target.read_text(encoding="utf-8")
+
+
+def test_the_sketch_of_a_machine_is_a_picture_of_its_own(run: Run, tmp_path: Path) -> None:
+    file, target = str(ROOT / "isolation" / "rao_9_34.toml"), tmp_path / "press.svg"
+    assert run("plot", file, "--sketch", "-o", str(target)).code == 0
+    words = target.read_text(encoding="utf-8")
+    for said in ("press 300 kg", "6957 kN/m", "ground", "30 kN, 3000 rpm", "Looked at"):
+        assert said in words
+    done = run("plot", file, "--sketch", "--map", "-o", str(tmp_path / "both.svg"))
+    assert done.err == "--sketch draws the machine and --map two of its numbers: leave one of them out.\n"
+    rotor = str(ROOT / "balancing" / "fan_16_blades.toml")
+    done = run("plot", rotor, "--sketch", "-o", str(tmp_path / "fan.svg"))
+    assert done.code == 2
+    said = "--sketch draws machines; here the plot has the shaft in it. Leave --sketch out.\n"
+    assert done.err.endswith(said)

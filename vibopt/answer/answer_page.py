@@ -17,8 +17,8 @@ TEMPLATE = Path(__file__).with_name("page.html.j2")
 TO_MEASURE = "Measured"
 PAGE, LEAST, MOST = 18.5, 5.0, 13.5
 """What a page to sign has for its picture and its rows, and how small and large the picture may be [cm]."""
-NARROW = 42
-"""Letters of a table that stands beside another one on a page to sign."""
+NARROW, LONG = 42, 30
+"""Letters of a table that stands beside another one, on a page to sign and in a report of more rows than that."""
 _REFERENCE = re.compile(r'(\bid="|url\(#|href="#)')
 
 Pairs = Sequence[tuple[str, Sequence[tuple[str, str]]]]
@@ -32,6 +32,7 @@ def html(
     on: date | None = None,
     also: Pairs | None = None,
     sheet: bool = False,
+    paper: str = "A4",
 ) -> str:
     """The page.
 
@@ -48,6 +49,8 @@ def html(
     sheet
         Whether it is for the shop floor: closely set, one picture, room for what is then measured, and none of the
         facts of the file.
+    paper
+        "A4" or "letter": what it is printed on.
     """
     from jinja2 import Environment, StrictUndefined
 
@@ -55,7 +58,7 @@ def html(
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     words = _words(answer, sheet, also or ())
     said = {"changes": list(changes), "date": (on or date.today()).isoformat(), "sheet": sheet, "version": version()}
-    return template.render(**words, **said, room=_room(words))
+    return template.render(**words, **said, room=_room(words), paper=paper)
 
 
 def _room(words: Mapping[str, Any]) -> float:
@@ -73,6 +76,8 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
     titles = {one.title for one in blocks}
     blocks += [Block(title, rows=tuple(rows)) for title, rows in also if title not in titles]
     document = answer.job.document
+    stand = [one for one in blocks if _stands(one, sheet)]
+    close = sheet or sum(len(one.rows) for one in stand) > LONG
     figures = [
         Markup(inline(svg, "plan" if sheet else f"f{index}", title))
         for index, (title, svg) in enumerate(views.figures(answer, compact=sheet))
@@ -89,7 +94,7 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
         "lead": [line for one in blocks if one.kind == LEAD for line in one.lines],
         "warnings": [line for one in blocks if one.title == WARNING for line in one.lines],
         "todo": [line for one in blocks if one.kind == TODO for line in one.lines],
-        "tables": [_table(one, sheet) for one in blocks if _stands(one, sheet)],
+        "tables": [_table(one, sheet, close) for one in stand],
         "foot": [one for one in blocks if one.kind == FOOT],
         "figures": figures,
         "signs": () if answer.status in EMPTY else views.signs(answer),
@@ -102,8 +107,8 @@ def _stands(block: Block, sheet: bool) -> bool:
     return block.kind in (TABLE, TEXT) and block.title != WARNING and (block.on_sheet or not sheet)
 
 
-def _table(block: Block, sheet: bool) -> dict[str, Any]:
-    """A table for the page; on a sheet with an empty column for what is then measured."""
+def _table(block: Block, sheet: bool, close: bool) -> dict[str, Any]:
+    """A table for the page, beside others where all is set closely; on a sheet with an empty column to fill in."""
     measured = bool(sheet and block.rows and block.measured)
     return {
         "title": block.title,
@@ -111,7 +116,7 @@ def _table(block: Block, sheet: bool) -> dict[str, Any]:
         "heads": (*block.heads, TO_MEASURE) if measured else block.heads,
         "rows": [[cell.split("\n") for cell in row] for row in block.rows],
         "measured": measured,
-        "wide": bool(not sheet or measured or block.lines or _width(block) > NARROW),
+        "wide": bool(not close or measured or block.lines or _width(block) > NARROW),
     }
 
 

@@ -54,6 +54,7 @@ def _map_of(args: list[str]) -> Iterator[str]:
     metavar="[absorbers.NAME]",
     help="Draw the plane of the two design variables instead, or of tuning and damping of one absorber.",
 )
+@click.option("--sketch", is_flag=True, help="Draw the machine instead: what stands on what, what shakes it.")
 @method
 @limited
 @changes
@@ -64,13 +65,14 @@ def plot(
     file: str,
     output: str,
     as_map: str | None,
+    sketch: bool,
     method: str | None,
     changes: tuple[str, ...],
     fresh: bool,
     force: bool,
     as_json: bool,
 ) -> int:
-    """Draw the responses of the answer against speed, with forbidden zones and worst points.
+    """Draw the responses of the answer against speed, with forbidden zones and worst points; or the machine.
 
     With absorbers also without them, and the stroke of each and the natural frequencies.
 
@@ -80,11 +82,33 @@ def plot(
     """
     from vibopt.cli.solve_command import answered
 
+    if sketch and as_map is not None:
+        raise InputError("--sketch draws the machine and --map two of its numbers: leave one of them out.")
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
     found = answered(Asked(file, job, changes, method), fresh=fresh)
-    write_file(target, _drawn(found, job, as_map, format_of(target, FORMATS)))
+    form = format_of(target, FORMATS)
+    write_file(target, _sketched(found, form) if sketch else _drawn(found, job, as_map, form))
     return _done(found, target, as_json)
+
+
+def _sketched(found: Answer[Any], form: str) -> bytes:
+    """The machine; of a rotor, a shaft or an engine it is a part of its one picture."""
+    from vibopt.jobs import is_scene
+    from vibopt.report.figures import saved
+    from vibopt.report.space_views import machine_figure
+
+    if not is_scene(found.job):
+        raise InputError(
+            f"{found.name}: --sketch draws machines; here the plot has the shaft in it. Leave --sketch out."
+        )
+    figure = machine_figure(found, found.title)
+    if figure is None:
+        why = (
+            "no places are known without a design" if not found.x else "there is nothing but single bodies, or too many"
+        )
+        raise InputError(f"{found.name}: there is no sketch: {why}.")
+    return saved(figure, form)
 
 
 def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes:
@@ -151,12 +175,13 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
 
 @click.command(cls=Once)
 @file
-@click.option("-o", "--output", metavar="FILE", required=True, help="Page to write: .html, with --sheet also .pdf.")
+@click.option("-o", "--output", metavar="FILE", required=True, help="Page to write: .html or .pdf.")
 @click.option(
     "--sheet",
     is_flag=True,
-    help="One printed page of A4 to sign: machine, mounts and loads, natural frequencies, every limit; or what to fit.",
+    help="One printed page to sign: machine, mounts and loads, natural frequencies, every limit; or what to fit.",
 )
+@click.option("--paper", type=click.Choice(("A4", "letter"), case_sensitive=False), default="A4", help="Paper (A4).")
 @method
 @limited
 @changes
@@ -168,6 +193,7 @@ def report(
     file: str,
     output: str,
     sheet: bool,
+    paper: str,
     method: str | None,
     changes: tuple[str, ...],
     rounding: tuple[str, ...],
@@ -175,9 +201,9 @@ def report(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Write the answer as one page that can be printed and signed (one HTML file, nothing outside it).
+    """Write the answer as a page that can be printed and signed (one HTML file, nothing outside it; or a PDF).
 
-    With --sheet it is one page of A4 to sign: a machine on its mounts, or what to do with a rotor, a shaft or an
+    With --sheet it is one page to sign: a machine on its mounts, or what to do with a rotor, a shaft or an
     engine, with room for what is then measured; with --round its values are those on the drawing.
 
     Exit code: that of the answer.
@@ -187,63 +213,74 @@ def report(
     if rounding and not sheet:
         raise InputError("--round goes with --sheet: the report has the exact values. Add --sheet, or leave it out.")
     job = read_job(file, changes)
-    target = checked_target(output, (*PAGES, ".pdf") if sheet else PAGES, force=force)
-    found: Answer[Any]
+    target = checked_target(output, (*PAGES, ".pdf"), force=force)
+    program = _browser(job, target, sheet)
+    asked = Asked(file, job, changes, method)
     if sheet:
-        found, page = _sheet(target, Asked(file, job, changes, method), rounding, fresh=fresh)
+        found = _for_a_sheet(asked, rounding, fresh=fresh)
+        page = _sheet(asked, found, program, target, paper)
     else:
-        found = answered(Asked(file, job, changes, method), fresh=fresh, prices=True)
-        page = _page(found, changes).encode()
+        found = answered(asked, fresh=fresh, prices=True)
+        page = _paged(_page(found, changes, paper), program, target)
     write_file(target, page)
     return _done(found, target, as_json)
 
 
-def _sheet(target: Path, asked: Asked, rounding: tuple[str, ...], *, fresh: bool) -> tuple[Answer[Any], bytes]:
-    """The page to sign; what cannot be printed is refused before anything is solved."""
-    from vibopt.answer.answer import EMPTY
-    from vibopt.cli.solve_command import answered
+def _browser(job: Job, target: Path, sheet: bool) -> str:
+    """What prints a PDF, "" of a page of HTML; what cannot be printed is refused before anything is solved."""
     from vibopt.jobs import is_scene
     from vibopt.report.sheet import asks_for_one_design, browser
 
-    job = asked.job
-    if is_scene(job):
+    if sheet and is_scene(job):
         asks_for_one_design(job)
-    program = browser(str(target)) if target.suffix.lower() == ".pdf" else ""
+    return browser(str(target)) if target.suffix.lower() == ".pdf" else ""
+
+
+def _for_a_sheet(asked: Asked, rounding: tuple[str, ...], *, fresh: bool) -> Answer[Any]:
+    """What is signed: with the values of the drawing where they are rounded."""
+    from vibopt.answer.answer import EMPTY
+    from vibopt.cli.solve_command import answered
+
     found = answered(asked, fresh=fresh)
     if found.status in EMPTY:
         found = answered(asked, fresh=fresh, prices=found)
     if rounding and found.status not in EMPTY:
         from vibopt.study.rounded_plan import drawn
 
-        found = drawn(job, found, rounding).design
-    return found, _printed(asked.file, found, program, target, asked.changes)
+        found = drawn(asked.job, found, rounding).design
+    return found
 
 
-def _printed(file: str, found: Answer[Any], program: str, target: Path, changes: tuple[str, ...]) -> bytes:
+def _paged(page: str, program: str, target: Path) -> bytes:
+    from vibopt.report.sheet import pdf
+
+    return pdf(page, program, str(target)) if program else page.encode()
+
+
+def _sheet(asked: Asked, found: Answer[Any], program: str, target: Path, paper: str) -> bytes:
     """The sheet of a machine on its mounts, or what to do with a rotor, a shaft or an engine for the shop floor."""
     from vibopt.answer.answer_page import html as page_of
     from vibopt.jobs import is_scene
-    from vibopt.report.sheet import digests_of, html, pdf, printed
+    from vibopt.report.sheet import digests_of, html, printed
 
     if not is_scene(found.job):
-        page = page_of(found, changes=changes, sheet=True)
-        return pdf(page, program, str(target)) if program else page.encode()
-    digests = digests_of(file, found.job)
+        return _paged(page_of(found, changes=asked.changes, sheet=True, paper=paper), program, target)
+    digests = digests_of(asked.file, found.job)
     if program:
-        return printed(found, program, str(target), digests=digests, changes=changes)
-    return html(found, digests=digests, changes=changes).encode()
+        return printed(found, program, str(target), digests=digests, changes=asked.changes, paper=paper)
+    return html(found, digests=digests, changes=asked.changes, paper=paper).encode()
 
 
-def _page(found: Answer[Any], changes: tuple[str, ...]) -> str:
+def _page(found: Answer[Any], changes: tuple[str, ...], paper: str) -> str:
     from vibopt.answer.answer_page import html
     from vibopt.jobs import is_scene
 
     if not is_scene(found.job):
-        return html(found, changes=changes)
+        return html(found, changes=changes, paper=paper)
     from vibopt.study.absorbers import study_absorbers
 
     studied = study_absorbers(found)
-    return html(found, changes=changes, also=None if studied is None else studied.blocks)
+    return html(found, changes=changes, also=None if studied is None else studied.blocks, paper=paper)
 
 
 def _done(found: Answer[Any], target: Path, as_json: bool) -> int:

@@ -177,14 +177,17 @@ def _reduced(design: Design) -> bool:
 
 
 def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
-    """Title and SVG of every panel, then of the design map; none where values mean nothing."""
+    """Title and SVG of the machine, of every panel and map; only the first where values mean nothing."""
     from vibopt.report.curves import panels
     from vibopt.report.design_plane import absorbers_with_map, plane
     from vibopt.report.figures import below, plane_figure, response_figure, saved
+    from vibopt.report.space_views import machine_figure
 
+    machine = machine_figure(design, "The machine")
+    drawn = [("The machine", machine)] if machine is not None else []
     if design.status == "unbounded":
-        return []
-    drawn = [(panel.title, response_figure([panel])) for panel in panels(design)]
+        return [(title, saved(figure, "svg").decode()) for title, figure in drawn]
+    drawn += [(panel.title, response_figure([panel])) for panel in panels(design)]
     drawn += [(one.title, response_figure([], "", [one])) for one in below(design)]
     for mapped in filter(None, (plane(design, name) for name in absorbers_with_map(design) or ("",))):
         drawn.append((mapped.title, plane_figure(mapped)))

@@ -58,6 +58,7 @@ class Canvas:
         """A line in the middle of the page."""
         y = 1.0 - (self.used + 0.5 * height) / self.height
         weight = "bold" if bold else "normal"
+        size = min(size, 72.0 * self.width / (LETTER * max(len(words), 1)))
         self.figure.text(0.5, y, words, ha="center", va="center", fontsize=size, fontweight=weight, color=INK)
         self.down(height)
 
@@ -110,7 +111,7 @@ def captions(
         row = order[level::levels]
         y = start + away * (0.16 + level * tall)
         for k, x in zip(
-            row, _along([words[k][0] for k in row], [wide(words[k][1], size) for k in row], span), strict=True
+            row, along([words[k][0] for k in row], [wide(words[k][1], size) for k in row], span), strict=True
         ):
             axes.plot([words[k][0], x], [start, y], color=FAINT, lw=0.5, zorder=2)
             axes.text(x, y, words[k][1], ha="center", va="bottom" if away > 0 else "top", fontsize=size, color=INK,
@@ -128,7 +129,7 @@ def caption_height(words: Sequence[str], levels: int, size: float) -> float:
     return levels * (LINE * lines * size / 72.0 + 0.05)
 
 
-def _along(wanted: Sequence[float], widths: Sequence[float], span: tuple[float, float]) -> list[float]:
+def along(wanted: Sequence[float], widths: Sequence[float], span: tuple[float, float]) -> list[float]:
     """Middles from left to right near where they are wanted, apart and within the span."""
     found = [-one for one in spread([-x for x in wanted], widths)]
     high = span[1]
@@ -142,4 +143,18 @@ def _along(wanted: Sequence[float], widths: Sequence[float], span: tuple[float, 
     return found
 
 
-__all__ = ["Box", "Canvas", "caption_height", "captions", "captions_levels", "spread", "wide"]
+def fitted_rows(labels: Sequence[tuple[float, float]], width: float) -> list[tuple[int, float]]:
+    """Line and left end of words (left end wanted, width): in the lowest line where they cover no others."""
+    found: dict[int, tuple[int, float]] = {}
+    ends: list[list[tuple[float, float]]] = []
+    for k in sorted(range(len(labels)), key=lambda k: labels[k][0]):
+        x, size = labels[k]
+        x = max(min(x, width - size - 0.02), 0.02)
+        row = next((i for i, some in enumerate(ends) if all(x > b or x + size < a for a, b in some)), len(ends))
+        ends.extend([[]] if row == len(ends) else [])
+        ends[row].append((x, x + size))
+        found[k] = row, x
+    return [found[k] for k in range(len(labels))]
+
+
+__all__ = ["Box", "Canvas", "along", "caption_height", "captions", "captions_levels", "fitted_rows", "spread", "wide"]

@@ -8,8 +8,8 @@ from typing import Any
 
 SIZES = (9.4, 8.9, 8.4, 7.9, 7.4, 6.9, 6.4)
 """Size of the letters by density [pt]; the template sets the page in them."""
-HEIGHT, WHOLE, HALF = 793.0, 520.0, 250.0
-"""Text area of A4 within the margins of the template, and one of its two columns [pt]."""
+HEIGHTS, WHOLE, HALF = {"A4": 793.0, "letter": 743.0}, 520.0, 250.0
+"""Text area of each paper within the margins of the template, and one of its two columns [pt]."""
 ROOM = 0.98
 """Part of the height that an estimate may fill."""
 LETTER = 0.47
@@ -24,7 +24,9 @@ WORDS = 0.88
 
 def density_of(said: Mapping[str, Any]) -> int:
     """The roomiest density at which everything that is said fits on one page; the closest where nothing does."""
-    return next((i for i, size in enumerate(SIZES) if height_of(said, size) <= ROOM * HEIGHT), len(SIZES) - 1)
+    return next(
+        (i for i, size in enumerate(SIZES) if height_of(said, size) <= ROOM * HEIGHTS[said["paper"]]), len(SIZES) - 1
+    )
 
 
 def height_of(said: Mapping[str, Any], size: float) -> float:

@@ -9,8 +9,9 @@ from vibopt.answer.entry import Checked
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.report.absorber_parts import chosen_in
+from vibopt.report.figures.paper import short
 from vibopt.report.machine_words import goal_words, listed, loosening_words, model_words, notes_of, off_words
-from vibopt.report.sheet.mount_plan import said, short
+from vibopt.report.sheet.mount_plan import said
 from vibopt.scene.scene import MINIMISE, Design
 from vibopt.scene.uncertain import Uncertain, uncertain, uncertain_at
 from vibopt.units import plain, show

@@ -14,13 +14,16 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.report import isolators
 from vibopt.report.figures import saved
+from vibopt.report.figures.paper import short
+from vibopt.report.machine_parts import sketch_of
 from vibopt.report.mode_shapes import shapes_of
+from vibopt.report.mount_spots import spots_of, sums_of
 from vibopt.report.sheet.fit import SIZES, density_of
 from vibopt.report.sheet.judgement import assumptions_of, limit_rows, measure_rows, proof_of, verdict_of
 from vibopt.report.sheet.machine_tables import body_rows, excitation_rows
-from vibopt.report.sheet.mount_plan import plan_figure, short, spots_of, sums_of
+from vibopt.report.sheet.mount_plan import plan_figure
 from vibopt.report.sheet.printing import pages_of, pdf
-from vibopt.report.sheet.schematic import schematic_figure
+from vibopt.report.sketch import sketch_figure
 from vibopt.report.what_to_build import build_rows, machine_in
 from vibopt.scene.places import turning
 from vibopt.scene.scene import Design, Scene
@@ -42,6 +45,7 @@ def html(
     changes: Sequence[str] = (),
     on: date | None = None,
     density: int | None = None,
+    paper: str = "A4",
 ) -> str:
     """The page.
 
@@ -57,6 +61,8 @@ def html(
         Date of the page; today if None.
     density
         How closely the page is set, a number of `fit.SIZES`; None estimates it from how much there is to say.
+    paper
+        "A4" or "letter": what it is printed on.
 
     Raises
     ------
@@ -68,7 +74,7 @@ def html(
     asks_for_one_design(design.scene)
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    said = _said(design, digests, changes, on)
+    said = _said(design, digests, changes, on) | {"paper": paper}
     return template.render(**said, size=SIZES[density if density is not None else density_of(said)])
 
 
@@ -90,13 +96,19 @@ def asks_for_one_design(scene: Scene) -> None:
 
 
 def printed(
-    design: Design, program: str, target: str, *, digests: Mapping[str, str] | None = None, changes: Sequence[str] = ()
+    design: Design,
+    program: str,
+    target: str,
+    *,
+    digests: Mapping[str, str] | None = None,
+    changes: Sequence[str] = (),
+    paper: str = "A4",
 ) -> bytes:
     """The page as PDF, in the largest letters with which it is one page.
 
     Parameters
     ----------
-    design, digests, changes
+    design, digests, changes, paper
         As of `html`.
     program
         A browser, from `browser`.
@@ -111,11 +123,11 @@ def printed(
     found: dict[int, bytes] = {}
 
     def fits(density: int) -> bool:
-        page = html(design, digests=digests, changes=changes, density=density)
+        page = html(design, digests=digests, changes=changes, density=density, paper=paper)
         found[density] = pdf(page, program, target)
         return pages_of(found[density]) <= 1
 
-    density = density_of(_said(design, digests, changes, None))
+    density = density_of(_said(design, digests, changes, None) | {"paper": paper})
     if fits(density):
         while density > 0 and fits(density - 1):
             density -= 1
@@ -141,7 +153,7 @@ def _words(design: Design) -> dict[str, Any]:
         "bodies": _cut(body_rows(scene, machine)),
         "build": _cut(build_rows(design, machine)) if machine is not None else [],
         "excitations": _cut(excitation_rows(scene)),
-        "figure": _figure(scene, machine, _load_unit(design, machine)),
+        "figure": _figure(design, machine, _load_unit(design, machine)),
         "two_figures": isinstance(machine, SpaceMachine) and len({one.carried for one in spots_of(machine)}) > 1,
         "mounts": mounts[:MOST_MOUNTS],
         "more_mounts": len(mounts[MOST_MOUNTS:]),
@@ -212,16 +224,20 @@ def _load_unit(design: Design, machine: Machine | None) -> str:
     return best_unit(max(loads, default=1.0), "force")
 
 
-def _figure(scene: Scene, machine: Machine | None, unit: str) -> Any:
+SKETCH = 4.2
+"""Inches across a schematic: it is printed half as wide as the page."""
+
+
+def _figure(design: Design, machine: Machine | None, unit: str) -> Any:
     """Inline SVG of the plan view, or of the schematic; "" where there is nothing to draw."""
     from markupsafe import Markup
 
     drawn: Figure | None = None
     title = "Plan view"
     if isinstance(machine, SpaceMachine):
-        drawn = plan_figure(machine, unit, tuple(scene.points))
+        drawn = plan_figure(machine, unit, tuple(design.scene.points))
     if drawn is None and machine is not None:
-        drawn, title = schematic_figure(scene), "Schematic"
+        drawn, title = sketch_figure(sketch_of(design), SKETCH, looked_at=False), "Schematic"
     return "" if drawn is None else Markup(inline(saved(drawn, "svg").decode(), "sheet", title))
 
 

@@ -1,0 +1,148 @@
+"""What a sketch shows of a machine: boxes, links with their words, what shakes, where it is looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from vibopt.devices import Device
+from vibopt.mechanics.machine import GROUND
+from vibopt.records import dataclass
+from vibopt.report.figures.paper import drawn
+from vibopt.responses.response import place_of
+from vibopt.scene.places import carried, devices, ends, springs, supports
+from vibopt.scene.scene import Design, Scene
+
+LONGEST = 18
+_NUMBERS = (
+    "stiffness", "torsional_stiffness", "damping", "torsional_damping", "loss_factor", "damping_ratio", "inertance",
+    "tuning", "frequency", "count",
+)  # fmt: skip
+_DAMPED = ("damping", "torsional_damping", "loss_factor", "damping_ratio")
+_MASSES = ("mass", "weight", "inertia", "mass_ratio")
+MOST_SITES = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A body, a base, a point of a structure or the ground; `still` what holds others."""
+
+    name: str
+    words: str
+    still: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """What joins two boxes, with its numbers in words."""
+
+    name: str
+    ends: tuple[str, str]
+    words: str
+    spring: bool
+    damper: bool
+    inerter: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Shake:
+    """An excitation of a box; `motion` where it moves it as prescribed."""
+
+    name: str
+    on: str
+    words: str
+    motion: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Sketch:
+    """All of it; `sites` are boxes at which a limit or measure looks, `notes` say which."""
+
+    boxes: tuple[Piece, ...]
+    links: tuple[Link, ...]
+    shakes: tuple[Shake, ...]
+    sites: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def sketch_of(design: Design) -> Sketch:
+    """Of a machine on a line or about an axis, with what was chosen of it."""
+    scene = design.scene
+    still = {GROUND, *supports(scene), *carried(scene)}
+    joints = ends(scene)
+    names = list(dict.fromkeys([*(end for two in joints.values() for end in two), *scene.bodies]))
+    tables = {link: (family, name, table) for family, name, table in devices(scene) for link in table.joins(name)}
+    links = tuple(_link(design, link, two, *tables[link]) for link, two in joints.items())
+    shakes = tuple(
+        Shake(name, str(one.on or ""), shake_words(scene, name), one.on in supports(scene))
+        for name, one in scene.excitations.items()
+    )
+    looks = {**scene.limits, **scene.measures}
+    sites = tuple(dict.fromkeys(place for one in looks.values() for place, _ in one.places().values()))
+    return Sketch(tuple(_piece(design, name, name in still) for name in names), links, shakes, sites, notes_of(scene))
+
+
+def notes_of(scene: Scene) -> tuple[str, ...]:
+    """Where the machine is looked at, in a sentence."""
+    looks = {**scene.limits, **scene.measures}
+    said = [f"{name}: {one.response.replace('_', ' ')} {place_of(one)}".rstrip() for name, one in looks.items()]
+    more = f"; and {len(said) - MOST_SITES} more" if len(said) > MOST_SITES else ""
+    return (f"Looked at (circles): {'; '.join(said[:MOST_SITES])}{more}.",) if said else ()
+
+
+def _piece(design: Design, name: str, still: bool) -> Piece:
+    table = next(
+        (f"{family}.{name}" for family in ("bodies", "absorbers") if name in getattr(design.scene, family)), ""
+    )
+    numbers = list(_numbers(design, table, _MASSES))[:1] if table else []
+    return Piece(name, " ".join((drawn(name, LONGEST), *numbers)), still)
+
+
+def _link(design: Design, link: str, two: tuple[str, str], family: str, name: str, table: Device) -> Link:
+    path = f"{family}.{name}"
+    part = design.places.get(f"{path}.part")
+    numbers = [drawn(part.value, LONGEST)] if part is not None else list(_numbers(design, path, _NUMBERS))[:3]
+    given = _table(design.scene, path)
+    return Link(
+        link,
+        two,
+        "\n".join((drawn(link, LONGEST), *numbers)),
+        spring=link in springs(design.scene),
+        damper=any(key in given for key in _DAMPED),
+        inerter=family == "inerters",
+    )
+
+
+def _table(scene: Scene, path: str) -> Mapping[str, Any]:
+    family, name = path.split(".", 1)
+    given = scene.document.get(family, {}).get(name, {})
+    return given if isinstance(given, Mapping) else {}
+
+
+def _numbers(design: Design, path: str, keys: tuple[str, ...]) -> Iterator[str]:
+    """What was chosen, else what the file gives."""
+    given = _table(design.scene, path)
+    for key in keys:
+        chosen = design.variables.get(f"{path}.{key}")
+        if chosen is not None:
+            yield _named(key, chosen.value.shown)
+        elif key in given and not isinstance(given[key], Mapping):
+            yield _named(key, str(given[key]))
+
+
+def _named(key: str, shown: str) -> str:
+    """A value whose unit does not say what it is gets its key."""
+    return f"{key.replace('_', ' ')} {shown}" if shown.split(" ")[-1] in ("%", shown) else shown
+
+
+def shake_words(scene: Scene, name: str) -> str:
+    """An excitation in a line or two: its name, size and speed."""
+    table = _table(scene, f"excitations.{name}")
+    size = next((str(table[key]) for key in _SIZES if key in table and isinstance(table[key], str)), "")
+    size = size or scene.excitations[name].kind.replace("_", " ")
+    speed = next((str(table[key]) for key in ("speed", "frequency") if isinstance(table.get(key), str)), "")
+    return "\n".join((drawn(name, LONGEST), ", ".join(filter(None, (drawn(size, 28), drawn(speed, 24))))))
+
+
+_SIZES = ("amplitude", "unbalance", "displacement", "velocity", "acceleration", "height", "density")
+__all__ = ["Link", "Piece", "Shake", "Sketch", "notes_of", "shake_words", "sketch_of"]

@@ -1,0 +1,200 @@
+"""Three views of a machine in space, to one scale: from above, from the front and from the side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.records import dataclass
+from vibopt.report.figures.canvas import Box, Canvas, spread, wide
+from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, drawn
+from vibopt.report.machine_parts import notes_of, shake_words, sketch_of
+from vibopt.report.mount_spots import Spot, markers_of, spots_of
+from vibopt.report.sketch import sketch_figure
+from vibopt.report.what_to_build import machine_in
+from vibopt.scene.scene import Design, Scene
+from vibopt.scene.space import is_spatial
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SMALL = SIZE - 1.5
+LINE = 0.145
+EDGE, GAP = 0.3, 0.55
+"""Inches around what is drawn, and between two views."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Site:
+    """Something with a place [m]: words, and the direction in which it pulls (or the axis that it turns about)."""
+
+    at: FloatArray
+    words: str
+    along: FloatArray | None = None
+    about: bool = False
+
+
+def views_figure(machine: SpaceMachine, scene: Scene, title: str = "") -> Figure | None:
+    """Mounts, centres of mass, lines of force and named points; None where nothing stands on mounts."""
+    spots = spots_of(machine)
+    if not spots:
+        return None
+    sites = [*_shaken(machine, scene), *_named(machine, scene)]
+    centres = {name: np.asarray(one.centre) for name, one in machine.rigid.items()}
+    places = np.array([[*one.at] for one in spots] + [one.at for one in sites] + list(centres.values()))
+    low, high = places.min(axis=0), places.max(axis=0)
+    size = np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-3))
+    words = [drawn(one.name, 16) for one in spots] + [one.words.split("\n")[0] for one in sites]
+    column = max(wide(one, SMALL) for one in words) + 0.12
+    notes = _notes(scene)
+    room = WIDTH - 2.0 * column - GAP - 4.0 * EDGE
+    scale = min(
+        room / float(size[0] + size[1]), 2.2 / float(size[1]), 2.0 / float(size[2]), room * 0.62 / float(size[0])
+    )
+    wide_, deep, tall = (float(one) * scale for one in size)
+    labels = 0.5 * (len(words) + 1) * 0.15
+    top = max(deep + 2.0 * EDGE, labels + 0.2) + 0.35
+    front = tall + 2.0 * EDGE + 0.35
+    canvas = Canvas(WIDTH, top + front + LINE * len(notes) + 0.15, title)
+    drawing = _Views(machine, scene, spots, sites, centres, low, high, scale)
+    left = column + EDGE
+    axes = canvas.part(Box(0.0, top, WIDTH), origin=(left, 0.5 * (top - 0.35 - deep)))
+    drawing.view(axes, (0, 1), "from above: x to the right, y up", (0.5 * wide_, deep + 0.5 * (top - 0.35 - deep)))
+    drawing.names(axes, words, (-EDGE + 0.02, wide_ + EDGE - 0.02), 0.5 * deep)
+    canvas.down(top)
+    axes = canvas.part(Box(0.0, front, WIDTH), origin=(left, EDGE))
+    drawing.view(axes, (0, 2), "from the front: x, z up", (0.5 * wide_, tall + EDGE))
+    start = max(left + wide_ + EDGE + GAP, 0.5 * WIDTH + 0.4)
+    axes = canvas.part(Box(start, front, WIDTH - start), origin=(EDGE, EDGE))
+    drawing.view(axes, (1, 2), "from the side: y, z up", (0.5 * deep, tall + EDGE))
+    canvas.down(front)
+    axes = canvas.part(Box(0.0, LINE * len(notes) + 0.15, WIDTH), origin=(0.0, 0.1))
+    for k, line in enumerate(reversed(notes)):
+        axes.text(0.1, LINE * k, line, fontsize=SMALL, color=INK, va="bottom")
+    return canvas.figure
+
+
+@dataclass(frozen=True)
+class _Views:
+    machine: SpaceMachine
+    scene: Scene
+    spots: Sequence[Spot]
+    sites: Sequence[_Site]
+    centres: dict[str, FloatArray]
+    low: FloatArray
+    high: FloatArray
+    scale: float
+
+    def _to(self, at: Any, pair: tuple[int, int]) -> tuple[float, float]:
+        x, y = (self.scale * float(at[k] - self.low[k]) for k in pair)
+        return x, y
+
+    def view(self, axes: Any, pair: tuple[int, int], title: str, above: tuple[float, float]) -> None:
+        """One view, its title over it."""
+        for name in self.centres:
+            self._outline(axes, name, pair)
+        for group, (shape, fill) in markers_of(self.machine).items():
+            mine = [self._to(one.at, pair) for one in self.spots if one.group == group]
+            axes.plot(*zip(*mine, strict=True), marker=shape, mfc=fill, mec=INK, ms=6.5, ls="", zorder=4)
+        for at in self.centres.values():
+            x, y = self._to(at, pair)
+            axes.plot([x], [y], marker="o", mfc="white", mec=INK, ms=9, ls="", zorder=5)
+            axes.plot([x], [y], marker="+", color=INK, ms=12, mew=1.0, ls="", zorder=5)
+        for one in self.sites:
+            _site(axes, self._to(one.at, pair), one, pair)
+        axes.text(above[0], above[1] + 0.06, title, ha="center", va="bottom", fontsize=SMALL, color=INK)
+
+    def _outline(self, axes: Any, name: str, pair: tuple[int, int]) -> None:
+        """The rectangle that holds the mounts, the centre and the points of a body."""
+        held = [one.at for one in self.spots if name in (one.carried, one.by)] + [self.centres[name]]
+        held += [at for body, at in self.machine.fixed.values() if body == name]
+        x, y = zip(*(self._to(one, pair) for one in held), strict=True)
+        left, right, low, high = min(x) - 0.07, max(x) + 0.07, min(y) - 0.07, max(y) + 0.07
+        axes.fill([left, right, right, left], [low, low, high, high], fc="#f1f1f1", ec=FAINT, lw=0.8, zorder=1)
+
+    def names(self, axes: Any, words: Sequence[str], sides: tuple[float, float], middle: float) -> None:
+        """Names of mounts and sites left and right of the view, each tied to its place."""
+        places = [
+            self._to(one, (0, 1)) for one in [*(spot.at for spot in self.spots), *(site.at for site in self.sites)]
+        ]
+        order = sorted(range(len(words)), key=lambda k: places[k][0])
+        half = len(order) // 2
+        for rows, x, align in ((order[:half], sides[0], "right"), (order[half:], sides[1], "left")):
+            rows = sorted(rows, key=lambda k: -places[k][1])
+            heights = spread([places[k][1] for k in rows], [0.15] * len(rows))
+            shift = middle - 0.5 * (heights[0] + heights[-1]) if len(rows) > 1 else 0.0
+            for k, y in zip(rows, (one + shift for one in heights), strict=True):
+                axes.plot([x, places[k][0]], [y, places[k][1]], color=FAINT, lw=0.5, zorder=2)
+                axes.text(x, y, f" {words[k]} ", ha=align, va="center", fontsize=SMALL, color=INK)
+
+
+def _site(axes: Any, at: tuple[float, float], one: _Site, pair: tuple[int, int]) -> None:
+    """A named point as a cross; a force as an arrow, along the view as a dot in a ring; an axis as a dashed line."""
+    x, y = at
+    if one.along is None:
+        axes.plot([x], [y], marker="x", color=INK, ms=5, ls="", zorder=5)
+        return
+    dx, dy = (0.42 * float(one.along[k]) for k in pair)
+    if abs(dx) + abs(dy) < 0.05:
+        axes.plot([x], [y], marker="o", mfc="white", mec=BLUE, ms=8, mew=1.3, ls="", zorder=6)
+        axes.plot([x], [y], marker=".", color=BLUE, ms=4, ls="", zorder=7)
+        return
+    if one.about:
+        axes.plot([x - dx, x + dx], [y - dy, y + dy], color=BLUE, lw=1.4, ls=(0, (6, 2, 1, 2)), zorder=6)
+        return
+    style = {"arrowstyle": "<|-|>", "color": BLUE, "lw": 1.5, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (x + 0.5 * dx, y + 0.5 * dy), xytext=(x - 0.5 * dx, y - 0.5 * dy), arrowprops=style, zorder=6)
+
+
+def _shaken(machine: SpaceMachine, scene: Scene) -> list[_Site]:
+    """Every excitation of a body in space."""
+    found = []
+    for name, one in scene.excitations.items():
+        place = getattr(one, "place", one.on)
+        at = machine.fixed[place][1] if place in machine.fixed else None
+        if at is None and place in machine.rigid:
+            at = machine.rigid[place].mark
+        way, axis = getattr(one, "direction", None), getattr(one, "axis", None)
+        along = way if way is not None else axis
+        if at is not None and along is not None:
+            words = shake_words(scene, name)
+            found.append(_Site(np.asarray(at), words, np.array(along, dtype=float), about=way is None))
+    return found
+
+
+def _named(machine: SpaceMachine, scene: Scene) -> list[_Site]:
+    return [
+        _Site(np.asarray(machine.fixed[name][1]), drawn(name, 16)) for name in scene.points if name in machine.fixed
+    ]
+
+
+def _notes(scene: Scene) -> list[str]:
+    """What marks mean, what shakes, and where the machine is looked at."""
+    said = [
+        "Cross in a ring: centre of mass.  Arrows: forces to and fro.  Dash and dot: axes of rotation or of moments."
+    ]
+    shakes = "; ".join(shake_words(scene, name).replace("\n", ": ") for name in scene.excitations)
+    said += [f"Shaken by {shakes}."] if shakes else []
+    said += [one.replace(" (circles)", "") for one in notes_of(scene)]
+    return [line for one in said for line in wrap(one, 118)]
+
+
+def machine_figure(design: Design, title: str = "") -> Figure | None:
+    """The sketch of a machine with what was chosen of it: three views in space, else what stands on what.
+
+    None of a machine in space without a design, whose places are not known, and of more boxes than a picture holds.
+    """
+    machine = machine_in(design)
+    if isinstance(machine, SpaceMachine):
+        found = views_figure(machine, design.scene, title)
+        if found is not None:
+            return found
+    return None if is_spatial(design.scene) else sketch_figure(sketch_of(design), title=title)
+
+
+__all__ = ["machine_figure"]
