@@ -163,3 +163,23 @@ class Segment:
     rates: FloatArray
     read: FloatArray
     blows: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """A force whose speed changes evenly from one to another, and stays there; before, it stays at the first.
+
+    speeds
+        First and last, and those between at which the force changes its way, rising or falling [rad/s].
+    rate
+        Change of the speed [rad/s^2]; below zero where it falls.
+    powers
+        On each stretch between two of `speeds` the complex amplitude by powers of the speed, (n_powers,) [N].
+    still
+        Amplitude at the first speed before it changes, and at the last behind [N].
+    """
+
+    speeds: tuple[float, ...]
+    rate: float
+    powers: tuple[ComplexArray, ...]
+    still: tuple[float, float]

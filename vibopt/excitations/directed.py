@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import model_validator
@@ -13,7 +13,10 @@ from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_lin
 from vibopt.mechanics.vectors import cross
 from vibopt.signals import Line
 from vibopt.values import Fact, Table, number, word
+from vibopt.values.fields import Later
 from vibopt.values.vectors import AXES, Direction, Place, Vector
+
+RunUp = Annotated[Any, Later("vibopt.excitations", "run_up.RunUp")]
 
 
 class Directed(Excitation):
@@ -122,4 +125,4 @@ def about(place: str, axis: Vector) -> dict[str, complex]:
     return {f"{place}.r{one}": complex(part) for one, part in zip(AXES, axis, strict=True) if part}
 
 
-__all__ = ["Directed", "MomentHarmonics", "about", "place_name", "turned"]
+__all__ = ["Directed", "MomentHarmonics", "RunUp", "about", "place_name", "turned"]

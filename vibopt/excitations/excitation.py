@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema
@@ -17,6 +17,9 @@ from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, Table, read_speeds
 from vibopt.values.fields import complaint
 from vibopt.values.speeds import ROTATION
+
+if TYPE_CHECKING:
+    from vibopt.excitations.run_up import RunUpTable
 
 POWERS = {"constant": 0, "speed": 1, "speed^2": 2}
 _EVER = 1e15
@@ -153,6 +156,21 @@ class Excitation(Table):
     inherent: ClassVar[bool] = False
     sort: ClassVar[Sort] = "steady"
     moment: ClassVar[str] = ""
+
+    @property
+    def ramp(self) -> RunUpTable | None:
+        """`run_up` as read: how its speed rises or falls; None where the file does not say."""
+        return getattr(self, "run_up", None)
+
+    @property
+    def sorts(self) -> tuple[Sort, ...]:
+        """What may be asked about it: what runs up comes once, too."""
+        return (self.sort,) if self.ramp is None else (self.sort, "transient")
+
+    @property
+    def swung(self) -> float:
+        """What a change of its speed adds to its force, a quarter turn behind, per change [N s^2]: of an unbalance."""
+        return 0.0
 
     @property
     def variation(self) -> str | Amplitude | None:

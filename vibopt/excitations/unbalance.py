@@ -8,7 +8,7 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.directed import Directed, turned
+from vibopt.excitations.directed import Directed, RunUp, turned
 from vibopt.excitations.excitation import unit_line
 from vibopt.signals import Amplitude, Band, Line, Piece
 from vibopt.values import Fact, number, word
@@ -26,12 +26,15 @@ class Unbalance(Directed):
     radius: How far it is off.
     axis: In space the axis about which it goes round in the right-handed sense: `axis = "x"`. Not beside
         `direction`.
+    run_up: How its speed rises or falls, for responses in time: `run_up = { from = "0 rpm", to = "3000 rpm",
+        acceleration = "50 rpm/s" }`.
     """
 
     unbalance: Fact | None = number("unbalance", choice=False)
     rotating_mass: Fact | None = number("mass", choice=False)
     radius: Fact | None = number("length", choice=False)
     axis: Direction | None = None
+    run_up: RunUp | None = None
     inherent: ClassVar[bool] = True
 
     @model_validator(mode="after")
@@ -51,6 +54,10 @@ class Unbalance(Directed):
         assert self.rotating_mass is not None
         assert self.radius is not None
         return self.rotating_mass.value * self.radius.value
+
+    @property
+    def swung(self) -> float:
+        return self.product
 
     @property
     def acts(self) -> dict[str, complex]:

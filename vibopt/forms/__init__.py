@@ -10,6 +10,7 @@ from vibopt.forms.damped import DecayRate, FreeMotion, ModeDamping
 from vibopt.forms.form import Form
 from vibopt.forms.modulus import Modulus
 from vibopt.forms.monomials import Monomials
+from vibopt.forms.peak_in_run_up import PeakInRunUp
 from vibopt.forms.peak_in_time import PeakInTime
 from vibopt.forms.root_mean_square import RootMeanSquare
 from vibopt.forms.sags import StaticForce, StaticLoad, StaticRow
@@ -25,6 +26,7 @@ FORMS: tuple[type[Form], ...] = (
     ModeRatio,
     Modulus,
     Monomials,
+    PeakInRunUp,
     PeakInTime,
     RootMeanSquare,
     StaticForce,
@@ -44,6 +46,7 @@ __all__ = [
     "ModeRatio",
     "Modulus",
     "Monomials",
+    "PeakInRunUp",
     "PeakInTime",
     "RootMeanSquare",
     "StaticForce",

@@ -135,20 +135,31 @@ class PeakInTime(Form):
         return known[key][1]
 
     def transient(self, model: Model, p: Numbers) -> tuple[Transient, Reading]:
-        """The machine under its loads, and what is read, at coefficients p (n_terms,), real or complex.
+        """The machine under its loads, and what is read, at coefficients p (n_terms,), real or complex."""
+        from vibopt.mechanics.transient import Transient
 
-        A force follows position through stiffness, velocity through damping and acceleration through inertance.
-        """
-        from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-        from vibopt.mechanics.transient import Reading, Transient
+        machine = Transient(*matrices(model, p), model.n_free, self.loads, self.segments)
+        return machine, reading(model, self.output, p)
 
-        def matrix(kind: int) -> Numbers:
-            vectors = model.vectors[model.kinds == kind]
-            return np.asarray((vectors.T * p[model.kinds == kind]) @ vectors)
 
-        mass, damping, stiffness = (matrix(kind) for kind in (INERTIA, DAMPING, STIFFNESS))
-        rows = [
-            (self.output.signs * p * (model.kinds == kind)) @ model.vectors for kind in (STIFFNESS, DAMPING, INERTIA)
-        ]
-        machine = Transient(mass, damping, stiffness, model.n_free, self.loads, self.segments)
-        return machine, Reading(self.output.row + rows[0], rows[1], rows[2], self.output.power)
+def matrices(model: Model, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Mass, damping and stiffness at coefficients p (n_terms,), (n_coords, n_coords) each."""
+    from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
+
+    def matrix(kind: int) -> Numbers:
+        vectors = model.vectors[model.kinds == kind]
+        return np.asarray((vectors.T * p[model.kinds == kind]) @ vectors)
+
+    return matrix(INERTIA), matrix(DAMPING), matrix(STIFFNESS)
+
+
+def reading(model: Model, output: Output, p: Numbers) -> Reading:
+    """What is read at coefficients p (n_terms,).
+
+    A force follows position through stiffness, velocity through damping and acceleration through inertance.
+    """
+    from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
+    from vibopt.mechanics.transient import Reading
+
+    rows = [(output.signs * p * (model.kinds == kind)) @ model.vectors for kind in (STIFFNESS, DAMPING, INERTIA)]
+    return Reading(output.row + rows[0], rows[1], rows[2], output.power)

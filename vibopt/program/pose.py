@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Monomials, PeakInTime, StaticLoad, StaticRow
+from vibopt.forms import Form, Monomials, PeakInRunUp, PeakInTime, StaticLoad, StaticRow
 from vibopt.forms.reduce import reduced
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
@@ -21,7 +21,7 @@ from vibopt.scene.drives import combine_for, drives_for, noises_for, signals_for
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
-from vibopt.signals import Drive
+from vibopt.signals import Drive, Sweep
 
 _RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
 
@@ -142,8 +142,10 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
     if isinstance(response, RandomResponse):
         return response.noise_form(model, noises_for(scene, response, model.points))
     if isinstance(response, TransientResponse):
-        loads, segments = signals_for(scene, response, model.points, model.n_free)
-        return PeakInTime(response.output(model), loads, segments)
+        loads, signals = signals_for(scene, response, model.points, model.n_free)
+        if isinstance(signals, Sweep):
+            return PeakInRunUp(response.output(model), loads[:, 0], signals)
+        return PeakInTime(response.output(model), loads, signals)
     return response.form(model, (), "sum")
 
 

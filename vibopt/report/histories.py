@@ -1,15 +1,16 @@
-"""Responses against time, under what comes once: what a figure draws, before anything is drawn."""
+"""Responses against time under what comes once, run-ups against their speed: figures before anything is drawn."""
 
 from __future__ import annotations
 
 from math import isfinite
+from typing import cast
 
 import numpy as np
 
 from vibopt.answer.blocks import spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
-from vibopt.forms import PeakInTime
+from vibopt.forms import PeakInRunUp, PeakInTime
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
@@ -23,8 +24,8 @@ from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Design
 from vibopt.units import best_unit, show, to_unit
 
-_POINTS, _PERIODS = 600, 4.0
-"""Points of a curve; periods of the slowest mode that are shown behind the load."""
+_POINTS, _FINE, _PERIODS = 600, 2500, 4.0
+"""Points of a curve, and of one that beats; periods of the slowest mode that are shown behind the load."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,8 @@ def histories(design: Design, model: Model) -> list[Panel]:
 
 def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     x, form = np.array(design.x), form_of(design.scene, model, asked.response)
+    if design.scene.excitations[names_for(design.scene, asked.response)[0]].ramp is not None:
+        return _against_speed(design, model, asked, cast("PeakInRunUp", form))
     assert isinstance(form, PeakInTime)
     peak = form.peak(model, x)
     if not isfinite(peak.value):
@@ -89,6 +92,50 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
         log_y=False,
         x_span=span,
         y_span=(-1.3 * top, 1.3 * top) if values.min() < -0.02 * most else (0.0, 1.3 * top),
+    )
+
+
+def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunUp) -> Panel | None:
+    """A run-up: its envelope against the speed, beside the steady vibration."""
+    x, sweep = np.array(design.x), form.sweep
+    peak, count = form.peak(model, x), mount_count(model, form.output, x)
+    if not isfinite(peak.value):
+        return None
+    machine, row = form.run_up(model, model.values(x))
+    begin, length = sweep.speeds[0], (sweep.speeds[-1] - sweep.speeds[0]) / sweep.rate
+    top_time = min(peak.time, length)
+    times = np.sort(np.append(np.linspace(0.0, length, _FINE), top_time))
+    swept = begin + sweep.rate * times
+    modes = natural_frequencies(model, model.values(x))
+    speeds = np.sort(np.append(swept, modes[(modes > swept.min()) & (modes < swept.max())]))
+    [name] = names_for(design.scene, asked.response)
+    unit_x, dimension, most = design.scene.excitations[name].speed.unit, asked.response.dimension, peak.value / count
+    unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
+    factor, per = to_unit(1.0, unit, dimension), to_unit(1.0, unit_x, "angular_rate")
+    steady, at = machine.steady(row, speeds) / count, begin + sweep.rate * top_time
+    seen = 3.0 * max(most, asked.bound or 0.0)
+    top = factor * max(most, asked.bound or 0.0, float(np.minimum(np.nan_to_num(steady), seen).max()))
+    found = f"{show(most, unit, dimension)} at {show(at, unit_x, 'angular_rate')}"
+    words = value_at(asked.row) if asked.row is not None else found
+    span = (per * float(swept.min()), per * float(swept.max()))
+    known = np.ones(len(speeds), dtype=bool)
+    runs = "run-up" if sweep.rate > 0.0 else "run-down"
+    return Panel(
+        title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}",
+        x_label=f"speed of {name} [{unit_x}]",
+        y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
+        curves=(
+            Curve(runs, per * swept, factor * machine.history(row, times) / count, known[: len(times)]),
+            Curve("steady", per * speeds, factor * np.minimum(steady, 2.0 * seen), known, before=True),
+        ),
+        zones=tuple(_zones(asked, factor, span, unit)[:1]),
+        marks=(Mark(asked.name, f"{asked.name} {words}", per * at, factor * most),),
+        own=(),
+        excitation=name,
+        log_x=False,
+        log_y=False,
+        x_span=span,
+        y_span=(0.0, 1.25 * top),
     )
 
 

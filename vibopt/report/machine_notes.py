@@ -29,6 +29,10 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
     notes += ringing_notes(scene, chosen)
+    if any(one.ramp is not None for one in scene.excitations.values()):
+        from vibopt.report.run_up_notes import run_up_notes
+
+        notes += run_up_notes(scene, chosen)
     return tuple(notes)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
@@ -339,6 +340,17 @@ class TransientResponse(Response):
 
     due_to: tuple[str, ...] | None = None
     sort: ClassVar[Sort] = "transient"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_speeds(cls, given: Any) -> Any:
+        for key in ("over", "at"):
+            if isinstance(given, Mapping) and key in given:
+                raise word(
+                    f"has {key}, but the greatest in time is that of all that comes: the speeds of a run-up are said "
+                    "in run_up of its excitation. Leave it out."
+                )
+        return given
 
     @property
     def steady(self) -> HarmonicResponse:

@@ -7,6 +7,7 @@ from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.mechanics.builder import GROUND
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene import places
+from vibopt.scene.check_run_up import contradicts
 from vibopt.scene.check_speeds import reached
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
@@ -18,7 +19,9 @@ def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistake
         return True
     if not _known(scene, path, response, mistakes, broken):
         return isinstance(response, HarmonicResponse)
-    wrong = [name for name in response.due_to or scene.excitations if scene.excitations[name].sort != response.sort]
+    wrong = [
+        name for name in response.due_to or scene.excitations if response.sort not in scene.excitations[name].sorts
+    ]
     if wrong and (response.due_to or len(wrong) == len(scene.excitations)):
         _misfit(scene, path, response, wrong[0], mistakes)
         return False
@@ -105,7 +108,11 @@ _IS = {
     "random": "is white noise, which has no amplitude",
     "transient": "comes once and is over",
 }
-_NAMED = {"steady": "a steady excitation", "random": "a white noise", "transient": "a pulse, a drop or a record"}
+_NAMED = {
+    "steady": "a steady excitation",
+    "random": "a white noise",
+    "transient": "a pulse, a drop, a record or a run-up",
+}
 
 
 def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mistakes, broken: set[str]) -> None:
@@ -121,7 +128,7 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         what = f"looks at {min(near)}, which turns" if near else "asks in time of a machine on a structure"
         mistakes.add(path, f"{dotted(path)} {what}. What comes once is answered for bodies on a line only, so far.")
         return
-    if not reached(scene, path, response, names, mistakes):
+    if not reached(scene, path, response, names, mistakes) or contradicts(scene, path, names, mistakes):
         return
     struck = [name for name in names if scene.excitations[name].kind == "drop"]
     wheels = [

@@ -16,7 +16,7 @@ from vibopt.responses import HarmonicResponse, RandomResponse, Response, Transie
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
-from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment
+from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment, Sweep
 from vibopt.units import Quantity
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import VEHICLE
@@ -32,7 +32,7 @@ def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | Transi
     """Excitations that the response counts: those in `due_to`, else all of its sort: steady, random or transient."""
     if response.due_to is not None:
         return response.due_to
-    return tuple(name for name, one in scene.excitations.items() if one.sort == response.sort)
+    return tuple(name for name, one in scene.excitations.items() if response.sort in one.sorts)
 
 
 def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
@@ -42,13 +42,18 @@ def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, Floa
 
 def signals_for(
     scene: Scene, response: TransientResponse, points: Mapping[str, FloatArray], n_free: int
-) -> tuple[FloatArray, tuple[Segment, ...]]:
-    """What the response counts in time: the coordinates that it acts on, (n_coords, n_signals), and the signals."""
+) -> tuple[FloatArray, tuple[Segment, ...] | Sweep]:
+    """What the response counts in time: the coordinates that it acts on, (n_coords, n_signals), signals or a run-up."""
     every = [scene.excitations[name] for name in names_for(scene, response)]
     rows = np.array([row_of(one, points) for one in every]).T
     forces = np.array([one.family == "bodies" for one in every])
     acts = np.arange(len(rows))[:, None] < n_free
-    return np.where(acts == forces, rows, 0.0), together([one.segments() for one in every])
+    loads = np.where(acts == forces, rows, 0.0)
+    if every[0].ramp is not None:
+        from vibopt.excitations.run_up import sweep_of
+
+        return loads, sweep_of(every[0])
+    return loads, together([one.segments() for one in every])
 
 
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:

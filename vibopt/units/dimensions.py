@@ -113,6 +113,13 @@ _ALL = (
         "rpm, Hz, kHz, cpm, rad/s, deg/s, rev/min, rev/s",
     ),
     _dimension(
+        "angular_acceleration",
+        "an angular acceleration",
+        "rad/s²",
+        "50 rpm/s",
+        "rpm/s, Hz/s, rad/s², rad/s^2, rpm/min, deg/s²",
+    ),
+    _dimension(
         "unbalance",
         "an unbalance",
         "kg m",

@@ -290,8 +290,16 @@ def _tops(values: FloatArray) -> list[int]:
 
 
 def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) -> tuple[float, dict[str, float]]:
-    """Greatest size of a response of the built machine [SI], and when [s] after the beginning of its excitation."""
+    """Greatest size of a response of the built machine [SI], and when [s] after the beginning of its excitation.
+
+    In a run-up at which speed [rad/s].
+    """
     names = names_for(scene, response)
+    if scene.excitations[names[0]].ramp is not None:
+        from vibopt.verify.run_up import Followed
+
+        value, speed = Followed(machine, scene.excitations[names[0]]).peak(response)
+        return value, {names[0]: speed}
     known: dict[tuple[str, ...], Simulated] = vars(machine).setdefault("simulated", {})
     if names not in known:
         known[names] = Simulated(machine, tuple(_once(scene.excitations[name]) for name in names))

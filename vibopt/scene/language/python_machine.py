@@ -188,9 +188,16 @@ class MomentWords(Varied, total=False):
     axis: Way
 
 
-class UnbalanceWords(TypedDict, total=False):
-    """Unbalance [kg m], or a rotating mass [kg] and its radius [m]; in space `at`, and axis (or direction)."""
+class ForceWords(Acting, total=False):
+    """How the speed rises or falls: `run_up`, a table of from, to, and acceleration or duration."""
 
+    run_up: Mapping[str, Bound]
+
+
+class UnbalanceWords(TypedDict, total=False):
+    """Unbalance [kg m], or a rotating mass [kg] and its radius [m]; run_up; in space `at`, and axis (or direction)."""
+
+    run_up: Mapping[str, Bound]
     at: Sequence[Bound]
     axis: Way
     direction: Way
@@ -329,8 +336,8 @@ class Machine(Responses):
         """
         self._add("absorbers", name, dict(on=on, **words))
 
-    def force(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[Acting]) -> None:
-        """A harmonic force on a body, peak [N].  Words: varies, amplitude_at; in space at, direction."""
+    def force(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[ForceWords]) -> None:
+        """A harmonic force on a body, peak [N].  Words: varies, amplitude_at, run_up; in space at, direction."""
         self._add("excitations", name, dict(kind="force", on=on, amplitude=amplitude, speed=speed, **words))
 
     def moment(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[MomentWords]) -> None:
@@ -338,7 +345,7 @@ class Machine(Responses):
         self._add("excitations", name, dict(kind="moment", on=on, amplitude=amplitude, speed=speed, **words))
 
     def unbalance(self, name: str, *, on: str, speed: Speeds, **words: Unpack[UnbalanceWords]) -> None:
-        """A rotating unbalance on a body.  Words: unbalance, or rotating_mass and radius."""
+        """A rotating unbalance on a body.  Words: unbalance, or rotating_mass and radius; run_up."""
         self._add("excitations", name, dict(kind="unbalance", on=on, speed=speed, **words))
 
     def harmonics(

@@ -1,0 +1,404 @@
+"""Run-ups and run-downs: an integrator in cycles, Fresnel's integrals, Lewis's limits, and laws of swept peaks."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+import vibopt as vo
+from vibopt.arrays import FloatArray
+from vibopt.errors import InputError
+from vibopt.mechanics.run_up import RunUp, Stretch
+from vibopt.mechanics.transient import Reading
+from vibopt.program.pose import pose
+from vibopt.report.curves import panels
+from vibopt.signals import Sweep
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
+
+
+def lone(ratio: float, rate: float, low: float, high: float, *, unbalance: bool) -> RunUp:
+    """1 kg on 1 N/m, under a force of 1 N or an unbalance of 1 kg m."""
+    sweep = (
+        Sweep((low, high), rate, (np.array([-1j * rate, 0.0, 1.0]),), (low**2, high**2))
+        if unbalance
+        else Sweep((low, high), rate, (np.ones(1, dtype=complex),), (1.0, 1.0))
+    )
+    return RunUp(np.eye(1), np.array([[2.0 * ratio]]), np.eye(1), 1, np.ones(1), sweep)
+
+
+def place(n: int = 1, power: int = 0) -> Reading:
+    return Reading(np.eye(n)[-1], np.zeros(n), np.zeros(n), power)
+
+
+def integrated(machine: RunUp, end: float, count: int) -> tuple[FloatArray, Any]:
+    """Positions (n, n_times) of a machine under two forces a quarter turn apart, by a Runge-Kutta method."""
+    sweep, size = machine.sweep, machine.n_free
+    low, high, rate = sweep.speeds[0], sweep.speeds[-1], sweep.rate
+    length = (high - low) / rate
+
+    def force(time: float) -> complex:
+        if time >= length:
+            return sweep.still[1] * np.exp(1j * (0.5 * (low + high) * length + high * (time - length)))
+        phasor = np.polynomial.polynomial.polyval(low + rate * time, sweep.powers[0])
+        return complex(phasor * np.exp(1j * (low + 0.5 * rate * time) * time))
+
+    def rates(time: float, now: Any) -> Any:
+        pulled = machine.load * force(time) - machine.damping @ now[size:] - machine.stiffness @ now[:size]
+        return np.concatenate([now[size:], np.linalg.solve(machine.mass, pulled)])
+
+    begin = machine.stiffness + 1j * low * machine.damping - low**2 * machine.mass
+    start = np.linalg.solve(begin, machine.load * sweep.still[0])
+    times, found, now = [], [], np.concatenate([start, 1j * low * start])
+    for a, b in ((0.0, length), (length, end)):
+        run: Any = solve_ivp(rates, (a, b), now, method="DOP853", rtol=1e-11, atol=1e-13, dense_output=True)
+        at = np.linspace(a, b, count)
+        now = run.sol(b)
+        times.append(at)
+        found.append(run.sol(at)[:size])
+    return np.concatenate(times), np.concatenate(found, axis=1)
+
+
+@few
+@given(seed=st.integers(0, 10_000), count=st.integers(1, 3), down=st.booleans(), unbalance=st.booleans())
+def test_no_integration_in_cycles_finds_another_history_or_a_higher_peak(
+    seed: int, count: int, down: bool, unbalance: bool
+) -> None:
+    """Chains from next to undamped to overdamped, up and down, from rest or from speed, slow or at once."""
+    rng = np.random.default_rng(seed)
+    mass = np.diag(10.0 ** rng.uniform(-0.5, 0.5, count))
+    table = np.eye(count) - np.eye(count, k=-1)
+    stiff, damped = ((table.T * 10.0**one) @ table for one in (rng.uniform(0, 1, count), rng.uniform(-2, 0.7, count)))
+    rates = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiff)).real)
+    low, high = sorted((rng.choice([0.0, rng.uniform(0.1, 1.0)]), rng.uniform(1.1, 2.0)))
+    low, high = (rates.max() * one for one in ((high, low) if down else (low, high)))
+    rate = np.copysign(rates.min() ** 2 * 10.0 ** rng.uniform(-2.0, 1.0), high - low)
+    powers, still = np.array([0.3, 0.1, 1.0 if unbalance else 0.0], dtype=complex), np.array([low, high])
+    sizes = np.polynomial.polynomial.polyval(still, powers.real)
+    powers[0] -= 1j * rate * unbalance
+    load = np.eye(count)[int(rng.integers(count))]
+    machine = RunUp(mass, damped, stiff, count, load, Sweep((low, high), rate, (powers,), (sizes[0], sizes[1])))
+    end = (high - low) / rate + 30.0 / rates.min()
+    times, moved = integrated(machine, end, 2000)
+    found = machine.peak(place(count))
+    assert machine.history(place(count), times) == pytest.approx(np.abs(moved[-1]), abs=1e-8 * found.value)
+    assert np.abs(moved[-1]).max() <= found.value * (1.0 + 1e-9)
+    if found.time < end:
+        assert np.abs(moved[-1]).max() >= found.value * 0.98
+
+
+@pytest.mark.parametrize("unbalance", [False, True])
+@pytest.mark.parametrize("rate", [1e-4, 1e-6, 1e-8])
+def test_undamped_passages_tend_to_the_first_turn_of_cornus_spiral(rate: float, unbalance: bool) -> None:
+    """1.1707 sqrt(pi / 2) w / sqrt(a) static deflections, 3.67 f / sqrt(Hz/s) (Fearn and Millsaps): a limit alone."""
+    found = lone(0.0, rate, 0.0, 3.0, unbalance=unbalance).peak(place())
+    assert found.value == pytest.approx(1.17074 * np.sqrt(0.5 * np.pi / rate), rel=2.0 * np.sqrt(rate))
+    assert found.time * rate == pytest.approx(1.0 + 2.16 * np.sqrt(rate), abs=0.3 * np.sqrt(rate))
+
+
+def test_slow_passages_tend_to_the_steady_peak_and_quick_ones_to_little() -> None:
+    """With damping: the steady peak, reached late (Lewis, 1932); rates from 1e-8 to 1e8 of the frequency squared."""
+    steady = 1.0 / (0.1 * np.sqrt(1.0 - 0.0025))
+    slow = [lone(0.05, rate, 0.0, 2.0, unbalance=False).peak(place()) for rate in (1e-8, 1e-6, 1e-4)]
+    assert slow[0].value == pytest.approx(steady, rel=1e-6)
+    assert steady > slow[1].value > slow[2].value
+    late = [one.time * rate / np.sqrt(1.0 - 0.005) for one, rate in zip(slow, (1e-8, 1e-6, 1e-4), strict=True)]
+    assert 1.0 < late[0] < late[1] < late[2]
+    down = lone(0.05, -1e-4, 2.0, 0.0, unbalance=False).peak(place())
+    assert 2.0 - 1e-4 * down.time < np.sqrt(1.0 - 0.005)
+    at_once = lone(0.05, 1e8, 0.0, 100.0, unbalance=False).peak(place()).value
+    assert at_once == pytest.approx(1.0, rel=1e-3)  # it stays where the static force held it, and swings about nothing
+
+
+def test_the_greatest_swept_amplitude_is_not_monotone_in_the_rate() -> None:
+    """What one resonance leaves meets the next one in or out of phase; and a sudden stop lifts what is steady."""
+    mass, stiff = np.diag([1.0, 0.5]), np.array([[3.0, -2.0], [-2.0, 2.0]])
+    found = []
+    for rate in np.geomspace(0.01, 1.0, 30):
+        sweep = Sweep((0.0, 4.0), rate, (np.array([-1j * rate, 0.0, 1.0]),), (0.0, 16.0))
+        machine = RunUp(mass, 0.1 * stiff, stiff, 2, np.eye(2)[0], sweep)
+        found.append(machine.peak(Reading(np.eye(2)[0], np.zeros(2), np.zeros(2))).value)
+    rises = np.diff(found) > 1e-3 * found[-1]
+    assert 3 <= rises.sum() <= 25
+    near = lone(0.02, 1.0, 0.0, 1.3, unbalance=True)
+    assert near.peak(place()).value > near.steady(place(), np.array([1.3]))[0] * 1.2
+
+
+def test_the_tangential_force_is_the_rest_of_the_acceleration_of_an_unbalance() -> None:
+    """A body that is next to free moves against the unbalance: x = -(m e / m) e^(i phase), at any rate."""
+    sweep = Sweep((1.0, 50.0), 7.0, (np.array([-7j, 0.0, 1.0]),), (1.0, 2500.0))
+    loose = RunUp(np.eye(1), np.zeros((1, 1)), 1e-12 * np.eye(1), 1, np.ones(1), sweep)
+    assert loose.history(place(), np.linspace(0.0, 7.0, 30)) == pytest.approx(np.ones(30), rel=1e-6)
+
+
+def test_energy_is_kept_in_every_history() -> None:
+    """What the force does is what the damper takes and what is stored."""
+    machine = lone(0.04, 0.02, 0.2, 1.8, unbalance=True)
+    times = np.linspace(0.0, 80.0, 200_001)
+    turned = np.exp(1j * (0.2 + 0.01 * times) * times)
+    place_, speed = ((machine.turning(machine.modal(place(power=power)), times) * turned).real for power in (0, 1))
+    force = (((0.2 + 0.02 * times) ** 2 - 0.02j) * turned).real
+    stored = 0.5 * (place_**2 + speed**2)
+    step = times[1]
+
+    def over_time(rate: FloatArray) -> float:
+        return float(step * (rate.sum() - 0.5 * (rate[0] + rate[-1])))
+
+    done = over_time(force * speed)
+    assert done - over_time(0.08 * speed**2) == pytest.approx(stored[-1] - stored[0], abs=1e-6 * abs(done))
+
+
+def test_no_cycle_costs_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousand cycles and ten million take the same number of values."""
+    taken, own = [0], Stretch._pushed
+
+    def counted(one: Stretch, times: FloatArray) -> Any:
+        taken.append(len(times))
+        return own(one, times)
+
+    monkeypatch.setattr(Stretch, "_pushed", counted)
+    counts = []
+    for rate in (1e-3, 1e-7):
+        taken.clear()
+        lone(0.01, rate, 0.0, 3.0, unbalance=True).peak(place())
+        counts.append(sum(taken))
+    assert counts[1] < 3 * counts[0] < 60_000
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.999999, 1.0, 1.0000001, 4.0, 1e4])
+def test_modes_that_are_alike_lose_no_digits(ratio: float) -> None:
+    """Critical damping and its neighbours: smooth in the damping ratio, and as integrated."""
+    machine = lone(ratio, 0.05, 0.0, 3.0, unbalance=True)
+    if ratio < 100.0:
+        times, moved = integrated(machine, 100.0, 300)
+        assert machine.history(place(), times) == pytest.approx(np.abs(moved[0]), abs=1e-10)
+    beside = [lone(ratio * (1.0 + step), 0.05, 0.0, 3.0, unbalance=True).peak(place()).value for step in (-1e-7, 1e-7)]
+    assert machine.peak(place()).value == pytest.approx(0.5 * sum(beside), rel=1e-11)
+
+
+FAN: dict[str, Any] = {
+    "title": "fan that runs up",
+    "bodies": {"fan": {"mass": "200 kg"}},
+    "links": {"springs": {"between": ["fan", "ground"], "stiffness": "800 kN/m", "damping_ratio": 0.05}},
+    "excitations": {
+        "blade": {
+            "kind": "unbalance", "on": "fan", "unbalance": "0.2 kg m", "speed": "1500 rpm",
+            "run_up": {"acceleration": "50 rpm/s"},
+        }
+    },
+    "measures": {
+        "displacement": {"response": "peak_displacement", "of": "fan"},
+        "velocity": {"response": "peak_velocity", "of": "fan"},
+        "acceleration": {"response": "peak_acceleration", "of": "fan"},
+        "travel": {"response": "peak_relative_displacement", "across": "springs"},
+        "force": {"response": "peak_force", "into": "ground"},
+        "whole": {"response": "peak_force", "into": "fan"},
+    },
+}  # fmt: skip
+
+
+def fan(**run_up: str) -> dict[str, Any]:
+    return {**FAN, "excitations": {"blade": {**FAN["excitations"]["blade"], "run_up": run_up}}}
+
+
+def told(document: dict[str, Any]) -> dict[str, float]:
+    """Values of the measures; both routes agree on them."""
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    return {name: one.value.value for name, one in answer.measures.items()}
+
+
+SHAKEN: dict[str, dict[str, Any]] = {
+    "unbalance": FAN["excitations"]["blade"],
+    "constant": {"kind": "force", "on": "fan", "amplitude": "1 kN", "speed": "1500 rpm", "varies": "constant"},
+    "square": {"kind": "force", "on": "fan", "amplitude": "1 kN", "speed": "1500 rpm", "varies": "speed^2"},
+    "rows": {
+        "kind": "force", "on": "fan", "amplitude": "1 kN", "speed": "1500 rpm",
+        "varies": [["0 rpm", 0.2], ["500 rpm", 0.9], ["1000 rpm", 0.1], ["1500 rpm", 1.0]],
+    },
+}  # fmt: skip
+RUNS: dict[str, dict[str, str]] = {
+    "up": {"acceleration": "50 rpm/s"},
+    "down": {"from": "1500 rpm", "to": "0 rpm", "duration": "20 s"},
+    "through": {"from": "400 rpm", "to": "1500 rpm", "acceleration": "200 rpm/s"},
+    "at once": {"duration": "1 ms"},
+}
+
+
+@pytest.mark.parametrize(("kind", "run"), list(itertools.product(SHAKEN, RUNS)))
+def test_every_run_up_has_one_value_by_both_routes(kind: str, run: str) -> None:
+    for damping in ({"damping_ratio": 0.05}, {"damping": "40 kN s/m"}):
+        links = {"springs": {"between": ["fan", "ground"], "stiffness": "800 kN/m", **damping}}
+        shaken = {"blade": {**SHAKEN[kind], "run_up": RUNS[run]}}
+        some = {name: FAN["measures"][name] for name in ("displacement", "acceleration", "force", "whole")}
+        found = told({**FAN, "links": links, "excitations": shaken, "measures": some})
+        assert found["force"] == pytest.approx(found["whole"], rel=1e-9)
+        assert all(0.0 < one < np.inf for one in found.values())
+
+
+def test_units_and_idle_rows_change_nothing() -> None:
+    """rpm/s, Hz/s, rad/s^2 and a duration; a table with a row too many in it."""
+    first = told(fan(acceleration="60 rpm/s"))
+    for same in ({"acceleration": "1 Hz/s"}, {"acceleration": f"{2.0 * np.pi!r} rad/s²"}, {"duration": "25 s"}):
+        assert told(fan(**same)) == pytest.approx(first, rel=1e-12)
+    rows = [["0 rpm", 0.0], ["700 rpm", 0.7], ["1500 rpm", 1.5]]
+    shaken = {**SHAKEN["rows"], "run_up": {"acceleration": "60 rpm/s"}}
+    values = [
+        told({**FAN, "excitations": {"blade": {**shaken, "varies": some}}}) for some in (rows, [rows[0], rows[2]])
+    ]
+    assert values[0] == pytest.approx(values[1], rel=1e-10)
+
+
+def test_slopes_are_those_of_differences() -> None:
+    document = {
+        **FAN,
+        "bodies": {"fan": {"mass": "200 kg"}, "frame": {"mass": "500 kg"}},
+        "links": {
+            "springs": {
+                "between": ["fan", "frame"],
+                "stiffness": {"from": "100 kN/m", "to": "5 MN/m"},
+                "damping": {"from": "100 N s/m", "to": "1 MN s/m"},
+            },
+            "floor": {"between": ["frame", "ground"], "stiffness": "10 MN/m", "damping": "10 kN s/m"},
+        },
+        "limits": {
+            "force": {"response": "peak_force", "into": "ground", "at_most": "1 kN"},
+            "motion": {"response": "peak_acceleration", "of": "fan", "at_most": "1 g"},
+        },
+        "goal": {"minimise": "peak_displacement", "of": "fan"},
+    }
+    del document["measures"]
+    for limit in pose(vo.from_dict(document)).limits:
+        for x in ([8e5, 1e3], [8e5, 25298.221], [3e5, 3e5]):
+            near = [np.array(x) * np.exp(1e-5 * sign * turn) for turn in np.eye(2) for sign in (1.0, -1.0)]
+            logs = [np.log(limit.form.value(limit.model, one)) for one in near]
+            differences = [(logs[0] - logs[1]) / 2e-5, (logs[2] - logs[3]) / 2e-5]
+            assert limit.form.slope(limit.model, np.array(x)) == pytest.approx(differences, abs=1e-6)
+
+
+def shaken(**changes: Any) -> dict[str, Any]:
+    return {"excitations": {"blade": {**FAN["excitations"]["blade"], **changes}}}
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "two rates": (
+        shaken(run_up={"acceleration": "1 rpm/s", "duration": "3 s"}),
+        'excitations.blade.run_up needs one of acceleration and duration. Write acceleration = "50 rpm/s".',
+    ),
+    "a choice": (
+        shaken(run_up={"acceleration": {"from": "1 rpm/s", "to": "3 rpm/s"}}),
+        "excitations.blade.run_up chooses the acceleration, but a run-up has a given one: its greatest amplitude rises "
+        "and falls with the rate, so that no rate between two good ones is sure to be good. Write one value, and look "
+        "at all of them with vibopt sweep.",
+    ),
+    "a torque": (
+        shaken(run_up={"torque": "5 N m", "acceleration": "50 rpm/s"}),
+        "excitations.blade.run_up speaks of a torque. Near a resonance the vibration takes up torque, so that a weak "
+        "motor may stick there, which is not answered yet. Write the rate that it reaches: acceleration = "
+        '"50 rpm/s".',
+    ),
+    "a unit": (
+        shaken(run_up={"acceleration": "50 rpm"}),
+        'excitations.blade.run_up.acceleration = "50 rpm" is a speed of rotation or a frequency, but an angular '
+        'acceleration is needed here. Write an angular acceleration, for example "50 rpm/s".',
+    ),
+    "no length": (
+        shaken(run_up={"duration": "0 s"}),
+        'excitations.blade.run_up.duration = "0 s" is not greater than zero. Write a positive value, for example '
+        '"0.2 s".',
+    ),
+    "no way": (
+        shaken(run_up={"from": "1500 rpm", "acceleration": "50 rpm/s"}),
+        "excitations.blade.run_up begins at 1500 rpm and stays there. Write another from or to.",
+    ),
+    "too low": (
+        shaken(run_up={"to": "1000 rpm", "acceleration": "50 rpm/s"}),
+        "excitations.blade.run_up goes up to 1000 rpm, but speed = 1500 rpm is beyond it: which of the two does the "
+        'machine reach? Write to = "1500 rpm", or a lower speed.',
+    ),
+    "too slow": (
+        shaken(run_up={"duration": "100 h"}),
+        "excitations.blade.run_up takes more than 300000 turns, so slowly that it is steady at every speed. Ask for "
+        'steady responses over the range instead: over = "0 rpm..1500 rpm".',
+    ),
+    "unknown on the way": (
+        {
+            "excitations": {
+                "blade": {
+                    "kind": "force", "on": "fan", "amplitude": "1 kN", "speed": "1500 rpm",
+                    "run_up": {"duration": "9 s"},
+                }
+            }
+        },
+        "excitations.blade.run_up goes from 0 rpm to 1500 rpm, and its amplitude is not known at all of these speeds. "
+        'Add varies = "constant" or varies = "speed^2" to excitations.blade, or extend its table.',
+    ),
+    "over": (
+        {"measures": {"d": {"response": "peak_displacement", "of": "fan", "over": "0..1500 rpm"}}},
+        "measures.d has over, but the greatest in time is that of all that comes: the speeds of a run-up are said in "
+        "run_up of its excitation. Leave it out.",
+    ),
+    "two of them": (
+        {"excitations": dict.fromkeys(("blade", "other"), FAN["excitations"]["blade"])},
+        "measures.force counts the run-up of excitations.blade and excitations.other, which have no known angle or "
+        'time between them. Name one: due_to = ["blade"].',
+    ),
+    "loose": (
+        {
+            "bodies": {"fan": {"mass": "200 kg"}, "cart": {"mass": "10 kg"}},
+            "links": {"springs": {"between": ["fan", "cart"], "stiffness": "800 kN/m"}},
+            "measures": {"d": {"response": "peak_acceleration", "of": "fan"}},
+        },
+        "measures.d asks for the run-up of a machine of which cart is held by no spring: it is pushed away as the "
+        "force begins. Hold it by a link with stiffness to a support.",
+    ),
+    "no run-up": (
+        {
+            "excitations": {"blade": {"kind": "unbalance", "on": "fan", "unbalance": "1 kg m", "speed": "10 Hz"}},
+            "measures": {"d": {"response": "peak_displacement", "of": "fan"}},
+        },
+        "measures.d: peak_displacement is the greatest in time of what comes once, but excitations.blade is a steady "
+        'vibration. Write response = "displacement", or name a pulse, a drop, a record or a run-up in due_to.',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_makes_no_sense_in_a_run_up_is_refused(name: str) -> None:
+    change, message = WRONG[name]
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**FAN, **change})
+    assert f"scene: {message}" in refused.value.messages
+
+
+def test_notes_say_what_steady_vibration_would_be_and_what_is_never_reached() -> None:
+    some = {"measures": {"d": FAN["measures"]["displacement"]}}
+    notes = vo.solve(vo.from_dict({**FAN, **some})).notes
+    assert (
+        "measures.d: steady, it is at most 10.01 mm on the way, at 605.5 rpm; in the run-up it is 2.5 % less, at a "
+        "speed 4.1 % above." in notes
+    )
+    assert "A peak in a run-up is the greatest over every angle at which the force may begin." in notes
+    slow = {"speed": "400 rpm", "run_up": {"duration": "30 s"}}
+    notes = vo.solve(vo.from_dict({**FAN, **some, **shaken(**slow)})).notes
+    assert "excitations.blade: its run-up passes no resonance; the nearest natural frequency is 604 rpm." in notes
+    steady = {"measures": {"d": {"response": "displacement", "of": "fan"}}}
+    notes = vo.solve(vo.from_dict({**FAN, **steady})).notes
+    assert "excitations.blade: nothing asks of its run-up. Add a response in time, as peak_displacement." in notes
+
+
+def test_the_figure_has_the_envelope_and_the_steady_curve_over_the_speed() -> None:
+    design = vo.solve(vo.from_dict({**FAN, "measures": {"d": FAN["measures"]["displacement"]}}))
+    [panel] = panels(design)
+    envelope, steady = panel.curves
+    assert (envelope.label, steady.label, panel.x_label) == ("run-up", "steady", "speed of blade [rpm]")
+    [mark] = panel.marks
+    assert envelope.y.max() == pytest.approx(mark.y, rel=1e-9)
+    assert envelope.x[envelope.y.argmax()] == pytest.approx(mark.x, rel=1e-9)
+    assert steady.y.max() == pytest.approx(10.0125, rel=1e-4)

@@ -1,0 +1,104 @@
+"""Greatest response in a run-up or run-down, at a design, with its exact slope.
+
+Moving the peak changes nothing to first order: the slope is that of the envelope at one time, by Cauchy's integral
+around the design, for the answer is analytic in the coefficients and its modulus is not.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.forms.form import Form, by_differences
+from vibopt.forms.peak_in_time import matrices, reading
+from vibopt.records import dataclass
+from vibopt.signals import Output, Sweep
+
+if TYPE_CHECKING:
+    from vibopt.forms.reduce import Reach
+    from vibopt.mechanics.model import Model
+    from vibopt.mechanics.panels import Numbers
+    from vibopt.mechanics.run_up import RunUp
+    from vibopt.mechanics.transient import Peak, Reading
+
+_KEPT = 64
+_HALF, _AROUND = 4, 0.05
+"""Points of half a circle around a design, and the greatest change of a phase on it [rad]."""
+
+
+@dataclass(frozen=True, slots=True)
+class PeakInRunUp(Form):
+    """Greatest size of a response while the speed of a force changes, and behind, over every angle at which it begins.
+
+    load
+        (n_coords,): what a force of one acts on.
+    sweep
+        How force and speed change.
+    """
+
+    output: Output
+    load: FloatArray
+    sweep: Sweep
+    no_bounds = "is a peak in a run-up: it has no bounds on boxes of designs"
+    not_convex = "is a peak in a run-up, which is not convex in stiffness and damping"
+    rough = "is a peak in a run-up: its instant is found by a search, and jumps from one resonance to another"
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        from vibopt.mechanics.harmonic import mount_count
+
+        return self.peak(model, x).value / mount_count(model, self.output, x)
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        peak, p = self.peak(model, x), model.values(x)
+        if not 0.0 < peak.value < np.inf:
+            return by_differences(lambda at: self.value(model, at), x)
+        machine, row = self.run_up(model, p)
+        own = machine.modal(row)
+        here = machine.turning(own, np.array([peak.time]))[0]
+        reach = _AROUND / (1.0 + float(np.abs(own.poles).max()) * (peak.time if np.isfinite(peak.time) else 0.0))
+        changes = [self._change(model, p, reach, model.exponents[:, i], peak.time) for i in range(model.n_vars)]
+        slope: FloatArray = np.real(np.array(changes) / here)
+        if self.output.shared_by:
+            slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
+        return slope
+
+    def _change(self, model: Model, p: FloatArray, reach: float, exponents: FloatArray, time: float) -> complex:
+        """Slope of the complex reading at one time in the log of one variable; exponents (n_terms,) of it.
+
+        On the lower half of the circle all is conjugate to the upper.
+        """
+        from vibopt.mechanics.run_up import Modal, mean
+
+        turns = np.exp(2j * np.pi * (np.arange(_HALF) + 0.5) / (2 * _HALF))
+        around = [self.run_up(model, p * (1.0 + reach * turn * exponents)) for turn in turns]
+        upper = [machine.modal(row) for machine, row in around]
+        lower = [Modal(one.poles.conj(), one.parts.conj(), one.through.conjugate()) for one in upper]
+        weights = 0.5 / (_HALF * reach * np.concatenate([turns, turns.conj()]))
+        return complex(around[0][0].turning(mean([*upper, *lower], weights), np.array([time]))[0])
+
+    def reach(self, model: Model) -> Reach:
+        from vibopt.forms.reduce import driven
+
+        return driven(model, self.output, [self.load])
+
+    def cost(self, model: Model) -> float:
+        return 10.0 + 2.0 * model.n_free
+
+    def peak(self, model: Model, x: FloatArray) -> Peak:
+        """The greatest response, of all mounts together where shared; the last ones are kept."""
+        known: dict[tuple[int, bytes], tuple[PeakInRunUp, Peak]] = vars(model).setdefault("peaks_in_run_up", {})
+        key = id(self), np.asarray(x, dtype=float).tobytes()
+        if key not in known:
+            if len(known) >= _KEPT:
+                known.pop(next(iter(known)))
+            machine, row = self.run_up(model, model.values(x))
+            known[key] = self, machine.peak(row)  # the form stays, and so its number
+        return known[key][1]
+
+    def run_up(self, model: Model, p: Numbers) -> tuple[RunUp, Reading]:
+        """The machine under its force, and what is read, at coefficients p (n_terms,), real or complex."""
+        from vibopt.mechanics.run_up import RunUp
+
+        return RunUp(*matrices(model, p), model.n_free, self.load, self.sweep), reading(model, self.output, p)

@@ -1,0 +1,328 @@
+"""Run-up and run-down through resonances, exactly: a force whose speed changes evenly, in closed form.
+
+Each pole answers a phasor P(W) e^(i phase), where phase' = W and W' = a, by a quasi-steady motion that the Faddeeva
+function of (i / 2 a)^(1/2) (W + i pole) holds, and by free vibrations: those of the beginning, and one of every pole
+that was passed.  No step is made, so that no cycle costs anything.  In the frame that turns with the force all this
+is smooth; its modulus is the greatest response over every angle at which the force may begin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.envelopes import Envelope, greatest
+from vibopt.mechanics.panels import Numbers
+from vibopt.mechanics.transient import HORIZON, Peak, Reading
+from vibopt.records import dataclass
+from vibopt.signals import Sweep
+
+_FAR, _TERMS = 36.0, 20
+"""Square of the argument of the Faddeeva function from which its asymptotic series is used, and its terms at most."""
+_LOOSE = 2.0
+"""On what is beyond the first term of that series, where a bound is asked for."""
+_ALIKE, _CIRCLE, _AROUND = 50.0, 16, 0.05
+"""Condition of modes beyond which the damping goes round its value on a circle; points, and radius as a part."""
+_FIRST, _SURE, _NOISE, _ROUNDING = 4.0, 1e-12, 2e-16, 1e-17
+"""Periods of the slowest mode in the first window behind; rounding of a value, and of a phase."""
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """A linear machine in its steady vibration, and a force on it that then changes its speed, and stays at the last.
+
+    mass, damping, stiffness
+        Of all coordinates, those of the bases last, which are at rest, (n_coords, n_coords); real or complex.
+    n_free
+        Number of free coordinates.
+    load
+        (n_coords,): what the force acts on.
+    """
+
+    mass: Numbers
+    damping: Numbers
+    stiffness: Numbers
+    n_free: int
+    load: FloatArray
+    sweep: Sweep
+
+    def peak(self, reading: Reading) -> Peak:
+        """Greatest size of a reading over every angle at which it begins, from the beginning on, for ever."""
+        *turning, (begun, stays) = self.stretches(self.modal(reading))
+        best = Peak(0.0, 0.0)
+        for number, (begin, one) in enumerate(turning):
+            found = greatest(one.envelope(one.length), 0.0, one.length, best.value)
+            if found is not None:
+                best = Peak(found.value, begin + found.at, number, found.at, best.open or found.open)
+        return stays.peak(best, begun, len(turning))
+
+    def history(self, reading: Reading, times: FloatArray) -> FloatArray:
+        """Greatest size of a reading over every angle at which it begins, at times [s], (n,)."""
+        return np.asarray(np.abs(self.turning(self.modal(reading), times)))
+
+    def steady(self, reading: Reading, speeds: FloatArray) -> FloatArray:
+        """Size of the steady vibration at speeds of the run-up [rad/s], (n,)."""
+        machine, sweep = self.modal(reading), self.sweep
+        joints = np.array(sweep.speeds[1:-1])
+        which = np.searchsorted(np.sign(sweep.rate) * joints, np.sign(sweep.rate) * speeds)
+        size = np.array([_polynomial(sweep.powers[one], speed) for one, speed in zip(which, speeds, strict=True)]).real
+        with np.errstate(divide="ignore", invalid="ignore"):
+            driven = machine.parts @ (1.0 / (1j * speeds - machine.poles[:, None]))
+        return np.asarray(np.abs((driven + machine.through) * size))
+
+    def turning(self, machine: Modal, times: FloatArray) -> ComplexArray:
+        """A reading in the frame that turns with the force, at times [s], (n,); without end the steady vibration."""
+        found = np.zeros(len(times), dtype=complex)
+        for begun, one in self.stretches(machine):
+            now = times >= begun
+            found[now] = one.value(times[now] - begun)
+        return found
+
+    def stretches(self, machine: Modal) -> list[tuple[float, Stretch]]:
+        """Parts of the run-up without a joint, each with the time at which it begins [s]; at the last it stays."""
+        sweep, begun = self.sweep, 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            state = sweep.still[0] / (1j * sweep.speeds[0] - machine.poles)
+        found = []
+        for low, high, powers in zip(sweep.speeds[:-1], sweep.speeds[1:], sweep.powers, strict=True):
+            one = Stretch(machine, state, low, sweep.rate, (high - low) / sweep.rate, powers)
+            found.append((begun, one))
+            state, begun = one.states(np.array([one.length]))[:, 0], begun + one.length
+        stays = np.array([sweep.still[1]], dtype=complex)
+        return [*found, (begun, Stretch(machine, state, sweep.speeds[-1], 0.0, np.inf, stays))]
+
+    def modal(self, reading: Reading) -> Modal:
+        """The machine by its poles; where modes are next to alike, the mean of those around it."""
+        system = _System(self, reading, self.damping)
+        if not system.alike:
+            return system.modal
+        turns = np.exp(2j * np.pi * np.arange(_CIRCLE) / _CIRCLE)
+        all_round = [_System(self, reading, self.damping * (1.0 + _AROUND * turn)).modal for turn in turns]
+        return mean(all_round, np.full(_CIRCLE, 1.0 / _CIRCLE))
+
+
+@dataclass(frozen=True, slots=True)
+class Modal:
+    """A reading of a machine by its poles [1/s]: what each adds to it, and what the force adds by itself."""
+
+    poles: ComplexArray
+    parts: ComplexArray
+    through: complex
+
+
+def mean(several: list[Modal], weights: ComplexArray | FloatArray) -> Modal:
+    """Sum of readings, each with a weight, as one."""
+    return Modal(
+        np.concatenate([one.poles for one in several]),
+        np.concatenate([weight * one.parts for weight, one in zip(weights, several, strict=True)]),
+        sum(weight * one.through for weight, one in zip(weights, several, strict=True)),
+    )
+
+
+class _System:
+    """A machine at one damping as one system of first order, with its poles."""
+
+    def __init__(self, machine: RunUp, reading: Reading, damping: Numbers) -> None:
+        n = machine.n_free
+        unit = 1.0 / np.sqrt(np.diag(machine.mass[:n, :n]).real)
+        mass, damper, elastic = ((one[:n, :n].T * unit).T * unit for one in (machine.mass, damping, machine.stiffness))
+        damper, stiff, pushed = (np.linalg.solve(mass, one) for one in (damper, elastic, machine.load[:n] * unit))
+        fast = float(np.sqrt(np.abs(stiff).max()))
+        system = np.block([[np.zeros((n, n)), np.eye(n)], [-stiff / fast**2, -damper / fast]])
+        values, vectors = np.linalg.eig(system)
+        if not np.iscomplexobj(system):
+            values = np.minimum(values.real, 0.0) + 1j * values.imag
+        rows = [np.zeros(n)] * reading.power + [one[:n] * unit for one in (reading.row, reading.rates, reading.inertia)]
+        row = np.concatenate([rows[0] - rows[2] @ stiff, (rows[1] - rows[2] @ damper) * fast])
+        shares = np.linalg.solve(vectors, np.concatenate([np.zeros(n), pushed / fast]).astype(complex))
+        poles = np.asarray(fast * values, dtype=complex)
+        self.modal = Modal(poles, (row @ vectors) * shares, complex(rows[2] @ pushed))
+        self._parts = elastic, mass, vectors, fast
+
+    @property
+    def alike(self) -> bool:
+        """Whether two modes are next to alike, measured by their energy."""
+        elastic, mass, vectors, fast = self._parts
+        roots = [np.linalg.cholesky(one.real).T for one in (elastic, mass)]
+        energy = np.concatenate([roots[0] @ vectors[: len(mass)], roots[1] @ vectors[len(mass) :] * fast])
+        return float(np.linalg.cond(energy / np.sqrt((np.abs(energy) ** 2).sum(axis=0)))) > _ALIKE
+
+
+class Stretch:
+    """A stretch on which the force is one polynomial of the speed, or stays at one speed for ever.
+
+    state
+        Of each pole at the beginning, in the frame that turns with the force.
+    low, rate, length
+        Speed at the beginning [rad/s], its change [rad/s^2], 0 where it stays, and how long it takes [s].
+    powers
+        Phasor of the force by powers of the speed; and its derivatives.
+    """
+
+    def __init__(
+        self, machine: Modal, state: ComplexArray, low: float, rate: float, length: float, powers: ComplexArray
+    ) -> None:
+        self.poles, self.parts, self.through = machine.poles[:, None], machine.parts, machine.through
+        self.low, self.rate, self.length = low, rate, length
+        self.powers: list[Numbers] = [np.polynomial.polynomial.polyder(powers, k) for k in range(len(powers))]
+        self.free = state - self._driven(np.array([low]))[:, 0]
+
+    def envelope(self, length: float) -> Envelope:
+        """As a function of time up to `length` [s], for the search."""
+        fast = float(np.abs(self.poles).max()) + max(self.low, self.low + self.rate * length)
+        return Envelope(self._pushed, self._ringing, self.bound, self.fading, _NOISE * max(1.0, fast * length))
+
+    def value(self, times: FloatArray) -> ComplexArray:
+        """The reading in the frame that turns with the force, at times from the beginning of the stretch [s], (n,)."""
+        ends = np.isinf(times)
+        return self._pushed(np.where(ends, 0.0, times)) + np.where(ends, 0.0, self._ringing(np.where(ends, 0.0, times)))
+
+    def states(self, times: FloatArray) -> ComplexArray:
+        """Of each pole, in the frame that turns with the force, (n_poles, n)."""
+        return self._driven(self.low + self.rate * times) + self._free(times)
+
+    def _pushed(self, times: FloatArray) -> ComplexArray:
+        """The reading without free vibrations, (n,)."""
+        speed = self.low + self.rate * times
+        return np.asarray(self.parts @ self._driven(speed) + self.through * _polynomial(self.powers[0], speed))
+
+    def _ringing(self, times: FloatArray) -> ComplexArray:
+        """Free vibrations in the reading, (n,)."""
+        return np.asarray(self.parts @ self._free(times))
+
+    def _free(self, times: FloatArray) -> ComplexArray:
+        """Free vibrations of each pole, (n_poles, n)."""
+        turned = 1j * (self.low + 0.5 * self.rate * times) * times
+        found = self.free[:, None] * np.exp(self.poles * times - turned)
+        if self.rate:
+            left, when, since = self._passed
+            found += left * np.exp(np.where(times >= when, self.poles * times - since - turned, -np.inf))
+        return np.asarray(found)
+
+    def fading(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Bound of free vibrations in the reading between times, (n,) each."""
+        free = np.abs(self.free)[:, None] * np.exp(self.poles.real * low)
+        if self.rate:
+            left, when, since = self._passed
+            begins = np.minimum(np.maximum(low, when), high)
+            free += np.abs(left) * np.exp(np.where(when <= high, self.poles.real * begins - since.real, -np.inf))
+        return np.asarray(np.abs(self.parts) @ free)
+
+    def bound(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Of the modulus of the reading between times, (n,) each."""
+        if not self.rate:
+            return self.fading(low, high) + self._steady
+        ends = self.low + self.rate * np.array([low, high])
+        fast = ends.max(axis=0)
+        near = np.clip(self.poles.imag, ends.min(axis=0), fast)
+        away = np.hypot(near - self.poles.imag, self.poles.real)
+        size, *more = (_polynomial(np.abs(one), fast) for one in self.powers)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            short = abs(self.rate) / away
+            later = sum((short**k * one for k, one in enumerate(more, start=1)), short / away * size)
+            driven = (size + _LOOSE * later) / away
+        q, rest = self._rest
+        among = np.abs(q) @ fast ** np.arange(q.shape[1])[:, None]
+        among += np.abs(rest) * np.sqrt(0.5 * np.pi / abs(self.rate))  # the Faddeeva function is 1 at most
+        driven = np.where(away**2 < 2.0 * _FAR * abs(self.rate), among, driven)
+        return np.asarray(np.abs(self.parts) @ driven + abs(self.through) * size + self.fading(low, high))
+
+    @property
+    def _steady(self) -> float:
+        """Size of the steady vibration, where the speed stays; infinite at an undamped resonance."""
+        if not (np.abs(1j * self.low - self.poles) > 0.0).all():
+            return np.inf
+        return float(abs(self.parts @ self._driven(np.array([self.low]))[:, 0] + self.through * self.powers[0][0]))
+
+    def _turn(self) -> complex:
+        """Argument of the Faddeeva function per W + i pole."""
+        return complex(np.exp(0.25j * np.pi * np.sign(self.rate)) / np.sqrt(2.0 * abs(self.rate)))
+
+    @cached_property
+    def _rest(self) -> tuple[ComplexArray, ComplexArray]:
+        """P = (i W - pole) Q + rate Q' + rest: coefficients of Q, (n_poles, degree + 1), and the rest, (n_poles, 1)."""
+        p, pole = self.powers[0], self.poles[:, 0]
+        q = np.zeros((len(pole), len(p) + 1), dtype=complex)
+        for j in range(len(p) - 1, 0, -1):
+            q[:, j - 1] = (p[j] + pole * q[:, j] - self.rate * (j + 1) * q[:, j + 1]) / 1j
+        return q, (p[0] + pole * q[:, 0] - self.rate * q[:, 1])[:, None]
+
+    @cached_property
+    def _passed(self) -> tuple[ComplexArray, FloatArray, ComplexArray]:
+        """Free vibration that a passed pole leaves: its amplitude, from when on [s], and its logarithm's beginning."""
+        argument = -self._turn() * (self.low + 1j * self.poles)
+        at = self.poles.imag - np.sign(self.rate) * self.poles.real
+        when = np.where(argument.imag >= 0.0, (at - self.low) / self.rate, np.inf)
+        left = -2.0 * np.sqrt(np.pi) / (2j * self._turn() * self.rate) * self._rest[1]
+        return left, when, argument**2
+
+    def _driven(self, speed: FloatArray) -> ComplexArray:
+        """Quasi-steady motion of each pole at speeds of this stretch, (n_poles, n)."""
+        away = 1j * speed - self.poles
+        if not self.rate:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return np.asarray(self.powers[0][0] / away)
+        near = np.abs(away) ** 2 < 2.0 * _FAR * abs(self.rate)
+        found = np.empty(away.shape, dtype=complex)
+        found[~near] = self._series(np.broadcast_to(speed, away.shape)[~near], away[~near])
+        if near.any():
+            from scipy.special import wofz
+
+            which, when = np.nonzero(near)
+            argument = self._turn() * (speed[when] + 1j * self.poles[which, 0])
+            side = np.where(argument.imag >= 0.0, 1.0, -1.0)
+            q, rest = self._rest
+            powers = speed[when, None] ** np.arange(q.shape[1])
+            size = side * np.sqrt(np.pi) / (2j * self._turn() * self.rate)
+            found[which, when] = (q[which] * powers).sum(axis=1) + rest[which, 0] * size * wofz(side * argument)
+        return found
+
+    def _series(self, speed: FloatArray, away: ComplexArray) -> ComplexArray:
+        """As `_driven`, far from a pole; speeds and i W - pole, (n,)."""
+        small, numbers = self.rate / away**2, np.arange(len(speed))
+        terms = [_polynomial(one, speed) + 0j for one in self.powers]
+        whole = terms[0].copy()
+        for m in range(_TERMS):
+            higher = [*terms[1:], np.zeros(1)]
+            terms = [
+                -small * (above * away[numbers] + 1j * (k - 2 * m - 1) * own)
+                for k, (own, above) in enumerate(zip(terms, higher, strict=True))
+            ]
+            whole[numbers] += terms[0]
+            more = np.abs(terms[0]) > _ROUNDING * np.abs(whole[numbers])
+            if not more.any():
+                break
+            numbers, small, terms = numbers[more], small[more], [one[more] for one in terms]
+        return np.asarray(whole / away)
+
+    def peak(self, best: Peak, begun: float, number: int) -> Peak:
+        """The greater of what was found before and of what follows, where the speed stays, for ever."""
+        steady, rates = self._steady, np.abs(self.poles)
+        if not np.isfinite(steady) or not np.isfinite(np.abs(self.parts) @ np.abs(self.free)):
+            return Peak(np.inf, np.inf, number)
+        if steady > best.value * (1.0 + _SURE):
+            best = Peak(steady, np.inf, number, open=best.open)
+        period, gone = 2.0 * np.pi / float(rates.min()), 0.0
+        length = _FIRST * period
+        while gone < HORIZON * period * (1.0 - _SURE):
+            if float(self.bound(np.array([gone]), np.array([gone]))[0]) <= best.value * (1.0 + _SURE):
+                return best
+            found = greatest(self.envelope(gone + length), gone, gone + length, best.value)
+            if found is not None:
+                best = Peak(found.value, begun + found.at, number, found.at, best.open or found.open)
+            gone, length = gone + length, min(2.0 * length, HORIZON * period - gone - length)
+        return replace(best, open=True)
+
+
+def _polynomial(powers: Numbers, speed: FloatArray) -> Numbers:
+    """A polynomial at speeds, shape of `speed`."""
+    found = np.full(np.shape(speed), powers[-1])
+    for one in powers[-2::-1]:
+        found = found * speed + one
+    return np.asarray(found)
+
+
+__all__ = ["Modal", "RunUp", "Stretch", "mean"]

@@ -1,0 +1,89 @@
+"""What is said of a run-up: how far from steady it is, and what it never reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isfinite
+
+from vibopt.excitations.run_up import band_of, ends_of
+from vibopt.mechanics.machine import Machine
+from vibopt.responses import TransientResponse
+from vibopt.scene.drives import names_for
+from vibopt.scene.scene import Scene
+from vibopt.units import best_unit, show
+from vibopt.values import SpeedRange
+from vibopt.values.speeds import ROTATION
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.certify import measure_on
+
+_SAME = 5e-3
+"""Part by which two values must differ to be told apart in words."""
+
+
+def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """Each response in a run-up beside the steady vibration at the same speeds; run-ups that nothing asks of."""
+    asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
+    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
+    if scene.goal is not None:
+        asked["goal"] = scene.goal.response
+    once = {where: one for where, one in asked.items() if isinstance(one, TransientResponse)}
+    machine, rising = machine_of(scene, chosen), [n for n, one in scene.excitations.items() if one.ramp is not None]
+    notes, told = [], set[str]()
+    for where, one in once.items():
+        [name, *_] = names_for(scene, one)
+        if name in rising:
+            notes += _never(scene, machine, name) if name not in told else []
+            told.add(name)
+            notes.append(_beside(scene, machine, where, name, one))
+    notes += [
+        f"excitations.{name}: nothing asks of its run-up. Add a response in time, as peak_displacement."
+        for name in rising
+        if name not in told
+    ]
+    if told:
+        notes.append("A peak in a run-up is the greatest over every angle at which the force may begin.")
+    return notes
+
+
+def _beside(scene: Scene, machine: Machine, where: str, name: str, response: TransientResponse) -> str:
+    """How much less or more it is than the greatest steady vibration on the way, and how much later."""
+    unit, band = scene.excitations[name].speed.unit, band_of(scene.excitations[name])
+    found = measure_on(scene, machine, response, "at_most")
+    over = {"over": {name: SpeedRange((band,), ROTATION, unit)}, "due_to": (name,)}
+    steady = measure_on(scene, machine, response.steady.model_copy(update=over), "at_most")
+    if not isfinite(found.value) or not isfinite(steady.value):
+        return (
+            f"{where}: run slowly it is infinite, at {show(steady.speeds[name], unit, ROTATION)}; in the run-up "
+            f"{'too' if not isfinite(found.value) else 'it is not'}."
+        )
+    size = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
+    part, begins = found.value / steady.value - 1.0, steady.speeds[name]
+    shift = found.speeds[name] / begins - 1.0 if begins > 0.0 else found.speeds[name]
+    much = "as much" if abs(part) < _SAME else f"{100.0 * abs(part):.2g} % {'more' if part > 0.0 else 'less'}"
+    when = f"at a speed {100.0 * abs(shift):.2g} % {'above' if shift > 0.0 else 'below'}"
+    when = "there" if abs(shift) < _SAME else when if begins > 0.0 else f"at {show(shift, unit, ROTATION)}"
+    return (
+        f"{where}: steady, it is at most {size} on the way, at {show(steady.speeds[name], unit, ROTATION)}; in the "
+        f"{_run(scene, name)} it is {much}, {when}."
+    )
+
+
+def _never(scene: Scene, machine: Machine, name: str) -> list[str]:
+    """That a run-up passes no natural frequency."""
+    unit, band = scene.excitations[name].speed.unit, band_of(scene.excitations[name])
+    modes = [float(one) for one in machine.natural_frequencies()]
+    if any(band.low <= one <= band.high for one in modes):
+        return []
+    near = min(modes, key=lambda one: max(band.low - one, one - band.high))
+    return [
+        f"excitations.{name}: its {_run(scene, name)} passes no resonance; the nearest natural frequency is "
+        f"{show(near, unit, ROTATION)}."
+    ]
+
+
+def _run(scene: Scene, name: str) -> str:
+    begins, stays = ends_of(scene.excitations[name])
+    return "run-up" if stays > begins else "run-down"
+
+
+__all__ = ["run_up_notes"]

@@ -1,0 +1,86 @@
+"""Whether a run-up can be gone through, and what is asked of it."""
+
+from __future__ import annotations
+
+import math
+
+from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.excitations.run_up import band_of, ends_of, rate_of
+from vibopt.mechanics.builder import GROUND
+from vibopt.scene import places
+from vibopt.scene.scene import Scene
+from vibopt.units import show
+
+_ROOM, _TURNS = 1e-9, 3e5
+"""Rounding; turns that are followed one by one to confirm an answer."""
+
+
+def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    """Add what is wrong with the speeds of a run-up."""
+    one = scene.excitations[name]
+    path, where, unit = ("excitations", name, "run_up"), f"excitations.{name}", one.speed.unit
+    begins, stays = ends_of(one)
+    own, band = max(each.high for each in one.own_bands()), band_of(one)
+
+    def shown(speed: float) -> str:
+        return show(speed, unit, "angular_rate")
+
+    if begins == stays:
+        mistakes.add(path, f"{where}.run_up begins at {shown(begins)} and stays there. Write another from or to.")
+    elif own > band.high * (1.0 + _ROOM):
+        mistakes.add(
+            path,
+            f"{where}.run_up goes up to {shown(band.high)}, but speed = {shown(own)} is beyond it: which of the two "
+            f'does the machine reach? Write to = "{shown(own)}", or a lower speed.',
+        )
+    elif abs(stays**2 - begins**2) / abs(2.0 * rate_of(one)) > _TURNS * 2.0 * math.pi:
+        mistakes.add(
+            path,
+            f"{where}.run_up takes more than {_TURNS:.0f} turns, so slowly that it is steady at every speed. Ask for "
+            f'steady responses over the range instead: over = "{shown(band.low)}..{shown(band.high)}".',
+        )
+    elif not any(each.holds(band.low) and each.holds(band.high) for each in one.known_bands):
+        mistakes.add(
+            path,
+            f"{where}.run_up goes from {shown(begins)} to {shown(stays)}, and its amplitude is not known at all of "
+            f'these speeds. Add varies = "constant" or varies = "speed^2" to {where}, or extend its table.',
+        )
+
+
+def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mistakes) -> bool:
+    """Whether a response in time counts a run-up that it cannot answer for; adds the mistake."""
+    rising = [name for name in names if scene.excitations[name].ramp is not None]
+    if not rising:
+        return False
+    if len(names) > 1:
+        other = next(name for name in names if name != rising[0])
+        mistakes.add(
+            path,
+            f"{dotted(path)} counts the run-up of excitations.{rising[0]} and excitations.{other}, which have no known "
+            f'angle or time between them. Name one: due_to = ["{rising[0]}"].',
+        )
+        return True
+    loose = _loose(scene, scene.excitations[rising[0]].on)
+    if loose:
+        mistakes.add(
+            path,
+            f"{dotted(path)} asks for the run-up of a machine of which {loose} is held by no spring: it is pushed away "
+            "as the force begins. Hold it by a link with stiffness to a support.",
+        )
+    return bool(loose)
+
+
+def _loose(scene: Scene, on: str) -> str:
+    """A body among those that it shakes which no springs hold; "" where all are held."""
+    moving = set(places.moving(scene))
+    springs = [ends for name, ends in places.ends(scene).items() if name in places.springs(scene)]
+    held = {end for ends in springs for end in ends if end not in moving} | {GROUND}
+    for _ in moving:
+        held |= {end for ends in springs if held & set(ends) for end in ends}
+    reached, near = {on}, places.neighbours(scene)
+    for _ in moving:
+        reached |= {one for here in reached & moving for one in near.get(here, ()) if one in moving}
+    return min(reached - held, default="")
+
+
+__all__ = ["check_run_up", "contradicts"]

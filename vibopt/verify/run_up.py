@@ -1,0 +1,217 @@
+"""Greatest response in a run-up of the machine as built, followed through every cycle by quadrature.
+
+The other road: one matrix takes the machine from point to point, a part of a cycle each, and what the force does
+between them is summed by Gauss's rule, its phase a function of time.  Two forces a quarter turn apart, as one complex
+one, give the response for every angle at which the force may begin.  No pole, no closed form and no envelope: what
+rings and what is driven are never told apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.excitations.excitation import Excitation
+from vibopt.excitations.run_up import ends_of, rate_of
+from vibopt.mechanics.machine import Course, Machine
+from vibopt.records import dataclass
+from vibopt.responses import TransientResponse
+from vibopt.signals import Line
+
+_TURN, _SOFT = 1.0, 8.0
+"""Radians of force and fastest motion in a step; how much faster may decay what does not swing."""
+_POINTS, _CHUNK, _BEST, _INSIDE, _AROUND = 16, 4096, 8, 64, 4
+"""Points of Gauss's rule in a step, steps at once, tops looked at closely, parts of two steps there, on either side."""
+_PERIODS, _HORIZON = 6.0, 1000.0
+"""Periods of the slowest mode in a look behind, and in all."""
+_MEET, _FADED, _EVEN, _NEAR = 3.0, 1e-11, 1e-12, 0.9
+"""What modes that ring on may grow to as they meet; faded; even; parts of the highest sample that a top must have."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
+
+
+@dataclass(frozen=True, slots=True)
+class _Top:
+    """A top among samples: its height by a parabola, time and state of the sample before, whether the speed changes."""
+
+    height: float
+    time: float
+    step: float
+    state: ComplexArray
+    rising: bool
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A built machine, and a force whose speed rises or falls and then stays."""
+
+    machine: Machine
+    excitation: Excitation
+
+    def peak(self, response: TransientResponse) -> tuple[float, float]:
+        """Greatest size of a response over every angle at which the force begins, and the speed then [rad/s]."""
+        low, high = ends_of(self.excitation)
+        if not np.isfinite(self._vibrating(low)).all() or not np.isfinite(self._vibrating(high)).all():
+            return float("inf"), high
+        tops: list[_Top] = []
+        steady = float(
+            np.abs(self._read(response, np.array([self._length]), self._settled(np.array([self._length])), False))[0]
+        )
+        best, rung, state = 0.0, 0.0, self._vibrating(low)
+        for begin, end in self._spans:
+            rising = begin < self._length
+            for times, states in self._stepped(begin, end, state):
+                values = self._read(response, times, states, rising)
+                sizes, state = np.abs(values), states[:, -1]
+                best = max(best, float(sizes.max()))
+                tops = _kept(tops, times, states, sizes, rising)
+                rung = float(np.abs(values - self._read(response, times, self._settled(times), rising)).max())
+            grown = rung * (1.05 if len(self.machine.masses) == 1 else _MEET)
+            if not rising and (steady + grown < best or rung <= _FADED * max(best, steady)):
+                break
+        high_ones = [top for top in tops if top.height >= _NEAR * best]
+        found = max((self._closely(response, top) for top in high_ones), default=(0.0, 0.0))
+        value, time = (steady, np.inf) if steady > found[0] * (1.0 + _EVEN) else found
+        return value, low + (high - low) * min(time / self._length, 1.0)
+
+    @cached_property
+    def _length(self) -> float:
+        """How long the speed changes [s]."""
+        low, high = ends_of(self.excitation)
+        return (high - low) / rate_of(self.excitation)
+
+    @property
+    def _spans(self) -> list[tuple[float, float]]:
+        """Times between those at which the force changes its way, and looks behind, where the speed stays [s]."""
+        low, rate = ends_of(self.excitation)[0], rate_of(self.excitation)
+        bends = [(one - low) / rate for one in self._line.amplitude.breaks()]
+        joints = [0.0, *sorted(one for one in bends if 0.0 < one < self._length), self._length]
+        look = _PERIODS * 2.0 * np.pi / float(self.machine.natural_frequencies().min())
+        behind = [self._length + look * number for number in range(int(_HORIZON / _PERIODS) + 1)]
+        return [*pairwise(joints), *pairwise(behind)]
+
+    @cached_property
+    def _line(self) -> Line:
+        [line] = self.excitation.lines(np.ones(1))
+        return line
+
+    @cached_property
+    def _system(self) -> tuple[FloatArray, FloatArray]:
+        """Rates of positions and velocities (2 n, 2 n), and what a force of one adds (2 n,)."""
+        mass, damping, stiffness, _ = self.machine.matrices()
+        count = len(mass)
+        push = np.zeros(2 * count)
+        unit = np.array([name == self.excitation.on for name in self.machine.masses], dtype=float)
+        push[count:] = np.linalg.solve(mass, unit)
+        pulled = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+        return np.vstack([np.eye(count, 2 * count, count), pulled]), push
+
+    def _vibrating(self, speed: float) -> ComplexArray:
+        """Steady vibration at one speed, (2 n,); infinite at an undamped resonance."""
+        system, push = self._system
+        size = self._line.amplitude.at(np.array([speed]))[0]
+        try:
+            return np.asarray(np.linalg.solve(1j * speed * np.eye(len(push)) - system, push * size))
+        except np.linalg.LinAlgError:
+            return np.full(len(push), np.inf, dtype=complex)
+
+    def _settled(self, times: FloatArray) -> ComplexArray:
+        """Steady vibration of the last speed at times, (2 n, n)."""
+        return np.asarray(self._vibrating(ends_of(self.excitation)[1])[:, None] * np.exp(1j * self._phase(times)))
+
+    def _phase(self, times: FloatArray) -> FloatArray:
+        """Angle through which the force has turned [rad]."""
+        low, high = ends_of(self.excitation)
+        rising = np.minimum(times, self._length)
+        return (low + 0.5 * rate_of(self.excitation) * rising) * rising + high * (times - rising)
+
+    def _force(self, times: FloatArray, rising: bool) -> ComplexArray:
+        """Force at times, shape of `times`, while the speed changes or behind."""
+        low, high = ends_of(self.excitation)
+        rate = rate_of(self.excitation) if rising else 0.0
+        size = self._line.amplitude.at(low + rate * times if rising else np.full(times.shape, high))
+        return np.asarray((size - 1j * rate * self.excitation.swung) * np.exp(1j * self._phase(times)))
+
+    def _steps(self, begin: float, end: float) -> int:
+        """How many steps a stretch of time takes."""
+        poles = np.linalg.eigvals(self._system[0])
+        fast = float(np.abs(poles.imag).max() + np.abs(poles.real).max() / _SOFT) + max(ends_of(self.excitation))
+        return int(np.ceil(fast * (end - begin) / _TURN)) + 2
+
+    def _stepped(self, begin: float, end: float, state: ComplexArray) -> Iterator[tuple[FloatArray, ComplexArray]]:
+        """Times, the end of the chunk before first, and states (2 n, n) from chunk to chunk."""
+        count = self._steps(begin, end)
+        step = (end - begin) / count
+        for first in range(0, count, _CHUNK):
+            numbers = np.arange(first, min(first + _CHUNK, count) + 1)
+            times: FloatArray = np.asarray(begin + step * numbers, dtype=float)
+            states = self._taken(times[:-1], step, state, begin < self._length)
+            yield times, states
+            state = states[:, -1]
+
+    def _taken(self, times: FloatArray, step: float, state: ComplexArray, rising: bool) -> ComplexArray:
+        """States at times and one step behind the last, (2 n, n + 1), from the state at the first."""
+        from scipy.linalg import expm
+
+        system, push = self._system
+        nodes = 0.5 + 0.5 * _NODES
+        pushed = np.array([expm(system * (step * (1.0 - one))) @ push for one in nodes])
+        inside = times[:, None] + step * nodes
+        states = np.empty((len(times) + 1, len(push)), dtype=complex)
+        states[0] = state
+        states[1:] = self._force(inside, rising) @ (0.5 * step * _WEIGHTS[:, None] * pushed)
+        reach, power = 1, expm(system * step).T
+        while reach < len(states):  # each state takes up what came before it, over twice the distance every time
+            states[reach:] += states[:-reach] @ power
+            reach, power = 2 * reach, power @ power
+        return np.asarray(states.T)
+
+    def _read(self, response: TransientResponse, times: FloatArray, states: ComplexArray, rising: bool) -> ComplexArray:
+        """The response as a complex number at each time."""
+        system, push = self._system
+        count, force = len(self.machine.masses), self._force(times, rising)
+        rates = system @ states + push[:, None] * force
+        points: dict[str, Any] = {
+            name: np.array([states[i], states[count + i], rates[count + i]])
+            for i, name in enumerate(self.machine.masses)
+        }
+        points |= {name: np.zeros((3, len(times))) for name in self.machine.bases}
+        forces: dict[str, Any] = {name: force * (name == self.excitation.on) for name in self.machine.masses}
+        read: Any = response.trace(self.machine, Course(points, forces))
+        return np.asarray(read * np.ones(len(times), dtype=complex))
+
+    def _closely(self, response: TransientResponse, top: _Top) -> tuple[float, float]:
+        """Greatest size between two steps, and when: a polynomial through fine samples."""
+        fine = 2.0 * top.step / _INSIDE
+        times: FloatArray = np.asarray(top.time + fine * np.arange(_INSIDE + 1), dtype=float)
+        states = self._taken(times[:-1], fine, top.state, top.rising)
+        sizes = np.abs(self._read(response, times, states, top.rising)) ** 2
+        middle = int(np.clip(sizes.argmax(), _AROUND, _INSIDE - _AROUND))
+        near = np.arange(-_AROUND, _AROUND + 1)
+        through = np.polynomial.Polynomial.fit(near, sizes[middle + near], 2 * _AROUND)
+        at = np.linspace(-_AROUND, _AROUND, 8001)
+        values = through(at)
+        best = int(values.argmax())
+        return float(np.sqrt(values[best])), float(times[middle] + fine * at[best])
+
+
+def _kept(tops: list[_Top], times: FloatArray, states: ComplexArray, sizes: FloatArray, rising: bool) -> list[_Top]:
+    """The highest tops so far; ends of a chunk are tops that are looked at on their inner side."""
+    left, middle, right = sizes[:-2], sizes[1:-1], sizes[2:]
+    inner = np.flatnonzero((middle >= left) & (middle >= right))
+    bent = np.maximum(2.0 * middle[inner] - left[inner] - right[inner], 1e-300)
+    high = middle[inner] + np.minimum((right[inner] - left[inner]) ** 2 / (8.0 * bent), 0.5 * middle[inner])
+    step = float(times[1] - times[0])
+    found = [_Top(float(sizes[0]), float(times[0]), 0.5 * step, states[:, 0], rising)]
+    found.append(_Top(float(sizes[-1]), float(times[-2]), 0.5 * step, states[:, -2], rising))
+    for one, height in zip(inner, high, strict=True):
+        if height > sizes.max() * 0.5:
+            found.append(_Top(float(height), float(times[one]), step, states[:, one], rising))
+    return sorted([*tops, *found], key=lambda one: -one.height)[:_BEST]
+
+
+__all__ = ["Followed"]
