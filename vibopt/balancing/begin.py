@@ -1,26 +1,30 @@
-"""What every plan of a measured rotor has in common: its frame, its goal, and the plan that has nothing to fit."""
+"""What all plans of a measured rotor have in common: frame, goal, limits and prices; or that nothing can be fitted."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
+from math import tau
 from typing import Any
 
 import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value
-from vibopt.answer.plan import DeferredMapping, Plan
+from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, Plan, RowAnswer
 from vibopt.arrays import ComplexArray
+from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
+from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import impasse
-from vibopt.balancing.plan_values import coefficients, quality_values, trial_advice
+from vibopt.balancing.limit_prices import impasse, limit_answers
+from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.balancing.rotor_job import RotorJob
-from vibopt.balancing.rotor_question import Posed
+from vibopt.balancing.rotor_question import Posed, caps, pose
+from vibopt.balancing.trust import Noise, conditioning
 from vibopt.units import show
 
 UNJUDGED = (
@@ -131,3 +135,68 @@ def nothing(
         method=method_of(job, posed.question, identified),
         later=(lambda: coefficients(job, identified)) if job.has_phase else None,
     )  # fmt: skip
+
+
+def plan_of(
+    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None,
+    notes: tuple[str, ...], *, thorough: bool,
+) -> Answer[RotorJob]:  # fmt: skip
+    """The plan of one answer with its limits and prices, or why its weights are not to be fitted."""
+    u = solved.u
+    assert u is not None
+    later = (lambda: coefficients(job, identified)) if job.has_phase else None
+    nominal_only = not job.goal.robust and np.array_equal(posed.question.caps, caps(job))
+    plain = posed if nominal_only else pose(replace(job, goal=replace(job.goal, robust="")), identified)
+    nominal = plain.question
+    goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
+    found = conditioning(nominal, job.free)
+    said = warning(job, found) if job.choices else ""
+    ways = remedies(job, plain, identified, noise, found, u) if found.near and job.choices else ()
+    if refused := cancelling(job, nominal, identified, noise, found, u) if job.choices else "":
+        return begun(
+            job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
+            later=later, notes=(said, *notes),
+            method=method_of(job, posed.question, identified), details=dict(solved.details),
+        )  # fmt: skip
+    priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
+    limits = with_bands(job, priced.limits, fitting)
+    shown = DeferredMapping(replace(priced, limits=limits).with_words)
+    status, claim = (solved.status, solved.claim) if job.choices else kept_or_broken(limits)
+    return begun(
+        job, status=status, claim=claim, goal=goal, fittings=(_priced(job, fitting, shown),),
+        limits=shown,
+        words=todo(job, fitting), gap=solved.gap, condition=found.number,
+        remedies=ways,
+        values={**quality_values(job, identified, u), **trims(job, fitting)},
+        later=later,
+        notes=(
+            *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
+            *notes, *priced.notes,
+        ),
+        prices=DeferredMapping(priced.caps),
+        method=method_of(job, posed.question, identified), details=dict(solved.details),
+    )  # fmt: skip
+
+
+def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Checked]) -> Fitting:
+    """Rows with the price of the limit that bounds them."""
+
+    def rows() -> Sequence[RowAnswer]:
+        own = [limits[one.name] for one in reversed(job.residual_limits)]
+        prices = {one.place: one.price.words if one.price is not None else "" for one in own}
+        found = [replace(row, price=prices.get(job.row_name(k), "")) for k, row in enumerate(fitting.rows)]
+        return found if any(prices.values()) else fitting.rows
+
+    return replace(fitting, rows=DeferredRows(len(fitting.rows), rows))
+
+
+def _reach_notes(job: RotorJob) -> tuple[str, ...]:
+    """Planes whose holes leave directions in which no split weight acts."""
+    return tuple(
+        f"Plane {plane.name} has no holes from {show_angle(low)} to {show_angle(high % tau)}, half a turn or more: no "
+        f"two weights together act in between. The plan is the best that its holes allow; a hole in this gap would let "
+        f"it go there."
+        for plane in job.planes
+        if not plane.keep
+        for low, high in plane.out_of_reach
+    )

@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from vibopt.answer.answer import Least, Nearest
-from vibopt.answer.entry import Checked
+from vibopt.answer.entry import Checked, Value
 from vibopt.balancing.fitting import fitting_of, greatest_readings, plan_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.limit_prices import Known, measured, with_limits
@@ -18,6 +18,7 @@ from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.question_prices import THOROUGH, allowance, solve_question
 from vibopt.balancing.rotor_job import ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import Posed, rows_of
+from vibopt.balancing.rotor_tables import Bounded
 from vibopt.balancing.verification import simulated
 from vibopt.records import dataclass
 from vibopt.work import Budget, late
@@ -29,6 +30,7 @@ _CLOSE = 1e-6
 _WIDEST, _NARROWEST, _STEP = 1e12, 1e-9, 4.0
 
 T = TypeVar("T")
+B = TypeVar("B", bound=Bounded)
 
 
 def nearest_plan(
@@ -168,6 +170,26 @@ def narrowest(at: Callable[[float], T | None], budget: Budget) -> Narrowest[T] |
     return Narrowest(found, high, high <= max(low * (1.0 + _CLOSE), _NARROWEST))
 
 
+def nearest_of(
+    limits: Mapping[str, B], answered: Callable[[Mapping[str, B]], T | None],
+    rows_at: Callable[[T], Mapping[str, Checked]], values: Callable[[T], Mapping[str, Value]], work: float,
+    *, thorough: bool,
+) -> Nearest | None:  # fmt: skip
+    """What misses the worst limit by the least factor, measured like every other answer; None where none was found.
+
+    `answered` takes other limits; each answer takes `work` [nominal ms].
+    """
+
+    def at(factors: Mapping[str, float]) -> T | None:
+        return answered({name: limits[name].at(limits[name].bound * factor) for name, factor in factors.items()})
+
+    best = nearest_by_factor(tuple(limits), at, rows_at, costing(work, thorough=thorough))
+    if best is None:
+        return None
+    found, rows, least, left = best
+    return Nearest(values=values(found), limits=rows, least=least, left=left)
+
+
 def costing(work: float, *, thorough: bool) -> Budget:
     """How many answers the nearest one and the least of each limit may take, where each takes `work` [nominal ms]."""
     return Budget(int(allowance(thorough).most / max(work, 1.0)), "answers")
@@ -180,9 +202,4 @@ def left_words(near: Nearest | None) -> tuple[str, ...]:
     return (f"What {', '.join(near.left)} could be alone was not looked for. {THOROUGH} does.",) if near.left else ()
 
 
-def wider(bound: float, factor: float, unit: str) -> str:
-    """A bound [SI] so many times as wide, as a text of a file."""
-    return f"{bound * factor!r} {unit}"
-
-
-__all__ = ["costing", "left_words", "narrowest", "nearest_by_factor", "nearest_plan", "wider"]
+__all__ = ["costing", "left_words", "narrowest", "nearest_of", "nearest_plan"]

@@ -18,17 +18,15 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.plan import Fitting
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, nothing
-from vibopt.balancing.cautions import cancelling, last_one, remedies, warning, ways_out
+from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, nothing, plan_of
 from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import limit_answers
-from vibopt.balancing.plan_values import OFF, quality_values, todo, trims
+from vibopt.balancing.plan_values import OFF
 from vibopt.balancing.question import Solved
 from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.rotor_job import RotorJob, Run
-from vibopt.balancing.rotor_question import pose
+from vibopt.balancing.rotor_question import Posed, pose
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
 from vibopt.records import dataclass
@@ -222,31 +220,27 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Answer[Roto
         first = pose(job, answers.rotors[0])
         plan = nothing(job, answers.rotors[0], first, solve_question(first.question), thorough=thorough)
         return replace(plan, method=METHOD)
-    u = solved[0].u
+    if len(fittings) > 1:
+        return _open(job, answers, posed_of[0], solved[0], fittings)
+    notes = _miss_notes(job, answers)
+    plan = plan_of(job, kept[0], posed_of[0], solved[0], fittings[0], None, notes, thorough=thorough)
+    plan = replace(plan, method=METHOD, details={"miss": answers.miss.tolist()})
+    if not plan.plan.fittings:
+        return plan
+    status, claim = _one(job, answers, fittings[0], solved[0])
+    return replace(plan, status=kept_or_broken(plan.limits)[0] if status == "met" else status, claim=claim)
+
+
+def _open(job: RotorJob, answers: Answers, posed: Posed, solved: Solved, fittings: list[Fitting]) -> Answer[RotorJob]:
+    """Several plans, and the run that decides between them."""
+    u = solved.u
     assert u is not None
-    question, found = posed_of[0].question, conditioning(posed_of[0].question, job.free)
-    if len(fittings) == 1 and job.choices and (refused := cancelling(job, question, answers.rotors[0], None, found, u)):
-        return begun(
-            job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number,
-            remedies=remedies(job, posed_of[0], answers.rotors[0], None, found, u), notes=(warning(job, found),),
-            method=METHOD, details={"miss": answers.miss.tolist()},
-        )  # fmt: skip
-    goal = goal_of(job, question.chosen_only(solved[0].chosen), u)
-    several = len(fittings) > 1
-    ways = remedies(job, posed_of[0], kept[0], None, found, u) if found.near and job.choices and not several else ()
-    alike = (warning(job, found), *last_one(ways)) if ways else ()
-    priced = limit_answers(job, posed_of[0], solved[0], goal[1], thorough=thorough)
-    status, claim = _several(fittings) if several else _one(job, answers, fittings[0], solved[0])
-    if status == "met":
-        status, claim = kept_or_broken(priced.limits)[0], claim
+    status, claim = _several(fittings)
     return begun(
-        job, status=status, claim=claim, goal=goal, fittings=tuple(fittings),
-        limits={} if several else priced.with_words(), prices={} if several else priced.caps(),
-        words=(OFF, *_words_of(fittings)) if several else todo(job, fittings[0]),
-        gap=solved[0].gap,
-        notes=(*alike, *_miss_notes(job, answers), *(_ask(job, answers) if several else priced.notes)),
-        method=METHOD, values={} if several else {**quality_values(job, kept[0], u), **trims(job, fittings[0])},
-        remedies=ways, condition=found.number, details={"miss": answers.miss.tolist()},
+        job, status=status, claim=claim, goal=goal_of(job, posed.question.chosen_only(solved.chosen), u),
+        fittings=tuple(fittings), words=(OFF, *_words_of(fittings)), gap=solved.gap,
+        notes=(*_miss_notes(job, answers), *_ask(job, answers)), method=METHOD,
+        condition=conditioning(posed.question, job.free).number, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
 
 

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, TypeVar
+from math import inf
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from pydantic import model_validator
 
 from vibopt.balancing.planes import MASS
 from vibopt.document.mistakes import Mistakes, Path, validated
 from vibopt.errors import QuantityError
-from vibopt.units import read_quantity
+from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint
+
+if TYPE_CHECKING:
+    from typing import Self
 
 TOP = [
     "title", "statement", "source", "conventions", "planes", "sensors", "runs", "readings", "influence", "speed",
@@ -305,7 +309,12 @@ class Bounded(Table):
     @property
     def bound(self) -> float:
         """at_most in SI; inf for a measure."""
-        return float("inf") if self.at_most is None else inner(self.at_most, self.dimension)
+        return inf if self.at_most is None else inner(self.at_most, self.dimension)
+
+    def at(self, bound: float) -> Self:
+        """The same with another bound [SI]; inf: without one."""
+        text = f"{bound!r} {si_unit(self.dimension)}" if bound < inf else None
+        return self.model_copy(update={"at_most": text})
 
 
 def unbounded(tables: Mapping[str, Bounded], mistakes: Mistakes) -> None:

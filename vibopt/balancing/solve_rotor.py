@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import tau
 
 import numpy as np
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.entry import Checked
-from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, RowAnswer
+from vibopt.answer.plan import Fitting
 from vibopt.balancing.agreement import idle_words, without_insensitive
-from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, method_of, nothing
-from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
+from vibopt.balancing.begin import answered, begun, nothing, plan_of
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
-from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import limit_answers
 from vibopt.balancing.nearest import left_words, nearest_plan
 from vibopt.balancing.phaseless import solve_without_phase
-from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
+from vibopt.balancing.plan_values import quality_values, trial_advice
 from vibopt.balancing.question import Solved
 from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.balancing.rotor_job import RotorJob
-from vibopt.balancing.rotor_question import Posed, caps, pose
-from vibopt.balancing.trust import Noise, conditioning
+from vibopt.balancing.rotor_question import Posed, pose
+from vibopt.balancing.trust import Noise
 from vibopt.balancing.verification import simulated
 
 AGREES = 1e-6
@@ -64,7 +58,7 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
             none = replace(none, nearest=near, notes=(*none.notes, *left_words(near)))
         return judged(of, _unless_felt(of, idle, none, solver))
     fitting = _fitting(of, identified, posed, solved)
-    plan = _plan(job, identified, posed, solved, fitting, noise, thorough)
+    plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise), thorough=thorough)
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
     return _certified(plan, identified) if plan.plan.fittings else plan
@@ -87,69 +81,6 @@ def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) ->
     u = solved.u
     assert u is not None
     return fitting_of(of.job, identified, u, posed.chosen_only(solved.chosen).options, held_bands(of, u))
-
-
-def _plan(
-    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None,
-    thorough: bool,
-) -> Answer[RotorJob]:  # fmt: skip
-    u = solved.u
-    assert u is not None
-    nominal_only = not job.goal.robust and np.array_equal(posed.question.caps, caps(job))
-    plain = posed if nominal_only else pose(replace(job, goal=replace(job.goal, robust="")), identified)
-    nominal = plain.question
-    goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
-    found = conditioning(nominal, job.free)
-    said = warning(job, found) if job.choices else ""
-    ways = remedies(job, plain, identified, noise, found, u) if found.near and job.choices else ()
-    if refused := cancelling(job, nominal, identified, noise, found, u) if job.choices else "":
-        return begun(
-            job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
-            later=lambda: coefficients(job, identified), notes=(said, *_noise_notes(job, noise)),
-            method=method_of(job, posed.question, identified), details=dict(solved.details),
-        )  # fmt: skip
-    priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
-    limits = with_bands(job, priced.limits, fitting)
-    shown = DeferredMapping(replace(priced, limits=limits).with_words)
-    status, claim = (solved.status, solved.claim) if job.choices else kept_or_broken(limits)
-    return begun(
-        job, status=status, claim=claim, goal=goal, fittings=(_priced(job, fitting, shown),),
-        limits=shown,
-        words=todo(job, fitting), gap=solved.gap, condition=found.number,
-        remedies=ways,
-        values={**quality_values(job, identified, u), **trims(job, fitting)},
-        later=lambda: coefficients(job, identified),
-        notes=(
-            *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
-            *_noise_notes(job, noise), *priced.notes,
-        ),
-        prices=DeferredMapping(priced.caps),
-        method=method_of(job, posed.question, identified), details=dict(solved.details),
-    )  # fmt: skip
-
-
-def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Checked]) -> Fitting:
-    """Rows with the price of the limit that bounds them."""
-
-    def rows() -> Sequence[RowAnswer]:
-        own = [limits[one.name] for one in reversed(job.residual_limits)]
-        prices = {one.place: one.price.words if one.price is not None else "" for one in own}
-        found = [replace(row, price=prices.get(job.row_name(k), "")) for k, row in enumerate(fitting.rows)]
-        return found if any(prices.values()) else fitting.rows
-
-    return replace(fitting, rows=DeferredRows(len(fitting.rows), rows))
-
-
-def _reach_notes(job: RotorJob) -> tuple[str, ...]:
-    """Planes whose holes leave directions in which no split weight acts."""
-    return tuple(
-        f"Plane {plane.name} has no holes from {show_angle(low)} to {show_angle(high % tau)}, half a turn or more: no "
-        f"two weights together act in between. The plan is the best that its holes allow; a hole in this gap would let "
-        f"it go there."
-        for plane in job.planes
-        if not plane.keep
-        for low, high in plane.out_of_reach
-    )
 
 
 def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:

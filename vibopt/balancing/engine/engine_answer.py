@@ -8,7 +8,7 @@ from math import degrees
 
 import numpy as np
 
-from vibopt.answer.answer import Answer, Nearest
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table
@@ -27,9 +27,9 @@ from vibopt.balancing.engine.shaking import (
     peak,
 )
 from vibopt.balancing.lengths import least
-from vibopt.balancing.nearest import costing, left_words, nearest_by_factor, wider
+from vibopt.balancing.nearest import left_words, nearest_of
 from vibopt.balancing.question_prices import allowance
-from vibopt.units import show, si_unit
+from vibopt.units import show
 from vibopt.work import metered
 
 STEPS = 4096
@@ -83,7 +83,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
     with metered() as meter:
         found = balance(job, solver)
     here = arms(job, found.cranks)
-    limits = {name: _held(job, found, name, one) for name, one in job.limits.items()}
+    limits = _rows(job, found, job.limits)
     status, claim = found.status, found.claim
     if status in ("optimal", "feasible", "met"):
         status, claim = _checked(job, found, here, limits)
@@ -92,7 +92,10 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
     budget = allowance(thorough)
     impossible = status == "infeasible" and job.limits
     conflict, reason = impasse(job, claim, meter.done, budget) if impossible else (None, "")
-    near = _nearest(job, meter.done, thorough=thorough) if impossible else None
+    near = nearest_of(
+        job.limits, lambda limits: _best(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+        lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough=thorough,
+    ) if impossible else None  # fmt: skip
     words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
     limits = {
         name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
@@ -103,7 +106,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         claim=claim,
         values=_values(job, found, here),
         limits=limits,
-        measures={name: _held(job, found, name, one) for name, one in job.measures.items()},
+        measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
         nearest=near,
@@ -115,25 +118,14 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
     )
 
 
-def _nearest(job: EngineJob, work: float, *, thorough: bool) -> Nearest | None:
-    """The weights and cranks whose worst limit is missed by the least factor, measured like every other."""
-
-    def answered(factors: Mapping[str, float]) -> Balanced | None:
-        found = balance(replace(job, limits={name: _wider(job.limits[name], one) for name, one in factors.items()}))
-        return found if found.status in ("optimal", "feasible") else None
-
-    def rows(found: Balanced) -> dict[str, Checked]:
-        return {name: _held(job, found, name, table) for name, table in job.limits.items()}
-
-    best = nearest_by_factor(tuple(job.limits), answered, rows, costing(work, thorough=thorough))
-    if best is None:
-        return None
-    found, limits, least, left = best
-    return Nearest(values=_values(job, found, arms(job, found.cranks)), limits=limits, least=least, left=left)
+def _rows(job: EngineJob, found: Balanced, tables: Mapping[str, EngineLimitTable]) -> dict[str, Checked]:
+    return {name: _held(job, found, name, one) for name, one in tables.items()}
 
 
-def _wider(table: EngineLimitTable, factor: float) -> EngineLimitTable:
-    return table.model_copy(update={"at_most": wider(table.bound, factor, si_unit(table.dimension))})
+def _best(job: EngineJob) -> Balanced | None:
+    """Weights and cranks of a job; None where there are none."""
+    found = balance(job)
+    return found if found.status in ("optimal", "feasible") else None
 
 
 def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Checked]) -> tuple[str, str]:

@@ -27,7 +27,7 @@ from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
 from vibopt.balancing.lengths import Lengths
 from vibopt.balancing.question_prices import ACTIVE, Bound, Step, clash, prices_of
 from vibopt.records import dataclass
-from vibopt.units import show, si_unit
+from vibopt.units import show
 from vibopt.work import Budget
 
 
@@ -158,8 +158,7 @@ def moved(job: EngineJob, name: str, limit: Known, bound: float) -> EngineJob:
         return wider(job, limit, bound)
     if bound == inf:
         return replace(job, limits={key: one for key, one in job.limits.items() if key != name})
-    text = f"{bound!r} {si_unit(limit.dimension)}"
-    return replace(job, limits={**job.limits, name: limit.model_copy(update={"at_most": text})})
+    return replace(job, limits={**job.limits, name: limit.at(bound)})
 
 
 def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import inf, isfinite, tau
 from typing import Any
 
-from vibopt.answer.answer import Answer, Conflict, Nearest
+from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
@@ -23,10 +23,10 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
-from vibopt.balancing.nearest import costing, left_words, narrowest, nearest_by_factor, wider
+from vibopt.balancing.nearest import left_words, narrowest, nearest_of
 from vibopt.balancing.planes import MASS, Drill, Plane
 from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, Step, allowance, clash, prices_of
-from vibopt.units import show, si_unit
+from vibopt.units import show
 from vibopt.work import Budget, metered
 
 
@@ -52,9 +52,8 @@ def _taken(
     """A bound by how an answer measures it, and by the job with another one."""
 
     def best(value: float) -> tuple[float, Correction] | None:
-        job = moved(value)
-        other = correct(job)
-        return (_value(job, other), other) if other.status in ("optimal", "feasible") else None
+        other = _best(job := moved(value))
+        return None if other is None else (_value(job, other), other)
 
     def until(free: tuple[float, Correction]) -> float | None:
         """What the answer without the bound reaches, if with that bound the goal is as good."""
@@ -81,9 +80,7 @@ def _limits(job: KnownJob, found: Correction) -> list[Taken]:
             return float(_held(other, its, name, table).value.value)
 
         def moved(value: float) -> KnownJob:
-            text = f"{value!r} {si_unit(table.dimension)}" if isfinite(value) else None
-            wider = table.model_copy(update={"at_most": text})
-            return replace(job, limits={**job.limits, name: wider})
+            return replace(job, limits={**job.limits, name: table.at(value)})
 
         return _taken(found, name, table.bound, table.unit, table.dimension, measured, moved)
 
@@ -146,8 +143,7 @@ def _loosening(job: KnownJob, name: str, budget: Budget) -> Step | None:
     table = job.limits[name]
 
     def at(factor: float) -> Correction | None:
-        found = correct(replace(job, limits={**job.limits, name: _wider(table, factor)}))
-        return found if found.status in ("optimal", "feasible") else None
+        return _best(replace(job, limits={**job.limits, name: table.at(table.bound * factor)}))
 
     best = narrowest(at, budget)
     if best is None or not best.proven:
@@ -165,7 +161,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
     """Correct the shaft, put the weights back, and say what is left; `thorough` computes every price."""
     with metered() as meter:
         found = correct(job, solver)
-    limits = {name: _held(job, found, name, table) for name, table in job.limits.items()}
+    limits = _rows(job, found, job.limits)
     status, claim = _status(job, found, limits)
     words, unpriced = _prices(job, found, meter.done, allowance(thorough))
     limits = {
@@ -174,7 +170,10 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
     }
     impossible = status == "infeasible" and job.limits
     conflict, reason = impasse(job, claim, meter.done, allowance(thorough)) if impossible else (None, "")
-    near = _nearest(job, meter.done, thorough=thorough) if impossible else None
+    near = nearest_of(
+        job.limits, lambda limits: _best(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+        lambda one: _values(job, one), meter.done, thorough=thorough,
+    ) if impossible else None  # fmt: skip
     return Answer(
         job=job,
         nearest=near,
@@ -184,7 +183,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         conflict=conflict,
         values=_values(job, found),
         limits=limits,
-        measures={name: _held(job, found, name, table) for name, table in job.measures.items()},
+        measures=_rows(job, found, job.measures),
         goal=_goal(job, found),
         method=found.way,
         notes=(*job.notes, *_notes(job, found), *unpriced, *(left_words(near) if impossible else ())),
@@ -193,25 +192,14 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
     )
 
 
-def _nearest(job: KnownJob, work: float, *, thorough: bool) -> Nearest | None:
-    """The correction whose worst limit is missed by the least factor, turned by hand like every other."""
-
-    def answered(factors: Mapping[str, float]) -> Correction | None:
-        found = correct(replace(job, limits={name: _wider(job.limits[name], one) for name, one in factors.items()}))
-        return found if found.status in ("optimal", "feasible") else None
-
-    def rows(found: Correction) -> dict[str, Checked]:
-        return {name: _held(job, found, name, table) for name, table in job.limits.items()}
-
-    best = nearest_by_factor(tuple(job.limits), answered, rows, costing(work, thorough=thorough))
-    if best is None:
-        return None
-    found, limits, least, left = best
-    return Nearest(values=_values(job, found), limits=limits, least=least, left=left)
+def _rows(job: KnownJob, found: Correction, tables: Mapping[str, KnownLimitTable]) -> dict[str, Checked]:
+    return {name: _held(job, found, name, table) for name, table in tables.items()}
 
 
-def _wider(table: KnownLimitTable, factor: float) -> KnownLimitTable:
-    return table.model_copy(update={"at_most": wider(table.bound, factor, si_unit(table.dimension))})
+def _best(job: KnownJob) -> Correction | None:
+    """The correction of a job; None where there is none."""
+    found = correct(job)
+    return found if found.status in ("optimal", "feasible") else None
 
 
 def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tuple[str, str]:
