@@ -252,7 +252,7 @@ def _over_tolerances(
     rows = rows_over(scene, x, best)
     machine = goal_machine(scene, best.hits)
     made = _answered(replace(scene, off=machine), program, found, clock, rows)
-    notes = (*made.notes, "Tolerances: figures show the machine without them.")
+    notes = (*made.notes, "Tolerances: curves show the machine as designed and the worst one, maps the first.")
     both = side_by_side(scene, nominal, best, differing(scene, machine))
     used = _used_of(program.model, max(program.used_dof, around(scene, x).used_dof))
     return replace(made, job=scene, notes=notes, tolerances=both, model=used)
