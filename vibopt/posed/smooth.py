@@ -14,12 +14,11 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import StaticLoad, StaticRow
-from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes
 from vibopt.posed.nonlinear import NonlinearProgram
 from vibopt.program.casadi_nlp import SampledProgram, Samples
-from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.ranges import log_box, starts
@@ -97,7 +96,11 @@ class Exchange:
         y = self._best(begins)
         for self.rounds in range(1, _ROUNDS + 1):
             promised, before = self._promised(y), self._missed(y)
-            if not self._learn(y) or (before <= EXACT and self._close(y, promised)) or late("the exchange of speeds"):
+            if (
+                not self.samples.learn(self.x(y), 6)
+                or (before <= EXACT and self._close(y, promised))
+                or late("the exchange of speeds")
+            ):
                 break
             y = self._next(y, begins)
         for self.margin in _MARGINS:
@@ -217,21 +220,8 @@ class Exchange:
         aim = self.program.aim
         if aim is None or np.isnan(promised):
             return True
-        found = aim.form.worst(aim.model, self.x(y), least_wanted=aim.sense < 0).value
+        found = aim.worst(self.x(y)).value
         return bool(abs(found - promised) <= EXACT * abs(found))
-
-    def _learn(self, y: FloatArray) -> bool:
-        """Look at the speeds at which the design y is worst; whether any was new."""
-        x, fresh = self.x(y), False
-        for index, part in self.samples.parts():
-            form = part.form.harmonic
-            if form is None:
-                continue
-            least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-            for drive in form.drives:
-                found = extremes_of(part.model, form, drive, x, least_wanted=least_wanted, within=0.7)
-                fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:6]])
-        return fresh
 
 
 class _Rows(SampledProgram):

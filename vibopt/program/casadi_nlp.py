@@ -15,7 +15,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form, Modulus, Monomials, StaticLoad, StaticRow
-from vibopt.forms.drive_response import rigid_form
+from vibopt.forms.drive_response import DriveResponse, rigid_form
+from vibopt.forms.extremes import extremes_of
 from vibopt.forms.rational import Sampled, sampled, sampled_static
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import mode_shapes
@@ -70,6 +71,18 @@ class Samples:
         fresh = [one for one in speeds if np.isfinite(one) and all(abs(one - old) > 1e-9 * abs(one) for old in known)]
         known.extend(fresh)
         return bool(fresh)
+
+    def learn(self, x: FloatArray, most: int) -> bool:
+        """Look at the speeds at which a design is worst, at most so many of each excitation; whether any was new."""
+        fresh = False
+        for index, part in self.parts():
+            form = part.form.harmonic
+            if form is None:
+                continue
+            for drive in form.drives:
+                found = extremes_of(part.model, form, drive, x, least_wanted=part.least_wanted, within=0.7)
+                fresh |= self.add(index, drive.name, [one.speed for one in found[:most]])
+        return fresh
 
 
 class SampledProgram:
@@ -185,7 +198,6 @@ class SampledProgram:
 
     def _typical(self, aim: Aim, form: Modulus, samples: Samples) -> float:
         """Size of the goal at the reference, from its samples."""
-        from vibopt.forms.drive_response import DriveResponse
 
         total = 0.0
         for drive in form.drives:

@@ -9,14 +9,45 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms import Form
+from vibopt.forms.form import Local, Worst
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
 
 Side = Literal["at_most", "at_least", "outside"]
 
 
+class Asked:
+    """A form on the smallest model that it needs, and which of its values is the worst."""
+
+    __slots__ = ()
+    model: Model
+    form: Form
+
+    @property
+    def least_wanted(self) -> bool:
+        """Whether the least value over the speeds is the worst."""
+        raise NotImplementedError(f"{type(self).__name__} does not say which value is the worst")
+
+    @property
+    def cost(self) -> float:
+        """Work of measuring it at one design, on one machine [nominal ms]."""
+        return self.form.cost(self.model)
+
+    def worst(self, x: FloatArray) -> Worst:
+        """The worst value over its speeds at a design x (n_vars,), and where it is."""
+        return self.form.worst(self.model, x, least_wanted=self.least_wanted)
+
+    def extremes(self, x: FloatArray, within: float = 0.5) -> list[Local]:
+        """Local extremes within a factor of the worst one, the worst first."""
+        return self.form.extremes(self.model, x, least_wanted=self.least_wanted, within=within)
+
+    def candidates(self, x: FloatArray) -> list[tuple[tuple[float, ...], float]]:
+        """Speeds per excitation and value of every local extreme that could be the worst."""
+        return self.form.candidates(self.model, x, least_wanted=self.least_wanted)
+
+
 @dataclass(frozen=True, slots=True)
-class Limit:
+class Limit(Asked):
     """form <= bound, form >= bound, or every value of it outside (bound, upper) [SI].
 
     name
@@ -38,13 +69,12 @@ class Limit:
     complement: bool = False
 
     @property
-    def cost(self) -> float:
-        """Work of measuring it at one design [nominal ms]."""
-        return self.form.cost(self.model)
+    def least_wanted(self) -> bool:
+        return self.side == "at_least"
 
 
 @dataclass(frozen=True, slots=True)
-class Aim:
+class Aim(Asked):
     """What is made best: sense is +1 to minimise the form and -1 to maximise it.
 
     With `others`, the same goal on other machines, the worst of all of them counts.
@@ -58,9 +88,8 @@ class Aim:
     others: tuple[Aim, ...] = ()
 
     @property
-    def cost(self) -> float:
-        """Work of measuring it on one machine at one design [nominal ms]."""
-        return self.form.cost(self.model)
+    def least_wanted(self) -> bool:
+        return self.sense < 0.0
 
     def direction(self, index: int) -> float | None:
         """Sense in which a variable is wanted to go: +1 up, -1 down; None where it is not that simple."""

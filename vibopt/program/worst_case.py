@@ -108,7 +108,7 @@ class _Hunt:
         self.part, self.axes = part, axes
         self.low = np.array([axis.low for axis in axes])
         self.high = np.array([axis.high for axis in axes])
-        least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+        least = part.least_wanted
         self.sign = -1.0 if least else 1.0
         self.free = (part.form.acting(part.model) != 0.0).any(axis=0)
         self.tried = 0
@@ -116,7 +116,7 @@ class _Hunt:
     def value(self, factors: FloatArray) -> float:
         """Of the form: its worst over the speeds."""
         self.tried += 1
-        return self.part.form.worst(self.part.model, factors, least_wanted=self.sign < 0).value
+        return self.part.worst(factors).value
 
     def corner(self) -> FloatArray | None:
         """The one corner that is worst, where the form rises or falls with each factor; None where it may not."""
@@ -260,7 +260,7 @@ class _Hunt:
 
         def fall(y: FloatArray) -> tuple[float, FloatArray]:
             self.tried += 1
-            first = self.part.form.extremes(self.part.model, np.exp(y), least_wanted=self.sign < 0)[0]
+            first = self.part.extremes(np.exp(y))[0]
             value = first.value if np.isfinite(first.value) else 1e3
             return -self.sign * value, -self.sign * first.slope
 

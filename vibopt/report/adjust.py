@@ -102,7 +102,7 @@ class _Worse:
         self.aim = aim
         self.level = 0.0
         if aim is not None:
-            self.level = aim.form.worst(aim.model, x, least_wanted=aim.sense < 0).value
+            self.level = aim.worst(x).value
         self.because = ""
 
     def __call__(self, s: float) -> float:

@@ -68,7 +68,7 @@ class Judge:
     def limit(self, limit: Limit, x: FloatArray) -> tuple[float, Worst]:
         """Violation as a part of the bound (negative when met), and the worst."""
         worked(limit.cost)
-        found = limit.form.worst(limit.model, x, least_wanted=limit.side == "at_least")
+        found = limit.worst(x)
         return violation(limit, found.value, x), found
 
     def goal(self, x: FloatArray) -> Worst:
@@ -77,7 +77,7 @@ class Judge:
         if aim is None:
             return Worst(0.0)
         worked(sum(one.cost for one in aim.pieces))
-        found = [one.form.worst(one.model, x, least_wanted=one.sense < 0) for one in aim.pieces]
+        found = [one.worst(x) for one in aim.pieces]
         first = max(found, key=lambda one: aim.sense * one.value)
         return Worst(aim.sense * first.value, first.speeds)
 

@@ -47,9 +47,9 @@ def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple
 
 def _searched(asked: Question, limit: Limit, x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """As `worst`, of one design whose amplitude is a table over the speed."""
-    design, least = np.zeros(len(x)), limit.side == "at_least"
+    design, least = np.zeros(len(x)), limit.least_wanted
     design[list(asked.order)] = x[:, 0]
-    found = limit.form.candidates(limit.model, design, least_wanted=least)
+    found = limit.candidates(design)
     (speed,), value = (min if least else max)(found, key=lambda one: one[1])
     missed = (limit.bound - value if least else value - limit.bound) / limit.bound
     return np.array([missed]), np.array([(limit.form.drives[0].lines[0].order * speed) ** 2])

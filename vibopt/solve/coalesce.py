@@ -212,7 +212,7 @@ class _Meeting:
             wanted[count] = -1.0
         else:
             x = np.exp(self._design(v))
-            worst = aim.form.extremes(aim.model, x, least_wanted=aim.sense < 0.0)[0]
+            worst = aim.extremes(x)[0]
             wanted[:count] = aim.sense * worst.slope[self.free]
         return wanted
 

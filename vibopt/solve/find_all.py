@@ -63,7 +63,7 @@ def _holds(limit: Limit, drive_name: str, bands: tuple[Band, ...]) -> list[Inter
     form = limit.form.harmonic
     assert form is not None
     x = np.zeros(0)
-    least = limit.side == "at_least"
+    least = limit.least_wanted
     drive = next(one for one in form.drives if one.name == drive_name)
     rest = [drive_extreme(limit.model, form, one, x, least).value for one in form.drives if one is not drive]
     others = float(np.sqrt(sum(v * v for v in rest))) if form.combine == "rss" else float(sum(rest))

@@ -13,10 +13,9 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.forms.extremes import extremes_of
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
-from vibopt.program.program import Aim, Program
+from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
@@ -246,16 +245,7 @@ class _Run:
 
     def _learn(self, y: FloatArray) -> bool:
         """Add the speeds at which the design y is worst; whether it is worth solving again from it."""
-        x, fresh = np.exp(y), False
-        for index, part in self.samples.parts():
-            form = part.form.harmonic
-            if form is None:
-                continue
-            least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-            for drive in form.drives:
-                found = extremes_of(part.model, form, drive, x, least_wanted=least_wanted, within=0.7)
-                fresh |= self.samples.add(index, drive.name, [one.speed for one in found[:3]])
-        return fresh and self._missed(y) > 1e-6
+        return self.samples.learn(np.exp(y), 3) and self._missed(y) > 1e-6
 
     def _promising(self, y: FloatArray) -> bool:
         return self._missed(y) < 0.5

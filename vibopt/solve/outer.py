@@ -50,8 +50,7 @@ class Speeds:
         for index, limit in enumerate(self.program.limits):
             if not limit.form.drives or all(band.is_point for band in limit.form.drives[0].bands):
                 continue
-            least = limit.side == "at_least"
-            found = limit.form.candidates(limit.model, x, least_wanted=least)
+            least, found = limit.least_wanted, limit.candidates(x)
             missed = violation(limit, (min if least else max)(value for _, value in found), x)
             worst = max(worst, missed)
             if missed > _DONE:

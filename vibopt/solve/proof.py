@@ -69,7 +69,7 @@ def parts_of(program: Program) -> dict[int, Limit | Aim]:
 
 
 def _least(part: Limit | Aim) -> bool:
-    return part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+    return part.least_wanted
 
 
 def _pieces(part: Limit | Aim) -> tuple[Limit | Aim, ...]:

@@ -239,11 +239,7 @@ class _Run:
             return -np.inf
         aim = program.aim
         machines = [self.machines.factors(x, one) for one in self.machines.worst[GOAL]]
-        return max(
-            piece.sense * piece.form.worst(piece.model, one, least_wanted=piece.sense < 0.0).value
-            for piece in aim.pieces
-            for one in machines
-        )
+        return max(piece.sense * piece.worst(one).value for piece in aim.pieces for one in machines)
 
 
 def _at_open_ends(program: Program, found: Found) -> Found:

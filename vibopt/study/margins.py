@@ -89,8 +89,7 @@ class Margins:
         """Violation of one limit on the worst machine found."""
         limit, known = program.limits[index], self.worst_machines.setdefault(index, [])
         if known and not full and limit.side != "outside":
-            least = limit.side == "at_least"
-            values = [limit.form.worst(limit.model, one, least_wanted=least).value for one in known]
+            values = [limit.worst(one).value for one in known]
             there = max(missed(limit, value) for value in values)
             if self.refining:
                 return there

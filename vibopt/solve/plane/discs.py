@@ -244,8 +244,7 @@ class _Run:
         worst = -np.inf
         self._worst = []
         for part, known in zip(self.parts, self.speeds, strict=True):
-            least = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
-            found = part.form.candidates(part.model, x, least_wanted=least)
+            least, found = part.least_wanted, part.candidates(x)
             worked(part.cost)
             self._worst.append([at[0] if at else 0.0 for at, _ in found if not at or np.isfinite(at[0])])
             if part.form.drives:

@@ -187,7 +187,7 @@ class ExchangedRows(SampledRows):
     def highest(self, y: FloatArray) -> float:
         """How far the worst limit is exceeded and the goal is above what its rows say, in logs; peaks are added."""
         sampled = float(self.goal(y)[0].max())
-        over = [self._added(limit, y, limit.side == "at_least") for limit in self.program.limits]
+        over = [self._added(limit, y) for limit in self.program.limits]
         bounds = [np.log(max(limit.bound, 1e-300)) for limit in self.program.limits]
         missed = [
             (bound - value) if limit.side == "at_least" else (value - bound)
@@ -196,14 +196,14 @@ class ExchangedRows(SampledRows):
         ]
         aim = self.program.aim
         if aim is not None and aim.form.drives:
-            missed.append(aim.sense * self._added(aim, y, aim.sense < 0) - sampled)
+            missed.append(aim.sense * self._added(aim, y) - sampled)
         return max(missed, default=0.0)
 
-    def _added(self, part: Limit | Aim, y: FloatArray, least_wanted: bool) -> float:
+    def _added(self, part: Limit | Aim, y: FloatArray) -> float:
         """Log of the exact worst value; the speeds of every peak are looked at from now on."""
         if not part.form.drives:
             return 0.0
-        found = part.form.extremes(part.model, np.exp(y), least_wanted=least_wanted, within=_BESIDE)
+        found = part.extremes(np.exp(y), within=_BESIDE)
         for index, drive in enumerate(part.form.drives):
             fresh = [one.speeds[index] for one in found if one.speeds and np.isfinite(one.speeds[index])]
             self.known[id(drive)] = np.unique(np.concatenate([self.speeds(drive), fresh]))

@@ -88,7 +88,7 @@ class SampledRows:
         if form is None:
             value = part.form.value(part.model, x)
             return np.log([max(value, 1e-300)]), part.form.slope(part.model, x)[None, :]
-        least_wanted = part.sense < 0 if isinstance(part, Aim) else part.side == "at_least"
+        least_wanted = part.least_wanted
         rows = [self._drive(part.model, form, drive, x) for drive in form.drives]
         values, slopes = rows[0] if len(rows) == 1 else _added(form, rows, least_wanted)
         return np.clip(np.nan_to_num(values, nan=30.0), -60.0, 60.0), slopes
