@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import tau
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vibopt.answer.answer import EXIT_CODES, OPEN, Answer
-from vibopt.answer.entry import TOLERANCE, Entry, at_most, direction
+from vibopt.answer.entry import TOLERANCE, Entry, at_most, direction, in_one_unit
 from vibopt.errors import NotProven
 
 POSITIVE = st.floats(1e-9, 1e9)
@@ -69,3 +70,21 @@ def test_only_what_is_proven_passes(status: str) -> None:
             said.require_proof()
     else:
         assert said.require_proof() is said
+
+
+@given(st.lists(st.floats(1e-9, 1e9), min_size=1, max_size=6))
+def test_a_column_shows_one_unit_and_the_same_values(sizes: list[float]) -> None:
+    column: list[str | Entry] = [
+        "",
+        *(Entry(one, "force", amplitude=True) for one in sizes),
+        Entry(2.0, "length", "mm"),
+    ]
+    told = in_one_unit(column)
+    forces = [one for one in told if isinstance(one, Entry) and one.dimension == "force"]
+    assert len({one.shown.split(" ", 1)[1] for one in forces}) == 1
+    assert [one.value for one in forces] == sizes
+    longest = max(len(one.shown) for one in forces)
+    for unit in {one.shown.split(" ")[1] for one in column if isinstance(one, Entry) and one.dimension == "force"}:
+        assert longest <= max(len(replace(one, unit=unit).shown) for one in forces)
+    assert told[0] == ""
+    assert told[-1] == column[-1]

@@ -69,7 +69,8 @@ def isolator_block(design: Design, machine: Machine) -> Block:
     rows = [row for one in found for row in _rows(one, found, several=len(shapes) > 1)]
     sag = "Static sag" if isinstance(machine, SpaceMachine) else "Static sag\nif upright"
     heads = ("", "Strained\nin mode", "Natural\nfrequency", "Damping\nratio", sag, "Isolation")
-    return table(f"{TITLE}{_without(design)}", heads, [row for row in rows if any(row[1:])])
+    shown = [row for row in rows if any(row[1:])]
+    return table(f"{TITLE}{_without(design)}", heads, shown, whole=range(len(heads) - 1))
 
 
 def _shapes(design: Design, machine: Machine) -> list[Shape]:

@@ -101,7 +101,7 @@ def blocks(design: Design) -> list[Block]:
     built = [] if machine is None else build_rows(design, machine, whole=False)
     return [
         *lead,
-        pairs(BUILD if design.x or design.places else STANDS, built, whole=(0,)),
+        pairs(BUILD if design.variables or design.places else STANDS, built, whole=(0,)),
         *isolators.blocks_of(design, machine),
         limits_block(design, title, states=design.found is None),
         Block("What the tolerances cost", heads=("", "without", "with"), rows=tuple(tolerance_rows(design))),
