@@ -8,6 +8,7 @@ took, in nominal milliseconds: a measure of size to decide by, not of time.
 from __future__ import annotations
 
 import re
+import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -91,6 +92,19 @@ class Budget:
         return counted(self.spent, self.unit)
 
 
+@contextmanager
+def deaf() -> Iterator[None]:
+    """Threads and processes that are started here do not hear Ctrl-C, where the system can tell them apart."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def worked(cost: float) -> None:
     """Add to the work of the answer under way [nominal ms]."""
     meter = _METER.get()
@@ -160,6 +174,7 @@ __all__ = [
     "Meter",
     "TimeLimit",
     "answering",
+    "deaf",
     "each_answer_within",
     "is_limited",
     "late",

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from vibopt.cli.output import complain
+from vibopt.work import deaf
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -79,7 +80,8 @@ class Bar:
     def _wait(self, seconds: float, then: Callable[[], None]) -> None:
         self._timer = Timer(seconds, then)
         self._timer.daemon = True
-        self._timer.start()
+        with deaf():  # Ctrl-C is for the thread that works, and comes when that one lets it
+            self._timer.start()
 
     def _tell(self) -> None:
         """One line, and the next a minute later."""

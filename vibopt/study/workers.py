@@ -7,11 +7,12 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import get_all_start_methods, get_context
+from multiprocessing import get_all_start_methods, get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Generic, TypeVar, cast
 
 from vibopt.records import dataclass
+from vibopt.work import deaf
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -80,7 +81,9 @@ class _Running(Generic[Item, Result]):
         self.index = index
         self.pipe, far = _context().Pipe(duplex=False)
         self.process = _context().Process(target=_serve, args=(far, work, item), daemon=True)
-        with _deaf(), _one_thread():
+        if hasattr(signal, "pthread_sigmask"):
+            resource_tracker.ensure_running()  # else started with the first process, and it lets Ctrl-C through again
+        with deaf(), _one_thread():  # Ctrl-C is for the one that waits for them and ends them
             self.process.start()
         far.close()
 
@@ -119,22 +122,6 @@ def _ending(code: int) -> str:
         name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
         return f"the process that solved it was ended by {name}"
     return f"the process that solved it ended with exit code {code}"
-
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Processes that are started here do not hear Ctrl-C: it is for the one that waits for them and ends them."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    from multiprocessing import resource_tracker
-
-    resource_tracker.ensure_running()  # else started with the first process, and it lets the signal through again
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
