@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
 from typing import Any, Generic, Protocol, TypeVar
 
 from vibopt.answer.entry import Checked, Chosen, Entry, Price, Value, Word
 from vibopt.answer.plan import Plan
+from vibopt.answer.tabular import Tabular
 from vibopt.errors import NotProven, UnknownName
 from vibopt.records import dataclass
 
@@ -159,7 +160,7 @@ class Nearest:
 
 
 @dataclass(frozen=True)
-class Answer(Generic[J_co]):
+class Answer(Tabular, Generic[J_co]):
     """Answer to a job: a machine (scene), a measured rotor, known masses on a shaft, or an engine.
 
     status
@@ -295,6 +296,21 @@ class Answer(Generic[J_co]):
             raise UnknownName.among("path", path, entries)
         return entries[path]
 
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each number and word, by its path: value and unit in SI, as shown, and of a limit its bound."""
+        rows = {f"{family}.{name}.value": one for family in ("limits", "measures") for name, one in self._rows(family)}
+        return [_row(path, one, rows.get(path)) for path, one in self.entries().items()]
+
+    def _rows(self, family: str) -> Iterable[tuple[str, Checked]]:
+        found: Mapping[str, Checked] = getattr(self, family)
+        return found.items()
+
+    def heading(self) -> tuple[str, ...]:
+        """Title, verdict and how it is known."""
+        from vibopt.answer.text import claim, verdict
+
+        return self.title, verdict(self), claim(self), *(f"Note: {one}" for one in self.notes)
+
     def report(self) -> str:
         """The answer as text, as the command line prints it."""
         from vibopt.answer.text import text_of
@@ -306,3 +322,19 @@ class Answer(Generic[J_co]):
         from vibopt.answer.jsonable import as_json
 
         return as_json(self)
+
+
+def _row(path: str, one: Value, checked: Checked | None) -> dict[str, Any]:
+    """A number or a word as a row of the table."""
+    bound = checked.limit if checked is not None else None
+    return {
+        "path": path,
+        "value": one.value,
+        "unit": one.si if isinstance(one, Entry) else "",
+        "shown": one.shown,
+        "side": checked.side.replace("_", " ") if checked is not None and checked.side else None,
+        "limit": bound.value if bound is not None else None,
+        "limit_shown": bound.shown if bound is not None else None,
+        "margin": checked.margin if checked is not None and bound is not None else None,
+        "met": checked.met if checked is not None and bound is not None else None,
+    }

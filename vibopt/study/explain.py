@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Checked
+from vibopt.answer.tabular import Tabular
 from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -44,7 +45,7 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Explanation:
+class Explanation(Tabular):
     """The answer with its reasons.
 
     answer
@@ -64,6 +65,17 @@ class Explanation:
     methods: tuple[Considered, ...]
     limits: tuple[Said, ...]
     absorbers: Absorbers | None = None
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each reason: of the model, of each method considered, of each limit."""
+        model = [{"of": "model", "name": one.name, "chosen": None, "words": one.words} for one in self.model]
+        methods = [{"of": "method", "name": one.name, "chosen": one.chosen, "words": one.why} for one in self.methods]
+        limits = [{"of": "limit", "name": one.name, "chosen": None, "words": one.words} for one in self.limits]
+        return [*model, *methods, *limits]
+
+    def heading(self) -> tuple[str, ...]:
+        """That of the answer."""
+        return self.answer.heading()
 
 
 def explain(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from vibopt.answer.entry import Entry, Word
+from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
@@ -153,3 +154,63 @@ def point_of(fact: FactAt, value: float, job: Job, found: Answer[Any]) -> Point:
         parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
         results=results(job, found, entries),
     )
+
+
+class Heads:
+    """The columns that some points need: numbers in SI or dB, units in the head; margins as parts of the bound.
+
+    Parameters
+    ----------
+    fact
+        What is varied, in the unit of its range.
+    job, goal
+        What is swept, and the name of its goal in the sweep, "" for none.
+    points
+        At least one.
+    """
+
+    def __init__(self, fact: FactAt, job: Job, goal: str, points: Sequence[Point]) -> None:
+        self.fact = fact
+        self.units = {path: one.si for point in points for path, one in point.variables.items()}
+        self.names = list(dict.fromkeys(name for point in points for name in point.margins))
+        self.parts = list(dict.fromkeys(path for point in points for path in point.parts))
+        self.goal = next((point.goal for point in points if point.goal is not None), None)
+        asked = job.goal.response if is_scene(job) and job.goal is not None else None
+        self.goal_unit = _unit((asked.unit if asked else "") or "", self.goal.si) if self.goal is not None else ""
+        goals = [_head(goal or "goal", self.goal_unit)] if self.goal is not None else []
+        self.heads = [_head(fact.path, _unit(fact.unit, points[0].value.si)), "status", *goals, *self.parts]
+        self.heads += [_head(path, unit) for path, unit in self.units.items()]
+        self.heads += [f"margin of {name}" for name in self.names]
+        self.results = {path: one.si for point in points for path, one in point.results.items()}
+        self.heads += [_head(path, unit) for path, unit in self.results.items()]
+
+    def row(self, point: Point) -> list[float | str | None]:
+        """The cells of a point."""
+        goals = [] if self.goal is None else ["" if point.goal is None else _number(point.goal, self.goal_unit)]
+        chosen = ["" if path not in point.variables else number(point.variables[path].value) for path in self.units]
+        margins = ["" if name not in point.margins else number(point.margins[name]) for name in self.names]
+        bought = [point.parts.get(path, "") for path in self.parts]
+        left = ["" if path not in point.results else number(point.results[path].value) for path in self.results]
+        return [_number(point.value, self.fact.unit), point.status, *goals, *bought, *chosen, *margins, *left]
+
+    def lack(self, point: Point) -> bool:
+        """Whether a point needs a column that is not there."""
+        known = {*self.units, *self.names, *self.parts, *self.results}
+        return not known >= {*point.variables, *point.margins, *point.parts, *point.results} or (
+            self.goal is None and point.goal is not None
+        )
+
+
+def _unit(users: str, si: str) -> str:
+    """Unit of a column: SI, but dB where the user counts in dB."""
+    return users if users == "dB" else si
+
+
+def _number(shown: Entry, unit: str) -> float | str | None:
+    if unit != "dB":
+        return number(shown.value)
+    return number(round(to_unit(shown.value, unit, "ratio"), 12)) if shown.value > 0.0 else None
+
+
+def _head(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name

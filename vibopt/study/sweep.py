@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
 from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError, QuantityError
@@ -18,7 +19,7 @@ from vibopt.scene.open_places import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
-from vibopt.study.points import DECIBEL, Columns, Point, Points, point_of
+from vibopt.study.points import DECIBEL, Columns, Heads, Point, Points, point_of
 from vibopt.study.seen import goal_word, kept
 from vibopt.study.together import columns
 from vibopt.units import Quantity, is_range, to_unit
@@ -36,7 +37,7 @@ _PART = re.compile(r"\s*([+-] ?\d+(?:\.\d+)?)\s*%\s*")
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Tabular):
     """All points of a sweep, in rising order of the fact.
 
     fact
@@ -63,6 +64,19 @@ class Sweep:
     def by_ratios(self) -> bool:
         """Whether its values have equal ratios."""
         return _by_ratios(self.fact.unit, self.points[0].value.value, self.points[-1].value.value)
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each point, with the columns of the CSV file: SI units in their heads, margins as parts."""
+        points = list(self.points)
+        heads = Heads(self.fact, self.job, self.goal, points)
+        return [
+            {head: None if one == "" else one for head, one in zip(heads.heads, heads.row(point), strict=True)}
+            for point in points
+        ]
+
+    def heading(self) -> tuple[str, ...]:
+        """Title and what is varied."""
+        return self.job.title, f"{self.path} varied"
 
     @property
     def complete(self) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of
 from vibopt.records import dataclass
@@ -19,12 +20,22 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Variants:
+class Variants(Tabular):
     """Several answers beside each other, by the names of the variants."""
 
     names: tuple[str, ...]
     designs: tuple[Answer[Any], ...]
     rows: tuple[Row, ...]
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each line of the table, a number or word and its text per variant."""
+        return [self._row(one) for one in self.rows]
+
+    def _row(self, row: Row) -> dict[str, Any]:
+        cells = dict(zip(self.names, row.cells, strict=True))
+        values = {name: None if one is None else one.value for name, one in cells.items()}
+        shown = {f"{name} shown": None if one is None else one.text for name, one in cells.items()}
+        return {"kind": row.kind, "name": row.name, "unit": row.unit, **values, **shown}
 
     @property
     def exit_code(self) -> int:

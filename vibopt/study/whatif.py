@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.entry import Entry, Value
+from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, resolved, with_changes
 from vibopt.records import dataclass
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class WhatIf:
+class WhatIf(Tabular):
     """Two answers to compare.
 
     job
@@ -42,6 +44,30 @@ class WhatIf:
     keep_design: bool
     breaks: tuple[str, ...] = ()
     thresholds: tuple[Threshold, ...] = ()
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each number and word of either answer, before and after: in SI and as shown."""
+        both = [one.entries() for one in (self.before, self.after)]
+        return [_beside(path, *(one.get(path) for one in both)) for path in dict.fromkeys((*both[0], *both[1]))]
+
+    def heading(self) -> tuple[str, ...]:
+        """Title, changes, and what breaks of a design that is kept."""
+        changes = ", ".join(f"{path} = {one}" for path, one in self.changes.items())
+        breaks = f"The design kept breaks {', '.join(self.breaks)}." if self.breaks else ""
+        return self.job.title, changes, breaks
+
+
+def _beside(path: str, before: Value | None, after: Value | None) -> dict[str, Any]:
+    """One row of the table; None where an answer has nothing there."""
+    one = before if before is not None else after
+    return {
+        "path": path,
+        "unit": one.si if isinstance(one, Entry) else "",
+        "before": None if before is None else before.value,
+        "after": None if after is None else after.value,
+        "before_shown": None if before is None else before.shown,
+        "after_shown": None if after is None else after.shown,
+    }
 
 
 def whatif(

@@ -1,0 +1,74 @@
+"""Answers and studies as rows: for a notebook, for pandas, for whatever reads tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from math import isfinite
+from typing import Any
+
+from vibopt.errors import VibOptError
+from vibopt.units import plain
+
+_RAW = ("value", "unit", "limit", "before", "after")
+"""Columns in SI that a notebook does not show: beside them stands the text in the user's unit."""
+_DIGITS = 4
+_LEFT = ' style="text-align:left"'
+
+
+class Tabular:
+    """What has rows; those who are one say them in `table` and their first lines in `heading`."""
+
+    __slots__ = ()
+
+    def table(self) -> list[dict[str, Any]]:
+        """Rows with the same keys in the same order; numbers in SI, amplitudes peak, None where there is nothing."""
+        raise NotImplementedError
+
+    def heading(self) -> tuple[str, ...]:
+        """What stands above the rows in a notebook."""
+        return ()
+
+    def to_pandas(self) -> Any:
+        """The rows as a `pandas.DataFrame`.
+
+        Raises
+        ------
+        VibOptError
+            pandas is not installed.
+        """
+        from importlib import import_module
+
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise VibOptError(
+                "to_pandas needs pandas, which is not installed. Install it, pip install pandas, or take .table(): the "
+                "same rows as a list."
+            ) from None
+        return pandas.DataFrame(self.table())
+
+    def _repr_html_(self) -> str:
+        """For a notebook, by its own convention."""
+        rows = self.table()
+        every = list(rows[0]) if rows else []
+        texts = [one for one in every if one.endswith("shown")]
+        raw = {*_RAW, *(one.removesuffix(" shown") for one in texts)} if texts else set()
+        keys = [one for one in every if one not in raw]
+        head = "".join(f"<th{_LEFT}>{escape(one.replace('_', ' '))}</th>" for one in keys)
+        body = "".join(f"<tr>{_cells(row, keys)}</tr>" for row in rows)
+        lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
+        return "\n".join([*lines, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"])
+
+
+def _cells(row: Mapping[str, Any], keys: list[str]) -> str:
+    return "".join(f"<td{_LEFT}>{escape(_shown(row[key]))}</td>" for key in keys)
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return ""
+    return plain(value, _DIGITS) if isinstance(value, float) and isfinite(value) else str(value)
+
+
+__all__ = ["Tabular"]
