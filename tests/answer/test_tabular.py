@@ -55,6 +55,7 @@ def test_an_answer_has_a_row_for_each_number_and_word(name: str) -> None:
         assert (row["limit"], row["margin"], row["met"]) == (limit.limit.value, limit.margin, limit.met)
     check_rows(answer)
     assert answer.title in answer._repr_html_()
+    assert all(f">{one.shown}<" in answer._repr_html_() for one in answer.entries().values() if "<" not in one.shown)
 
 
 def test_every_study_has_rows_and_shows_itself() -> None:

@@ -12,7 +12,8 @@ from vibopt.units import plain
 
 _RAW = ("value", "unit", "limit", "before", "after")
 """Columns in SI that a notebook does not show: beside them stands the text in the user's unit."""
-_DIGITS = 4
+_SHOWN = " shown"
+_DIGITS, _ROUNDING = 4, 1e-9
 _LEFT = ' style="text-align:left"'
 
 
@@ -53,21 +54,27 @@ class Tabular:
         rows = self.table()
         every = list(rows[0]) if rows else []
         texts = [one for one in every if one.endswith("shown")]
-        raw = {*_RAW, *(one.removesuffix(" shown") for one in texts)} if texts else set()
+        raw = {*_RAW, *(one.removesuffix(_SHOWN) for one in texts if one.endswith(_SHOWN))} if texts else set()
         keys = [one for one in every if one not in raw]
-        head = "".join(f"<th{_LEFT}>{escape(one.replace('_', ' '))}</th>" for one in keys)
+        head = "".join(f"<th{_LEFT}>{escape(_head(one))}</th>" for one in keys)
         body = "".join(f"<tr>{_cells(row, keys)}</tr>" for row in rows)
         lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
         return "\n".join([*lines, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"])
 
 
+def _head(key: str) -> str:
+    return key.removesuffix(_SHOWN).removesuffix("_shown") if "." not in key else key
+
+
 def _cells(row: Mapping[str, Any], keys: list[str]) -> str:
-    return "".join(f"<td{_LEFT}>{escape(_shown(row[key]))}</td>" for key in keys)
+    return "".join(f"<td{_LEFT}>{escape(_shown(row[key], key))}</td>" for key in keys)
 
 
-def _shown(value: object) -> str:
+def _shown(value: object, key: str) -> str:
     if value is None:
         return ""
+    if key.startswith("margin") and isinstance(value, float) and isfinite(value):
+        return f"{plain(0.0 if abs(value) < _ROUNDING else 100.0 * value, _DIGITS)} %"
     return plain(value, _DIGITS) if isinstance(value, float) and isfinite(value) else str(value)
 
 
