@@ -16,6 +16,7 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError, counted, way_out
 from vibopt.jobs import _read, answer, open_job, with_changes
+from vibopt.study.recorded import compare
 from vibopt.study.sweep import sweep
 from vibopt.study.whatif import whatif
 from vibopt.work import TimeLimit
@@ -305,3 +306,9 @@ def test_a_catalogue_with_other_headings_is_read_by_the_names_that_the_file_give
 )  # fmt: skip
 def test_wrong_columns_are_told_with_those_of_the_file(columns: str, words: str, tmp_path: Path) -> None:
     assert f"slip.toml line 15: {words}" in said_of(renamed(tmp_path, columns))
+
+
+def test_a_record_without_a_unit_is_offered_that_of_the_answer() -> None:
+    found = answer(open_job(PRESS))
+    row = compare(found, {"what": "sag", "path": "measures.sag.value", "value": 0.42})
+    assert row.why == 'measures.sag.value = 0.42 has no unit. Write "0.42 mm".'

@@ -14,6 +14,7 @@ from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.scene.scene import Design
 from vibopt.units import read_quantity, show, to_unit
+from vibopt.units.parsing import BARE
 from vibopt.units.spelling import split_detector
 from vibopt.values.speeds import ROTATION
 
@@ -112,7 +113,7 @@ def _compared(design: Design, path: str, given: object) -> tuple[str, float | No
     if placed is not None:
         return placed.value, None
     shown, dimension, amplitude = _find(design, path)
-    right, unit = _read(given, dimension, amplitude)
+    right, unit = _read(given, dimension, amplitude, shown.unit)
     return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)
 
 
@@ -210,10 +211,12 @@ def _entry(table: Mapping[str, Any], name: str, what: str) -> Any:
     return table[name]
 
 
-def _read(given: object, dimension: str, amplitude: bool) -> tuple[float, str]:
-    """A recorded value in SI (amplitudes peak), and its unit."""
+def _read(given: object, dimension: str, amplitude: bool, ours: str = "") -> tuple[float, str]:
+    """A recorded value in SI (amplitudes peak), and its unit; one without any most likely has that of our answer."""
     if given == "infinite":
         return inf, ""
+    if ours and isinstance(given, (int, float)) and not isinstance(given, bool) and dimension not in BARE:
+        raise QuantityError(f'has no unit. Write "{given} {ours}".')
     quantity = read_quantity(given, dimension, amplitude=amplitude)
     return quantity.value, quantity.unit
 
