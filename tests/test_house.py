@@ -198,7 +198,6 @@ FORMS_BY_NAME = {
     "vibopt.solve.catalogue.explained": 3,  # words of mounts that are lifted or carry too much
     "vibopt.solve.closed_program": 1,  # its weight and its stiffness are numbers of its own
     "vibopt.solve.rivals.convex": 2,  # a rival, stated by hand
-    "vibopt.solve.tangents": 2,  # keeps the times of peaks
 }
 """How often a module may tell forms apart, and why; everything else asks the form (`vibopt/forms/form.py`)."""
 

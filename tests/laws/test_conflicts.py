@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import vibopt as vo
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
@@ -119,3 +121,18 @@ def test_a_limit_of_many_rows_is_loosened_as_one() -> None:
     enough = loosened.value * 1e3
     assert solve(set_on_four(f"{enough!r} mm")).status == "optimal"
     assert solve(set_on_four(f"{0.98 * enough!r} mm")).status == "infeasible"
+
+
+def test_a_limit_missed_by_rounding_alone_is_loosened_on_its_own_side(tmp_path: Path) -> None:
+    """Next to standstill a transmissibility is one and a part in 1e24: no guess from what is left tells the side."""
+    file = tmp_path / "slow.toml"
+    file.write_text(
+        '[bodies.machine]\nmass = "1200 kg"\n[links.mount]\nbetween = ["machine", "ground"]\n'
+        'stiffness = { from = "7.5 kN/m", to = "4.4 MN/m" }\n[excitations.piston]\nkind = "unbalance"\n'
+        'on = "machine"\nrotating_mass = "30 kg"\nradius = "0.19 m"\nspeed = "1e-9 rpm"\n[limits.isolated]\n'
+        'response = "transmissibility"\ninto = "ground"\nat_most = 1\n[goal]\nmaximise = "stiffness"\nof = "mount"\n'
+    )
+    scene: Any = vo.read(file)
+    answer = vo.solve(scene)
+    assert answer.status == "infeasible"
+    assert [name for name, _, _ in answer.conflict.loosenings] == ["isolated"]

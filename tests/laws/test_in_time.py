@@ -16,8 +16,10 @@ from vibopt.errors import InputError
 from vibopt.excitations.pulse import Pulse, Shape
 from vibopt.excitations.signals import line, sine, together
 from vibopt.mechanics.transient import Reading, Transient
+from vibopt.program.pose import pose
 from vibopt.report.curves import panels
 from vibopt.signals import Segment
+from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
 NOTHING = np.zeros(1)
@@ -390,3 +392,36 @@ def test_a_record_that_cannot_be_used_is_refused(name: str, tmp_path: Path) -> N
     with pytest.raises(InputError) as refused:
         vo.from_dict({**BOX, "excitations": {"fall": record}})
     assert f"scene: excitations.fall {message}" in refused.value.messages
+
+
+@pytest.mark.parametrize("stiffness", ["30 kN/m", "1 MN/m", "100 MN/m", "40 GN/m"])
+def test_a_long_load_on_a_stiff_machine_has_one_value_by_both_routes(stiffness: str, tmp_path: Path) -> None:
+    """Up to thousands of vibrations under one half sine; and near the static value where it is stiff."""
+    file = tmp_path / "stiff.toml"
+    file.write_text(
+        f'[bodies.tank]\nmass = "100 t"\n[links.columns]\nbetween = ["tank", "ground"]\nstiffness = "{stiffness}"\n'
+        '[excitations.blast]\nkind = "pulse"\non = "tank"\nshape = "half sine"\namplitude = "10 kN"\nduration = "8 s"\n'
+        '[limits.sway]\nresponse = "peak_displacement"\nof = "tank"\nat_most = "1 m"\n'
+    )
+    scene: Any = vo.read(file)
+    program = pose(scene)
+    limit = program.limits[0]
+    by_machine = measure(scene, {}, scene.limits["sway"]).value
+    assert by_machine == pytest.approx(limit.form.value(limit.model, np.zeros(0)), rel=1e-11)
+    static = 1e4 / limit.model.scales.max() if stiffness == "40 GN/m" else None
+    assert static is None or by_machine == pytest.approx(static, rel=1e-2)
+
+
+def test_a_machine_that_is_as_good_as_rigid_is_refused_in_time(tmp_path: Path) -> None:
+    file = tmp_path / "rigid.toml"
+    file.write_text(
+        '[bodies.tank]\nmass = "100 t"\n[links.columns]\nbetween = ["tank", "ground"]\nstiffness = "1e18 N/m"\n'
+        '[excitations.blast]\nkind = "pulse"\non = "tank"\nshape = "half sine"\namplitude = "10 kN"\nduration = "8 s"\n'
+        '[limits.sway]\nresponse = "peak_displacement"\nof = "tank"\nat_most = "1 m"\n'
+    )
+    with pytest.raises(InputError) as refused:
+        vo.read(file)
+    assert refused.value.messages == (
+        "rigid.toml line 6: excitations.blast lasts 8 s, and the machine may vibrate 4e+06 times in it, more than the "
+        "20000 that are followed. Write a smaller stiffness, or leave out a link that is as good as rigid.",
+    )

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vibopt.forms.damped import OfPoles
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
+    from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.rational import Groups, Sampled
     from vibopt.forms.reduce import Reach
     from vibopt.forms.tangents import Tangent
@@ -89,6 +90,11 @@ class Form:
     @property
     def powers(self) -> Monomials | None:
         """Itself where it is a sum of powers of the variables, which needs no machine."""
+        return None
+
+    @property
+    def in_time(self) -> PeakInTime | None:
+        """Itself where it is the greatest in time."""
         return None
 
     @property

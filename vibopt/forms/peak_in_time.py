@@ -64,6 +64,10 @@ class PeakInTime(Form):
         return slope
 
     @property
+    def in_time(self) -> PeakInTime:
+        return self
+
+    @property
     def tangents_of(self) -> tuple[float, ...]:
         return (1.0,)
 

@@ -72,6 +72,11 @@ class Limit(Asked):
     def least_wanted(self) -> bool:
         return self.side == "at_least"
 
+    @property
+    def user_side(self) -> str:
+        """The side as the user counts it: an isolation of at least 80 % is a transmissibility of at most 0.2."""
+        return {"at_most": "at_least", "at_least": "at_most"}[self.side] if self.complement else self.side
+
 
 @dataclass(frozen=True, slots=True)
 class Aim(Asked):

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import way_out
-from vibopt.responses import HarmonicResponse, Response
+from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
@@ -38,6 +38,10 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
         _bounds(scene, path, response, mistakes)
         _moved(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
+    if not mistakes.found and not broken and any(isinstance(one, TransientResponse) for _, one in _responses(scene)):
+        from vibopt.scene.check_whole import check_turns
+
+        check_turns(scene, mistakes)
 
 
 def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:

@@ -117,8 +117,7 @@ def _guesses(program: Program, clash: tuple[Limit, ...]) -> dict[tuple[str, str]
     """By name and side the bound [SI] that should be enough."""
     found: dict[tuple[str, str], float] = {}
     for one in loosenings(program, clash, _ask):
-        now, new = user_bound(one.limit, one.limit.bound), user_bound(one.limit, one.bound)
-        found[one.limit.name, "at_most" if new > now else "at_least"] = new
+        found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound)
     return found
 
 

@@ -42,6 +42,7 @@ def far_end(program: Program, axis: Axis) -> float:
             ),
             default=0.0,
         )
+        or _slowest_load(program)
         or 1e3
     )
     key = axis.path.rsplit(".", 1)[-1]
@@ -52,6 +53,15 @@ def far_end(program: Program, axis: Axis) -> float:
     return FAR * scale
 
 
+def _slowest_load(program: Program) -> float:
+    """Rate [1/s] by which an open range under what comes once still has vibrations that can be followed."""
+    forms = [part.form.in_time for part in program.parts]
+    longest = max((sum(one.length for one in form.segments) for form in forms if form is not None), default=0.0)
+    return _RADIANS / longest if longest else 0.0
+
+
+_RADIANS = 2.0
+"""Over a load, by which an open range under what comes once ends: FAR of it in a stiffness are ten thousand turns."""
 FLOOR = 1e-9
 """Least value of a variable whose range begins at zero, as a part of its natural size or of its upper end."""
 _DECADES = 1e6

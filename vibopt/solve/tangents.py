@@ -13,7 +13,6 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import PeakInTime
 from vibopt.forms.bounds import FormBounds
 from vibopt.forms.tangents import Tangent
 from vibopt.frontier import Frontier
@@ -52,7 +51,7 @@ class Tangents:
             return "it takes continuous variables alone."
         if not 1 <= len(program.axes) <= _MOST_VARIABLES:
             return f"{len(program.axes)} continuous variables are not 1 to {_MOST_VARIABLES}."
-        if not any(isinstance(part.form, PeakInTime) for part in program.parts):
+        if all(part.form.in_time is None for part in program.parts):
             return "no peak in time is asked for."
         loose = next((part for part in program.parts if not _bounded(part, program)), None)
         return None if loose is None else f"{loose.name} {loose.form.no_bounds}."
@@ -88,8 +87,9 @@ class _Part:
 
     def learn(self, x: FloatArray) -> None:
         """Keep the time of the peak at a design."""
-        if isinstance(self.of.form, PeakInTime):
-            time = self.of.form.peak(self.of.model, x).time
+        form = self.of.form.in_time
+        if form is not None:
+            time = form.peak(self.of.model, x).time
             if np.isfinite(time) and all(abs(time - one) > _APART * one for one in self.times):
                 self.times = [time, *self.times][:_KNOWN]
 

@@ -11,7 +11,7 @@ from vibopt.answer.answer import Least, Nearest
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
-from vibopt.program.program import Aim, Limit, Program
+from vibopt.program.program import Aim, Program
 from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.open_places import open_places, open_positions
@@ -96,7 +96,7 @@ def _rows(scene: Scene, program: Program, x: FloatArray) -> dict[str, Checked]:
 
 def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     """What a limit could be if there were no other, measured on the machine as built; None where nothing was found."""
-    own = [one for one in program.limits if one.name == row.name and _user_side(one) == row.side]
+    own = [one for one in program.limits if one.name == row.name and one.user_side == row.side]
     if not own:
         return None
     sense = 1.0 if own[0].side == "at_most" else -1.0
@@ -109,11 +109,6 @@ def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     same = next(one for one in rows.values() if (one.name, one.side) == (row.name, row.side))
     opened = any(axis.open_high or axis.open_low for axis in program.axes)
     return Least(same.value, best.status == "optimal" and not opened, same.met)
-
-
-def _user_side(limit: Limit) -> str:
-    """The side as the user counts it: an isolation of at least 80 % is a transmissibility of at most 0.2."""
-    return {"at_most": "at_least", "at_least": "at_most"}[limit.side] if limit.complement else limit.side
 
 
 def _over_tolerances(scene: Scene, program: Program, x: FloatArray) -> FloatArray:

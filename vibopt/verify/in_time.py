@@ -23,10 +23,11 @@ from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 
 _RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
-_DENSE = 0.1
-"""Longest step of the explicit method, in the fastest motion [rad]: its interpolant is of lower order."""
-_STIFF = 1e5
+_STIFF = 2e5
 """Fastest rate times the time to go beyond which an implicit method is used."""
+_LONG, _TURN, _TAYLOR = 60.0, 0.25, 14
+"""Fastest rate times the time from which on steps are even, how far it turns in one of them, and terms of a series."""
+_PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _SAMPLES, _BEST, _POINTS = 24, 6, 100
 """Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period."""
 _PERIODS, _LOOKS, _HORIZON = 3.0, 6, 1000.0
@@ -153,11 +154,6 @@ class Simulated:
         """Longest step while a load acts: not over a sample of a record [s]."""
         return min(one.step for one in self.excitations)
 
-    def _longest(self, way: str, number: int) -> float:
-        """Longest step [s]: not over a sample, and short enough for what is read between two steps."""
-        dense = _DENSE / max(self._fastest(number), 1e-300) if way == "DOP853" else np.inf
-        return min(self._step if self._loaded(number) else np.inf, dense)
-
     def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
         """Rates of the states on a stretch of time."""
         edge, (moved, pushed) = _INSIDE * (high - low), self._matrices
@@ -179,6 +175,11 @@ class Simulated:
             if len(self.excitations) == 1 and self.excitations[0].even and not self._runs:
                 self._runs.append(self._sampled(high, start))
                 continue
+            turned = self._fastest(current) * (high - low)
+            smooth = self._step == np.inf or not self._loaded(current)
+            if smooth and _LONG < turned <= _STIFF:
+                self._runs.append(self._stepped(low, high, start, int(turned / _TURN) + 1))
+                continue
             rates = self._rates(low, high)
             way: Any = "Radau" if self._fastest(current) * (high - low) > _STIFF else "DOP853"
             rough: Any = integrate.solve_ivp(
@@ -188,10 +189,45 @@ class Simulated:
             exact: Any = integrate.solve_ivp(
                 rates, (low, high), start, method=way, rtol=_RELATIVE if way == "DOP853" else _IMPLICIT,
                 atol=_ABSOLUTE * np.where(size > 0.0, size, 1.0), dense_output=True,
-                max_step=self._longest(way, current),
+                max_step=self._step if self._loaded(current) else np.inf,
             )  # fmt: skip
             self._runs.append(exact.sol)
         return self._runs[number]
+
+    def _stepped(self, low: float, high: float, start: FloatArray, count: int) -> Any:
+        """States against time on a long stretch, by Duhamel's integral in so many steps, each by Gauss's rule."""
+        from scipy.linalg import expm
+
+        (moved, pushed), places = self._matrices, len(self._places)
+        system = np.vstack([np.eye(places, 2 * places, places), moved])
+        loads = np.vstack([np.zeros_like(pushed), pushed])
+        step, edge = (high - low) / count, _INSIDE * (high - low)
+        times: FloatArray = low + step * np.arange(count, dtype=float)
+
+        def forced(begin: FloatArray, length: Any) -> list[tuple[FloatArray, Any]]:
+            """What is added at the places of Gauss's rule, and how long before the end."""
+            found: list[tuple[FloatArray, Any]] = []
+            for place, weight in zip(0.5 + _PLACES, _WEIGHTS, strict=True):
+                signals = self._signals(np.clip(begin + place * length, low + edge, high - edge))
+                found.append((weight * length * (loads @ signals), (1.0 - place) * length))
+            return found
+
+        added = np.sum([expm(system * left) @ one for one, left in forced(times, step)], axis=0).T
+        states, onward = np.empty((count, 2 * places)), expm(system * step)
+        states[0] = start
+        for j in range(count - 1):
+            states[j + 1] = onward @ states[j] + added[j]
+
+        def run(at: Any) -> FloatArray:
+            at = np.atleast_1d(np.asarray(at, dtype=float))
+            which = np.clip(((at - low) / step).astype(int), 0, count - 1)
+            length = at - times[which]
+            found = _carried(system, states[which].T, length)
+            for one, left in forced(times[which], length):
+                found = found + _carried(system, one, left)
+            return found
+
+        return lambda at: run(at) if np.ndim(at) else run(at)[:, 0]
 
     def _sampled(self, high: float, start: FloatArray) -> Any:
         """States against time through a record: exact at many points from sample to sample, cubic between them."""
@@ -278,6 +314,15 @@ class Simulated:
             if faded < _FADED * np.abs(np.exp(rates.real * (self._spans[-1][1] - low))).max():
                 break
         return best
+
+
+def _carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
+    """States (N, n) after short times (n,) of free motion, by Taylor's series."""
+    found, term = states, states
+    for k in range(1, _TAYLOR):
+        term = system @ term * (time / k)
+        found = found + term
+    return found
 
 
 def _tops(values: FloatArray) -> list[int]:
