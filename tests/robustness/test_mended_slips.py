@@ -63,9 +63,10 @@ TOLD = {
                       'line 32: limits.amplitude.at_most = "2,5 mm" has a decimal comma; write a point for the '
                       'decimals: "2.5 mm".'),
     "acceleration of a run-up": ('over = "0..3000 rpm"', 'over = "0..3000 rpm"\nacceleration = "5 rad/s2"',
-                                 'line 38: unknown key "acceleration" in limits.start_up. A run-up needs none: each '
-                                 'speed counts as if it lasted. The acceleration of a base stands in kind = '
-                                 '"base_motion".'),
+                                 'line 38: unknown key "acceleration" in limits.start_up. Over start-up each speed '
+                                 'counts as if it lasted; a run-up of a given rate is written run_up = { acceleration '
+                                 '= "50 rpm/s" } on an unbalance or a force. The acceleration of a base stands in '
+                                 'kind = "base_motion".'),
 }  # fmt: skip
 
 

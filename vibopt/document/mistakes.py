@@ -16,8 +16,9 @@ from vibopt.records import dataclass
 Path = tuple[str | int, ...]
 T = TypeVar("T", bound=BaseModel)
 _RUN_UP = (
-    " A run-up needs none: each speed counts as if it lasted. "
-    'The acceleration of a base stands in kind = "base_motion".'
+    " Over start-up each speed counts as if it lasted; a run-up of a given rate is written run_up = "
+    '{ acceleration = "50 rpm/s" } on an unbalance or a force. The acceleration of a base stands in '
+    'kind = "base_motion".'
 )
 _WHY_NOT = dict.fromkeys(("acceleration", "angular_acceleration", "run_up_time", "ramp", "sweep_rate"), _RUN_UP)
 """Keys that nobody needs, and why."""

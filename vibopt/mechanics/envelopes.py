@@ -26,7 +26,7 @@ _SEEN = chebyshev.chebvander(_GRID, _DEGREE).T
 _AT_ODD = chebyshev.chebvander(np.array([2.0 * _ODD - 1.0]), _DEGREE)[0]
 _RESOLVED, _SURE, _SHAPED = 1e-12, 1e-13, 1e-3
 """Part of the greatest value that may be left over on a panel; rounding; and left over where a bound is read."""
-_FIRST, _AT_ONCE, _ALL_AT_ONCE, _MOST, _NEWTON = 32, 128, 2048, 20_000, 5
+_FIRST, _AT_ONCE, _ALL_AT_ONCE, _MOST, _NEWTON = 32, 128, 2048, 150_000, 5
 """Panels at the beginning, looked at together at least and at most, and in all; steps of Newton's method."""
 
 

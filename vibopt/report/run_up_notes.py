@@ -10,6 +10,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, show
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import ROTATION
@@ -62,8 +63,9 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
     much = "as much" if abs(part) < _SAME else f"{100.0 * abs(part):.2g} % {'more' if part > 0.0 else 'less'}"
     when = f"at a speed {100.0 * abs(shift):.2g} % {'above' if shift > 0.0 else 'below'}"
     when = "there" if abs(shift) < _SAME else when if begins > 0.0 else f"at {show(shift, unit, ROTATION)}"
+    built = "as said, without tolerances, steady" if uncertain(scene) else "steady"
     return (
-        f"{where}: steady, it is at most {size} on the way, at {show(steady.speeds[name], unit, ROTATION)}; in the "
+        f"{where}: {built}, it is at most {size} on the way, at {show(steady.speeds[name], unit, ROTATION)}; in the "
         f"{_run(scene, name)} it is {much}, {when}."
     )
 

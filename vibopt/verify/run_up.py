@@ -23,13 +23,13 @@ from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
 from vibopt.signals import Line
 
-_TURN, _SOFT = 1.0, 8.0
+_TURN, _SOFT = 0.5, 8.0
 """Radians of force and fastest motion in a step; how much faster may decay what does not swing."""
-_POINTS, _CHUNK, _BEST, _INSIDE, _AROUND = 16, 4096, 8, 64, 4
+_POINTS, _CHUNK, _BEST, _INSIDE, _AROUND = 16, 4096, 60, 64, 4
 """Points of Gauss's rule in a step, steps at once, tops looked at closely, parts of two steps there, on either side."""
 _PERIODS, _HORIZON = 6.0, 1000.0
 """Periods of the slowest mode in a look behind, and in all."""
-_MEET, _FADED, _EVEN, _NEAR = 3.0, 1e-11, 1e-12, 0.9
+_MEET, _FADED, _EVEN, _NEAR = 3.0, 1e-11, 1e-12, 0.998
 """What modes that ring on may grow to as they meet; faded; even; parts of the highest sample that a top must have."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 
@@ -73,7 +73,7 @@ class Followed:
             grown = rung * (1.05 if len(self.machine.masses) == 1 else _MEET)
             if not rising and (steady + grown < best or rung <= _FADED * max(best, steady)):
                 break
-        high_ones = [top for top in tops if top.height >= _NEAR * best]
+        high_ones = [top for top in tops if top.height >= _NEAR * tops[0].height]
         found = max((self._closely(response, top) for top in high_ones), default=(0.0, 0.0))
         value, time = (steady, np.inf) if steady > found[0] * (1.0 + _EVEN) else found
         return value, low + (high - low) * min(time / self._length, 1.0)
@@ -90,8 +90,8 @@ class Followed:
         low, rate = ends_of(self.excitation)[0], rate_of(self.excitation)
         bends = [(one - low) / rate for one in self._line.amplitude.breaks()]
         joints = [0.0, *sorted(one for one in bends if 0.0 < one < self._length), self._length]
-        look = _PERIODS * 2.0 * np.pi / float(self.machine.natural_frequencies().min())
-        behind = [self._length + look * number for number in range(int(_HORIZON / _PERIODS) + 1)]
+        period, looks = 2.0 * np.pi / float(self.machine.natural_frequencies().min()), int(_HORIZON / _PERIODS)
+        behind = [self._length + _HORIZON * period * number / looks for number in range(looks + 1)]
         return [*pairwise(joints), *pairwise(behind)]
 
     @cached_property
