@@ -104,7 +104,7 @@ def test_a_search_for_speeds_is_refused(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("unsolved")
 @pytest.mark.parametrize(
-    ("words", "endings"), [(("--sheet",), ".html, .htm, .pdf"), ((), ".html, .htm")], ids=["sheet", "report"]
+    ("words", "endings"), [(("--sheet",), ".html, .htm, .pdf"), ((), ".html, .htm, .pdf")], ids=["sheet", "report"]
 )
 def test_an_ending_that_is_no_page_is_refused(run: Run, tmp_path: Path, words: tuple[str, ...], endings: str) -> None:
     target = tmp_path / "sheet.doc"

@@ -289,6 +289,8 @@ def _plane_values(plane: Plane, answer: PlaneAnswer) -> dict[str, Value]:
     values: dict[str, Value] = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
     if plane.kind == MASS:
         values[f"{path}.mass"] = Entry(sum((one.mass for one in weights), 0.0), "mass", plane.unit)
+    if plane.radii:
+        values[f"{path}.radius"] = Entry(plane.radius, "length", plane.length_unit)
     if abs(u) > 0.0:
         values[f"{path}.angle"] = direction_of(-u if plane.remove else u)
     if plane.remove:
