@@ -22,6 +22,7 @@ from vibopt.forms import (
     ModeRatio,
     Modulus,
     Monomials,
+    PeakInRunUp,
     PeakInTime,
     RootMeanSquare,
     StaticForce,
@@ -32,7 +33,7 @@ from vibopt.forms.bounds import FormBounds
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.program.held import held
 from vibopt.program.program import Axis, Limit, Program
-from vibopt.signals import Amplitude, Band, Drive, Line, Noise, Output, Piece, Segment
+from vibopt.signals import Amplitude, Band, Drive, Line, Noise, Output, Piece, Segment, Sweep
 
 _GRAVITY = mp.mpf("9.80665")
 _X = (900.0, 1400.0, 6.0)
@@ -136,6 +137,35 @@ def _peak(x: Any) -> Any:
     return at(time)[1]
 
 
+def _run_up(x: Any) -> Any:
+    """The upper mass under a force of 0.1 N s on the lower one times its speed, which rises by 24 rad/s in a second."""
+    values, vectors = mp.eig(_state(x))
+    parts = mp.lu_solve(vectors, mp.matrix([0, 0, 1 / mp.mpf(_LOW), 0]))
+
+    bend, root = mp.mpc(0, 12), mp.sqrt(mp.mpc(0, -12))
+
+    def whole(pole: Any, s: Any) -> Any:
+        """Integral of s e^(bend s^2 - pole s), by the error function."""
+        middle = pole / (2 * bend)
+        fresnel = mp.sqrt(mp.pi) / (2 * root) * mp.erf(root * (s - middle)) * mp.exp(-bend * middle**2)
+        return (mp.exp(bend * s**2 - pole * s) + pole * fresnel) / (2 * bend)
+
+    def at(t: Any) -> tuple[Any, Any]:
+        modes = [
+            parts[m] * mp.mpf("2.4") * mp.exp(values[m] * t) * (whole(values[m], t) - whole(values[m], 0))
+            for m in range(4)
+        ]
+        pushed = [values[m] * modes[m] + parts[m] * mp.exp(bend * t**2) * mp.mpf("2.4") * t for m in range(4)]
+        upper = vectors[1, :]
+        return sum(upper[m] * modes[m] for m in range(4)), sum(upper[m] * pushed[m] for m in range(4))
+
+    def rises(t: Any) -> Any:
+        here, rate = at(t)
+        return mp.re(mp.conj(here) * rate)
+
+    return abs(at(mp.findroot(rises, (mp.mpf("0.97"), mp.mpf("0.98")), solver="secant", tol=1e-14))[0])
+
+
 def _ratio(x: Any) -> Any:
     return min(-one.real / abs(one) for one in _poles(x) if abs(one.imag) > 1e-9)
 
@@ -149,6 +179,7 @@ _DRIVE = Drive("shaker", (Line(1.0, np.array([5.0 + 0j, 0.0]), Amplitude((Piece(
                (Band(_SPEED, _SPEED),))  # fmt: skip
 _READ = Output(_ROW, _NONE)
 _ON = Segment(3.0, np.array([1.0]), np.zeros((1, 1)), np.eye(1), np.zeros(1))
+_RISING = Sweep((0.0, 24.0), 24.0, (np.array([0.0, 0.1 + 0j]),), (0.0, 2.4))
 _FACTOR = Monomials(np.array([1.0 / _RATING]), np.array([[1.0, 0.0, 0.0]]))
 CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     DecayRate: (DecayRate(), lambda x: min(-one.real for one in _poles(x))),
@@ -164,6 +195,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
         lambda x: 3 * mp.sqrt(x[0]) * x[2] + mp.mpf("0.2") * x[0] * x[1] / x[2],
     ),
     PeakInTime: (PeakInTime(_READ, np.array([[5.0], [0.0]]), (_ON,)), _peak),
+    PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     StaticForce: (StaticForce(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])), _force),
     StaticLoad: (StaticLoad(np.array([1.0, 0.0]), _FACTOR), lambda x: x[0] / _RATING * _sag(x)[0]),
