@@ -20,6 +20,7 @@ from vibopt.balancing.plane_options import Options, options_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question, Solved, breaks
 from vibopt.balancing.question_prices import solve_question
+from vibopt.errors import counted
 from vibopt.work import Budget
 
 GOALS: tuple[Goal, ...] = ("rms", "worst", "sum", "huber", "correction")
@@ -461,8 +462,8 @@ def test_a_search_that_is_stopped_says_its_gap() -> None:
     assert solved.status == "feasible"
     assert solved.gap > 0
     assert solved.claim == (
-        f"stopped after {solved.details['boxes']} boxes; of the {float(len(options.masses)) ** 6:.6g} choices none is "
-        f"better by more than {100 * solved.gap:.3g} %"
+        f"stopped after {counted(solved.details['boxes'], 'boxes')}; of the {float(len(options.masses)) ** 6:.6g} "
+        f"choices none is better by more than {100 * solved.gap:.3g} %"
     )
 
 

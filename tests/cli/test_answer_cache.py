@@ -23,7 +23,7 @@ from vibopt.work import each_answer_within
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2] / "problems"
 KINDS = (
-    "isolation/rao_9_34", "absorbers/frame_three_storeys", "mounts/compressor_on_sliding_feet",
+    "isolation/rao_9_34", "absorbers/frame_three_storeys",
     "mounts/compressor_on_bought_mounts", "balancing/fan_16_blades", "balancing/foiles_min_max", "balancing/rao_9_3",
     "balancing/engine_v_twin", "balancing/rao_9_22", "absorbers/rao_9_64_quiet_speeds",
     "isolation/rao_9_28_printed_design",

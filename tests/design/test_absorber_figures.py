@@ -166,7 +166,7 @@ def test_a_map_of_one_absorber_keeps_the_other_variables() -> None:
     assert absorbers_with_map(design) == ["tmd"]
     drawn = plane(design, "tmd")
     assert drawn is not None
-    assert drawn.x.label == "absorbers.tmd.tuning"
+    assert drawn.x.label == "tuning of tmd"
     assert drawn.title == "Where every limit holds: absorber tmd (the other variable as chosen)"
     assert plane(_solved(SKID), "low") is None
 
@@ -269,7 +269,7 @@ def test_the_map_is_drawn_the_same_every_time(fan: Design) -> None:
 
 def test_the_page_has_the_parts_and_the_figures(fan: Design) -> None:
     page = html(fan, also=[("What to build", [("tmd", "twice")]), ("What if", [("tmd lost", "trouble")])])
-    assert page.count("<figure>") == 5
+    assert page.count("<figure>") == 6
     assert "trouble" in page
     assert "twice" not in page
     assert "on fan: mass 5 kg" in page

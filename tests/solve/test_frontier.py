@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import re
 from itertools import count
 
 import numpy as np
@@ -70,7 +71,7 @@ def test_a_search_ends_with_a_bound_that_no_choice_beats(values: list[int], most
     assert min(frontier.bound, best) <= least <= best
     assert best == least or seen == most
     assert told
-    assert {stage for stage, _ in told} == {"sums"}
+    assert all(re.fullmatch(r"sums, \d+ sets?", stage) for stage, _ in told)
 
 
 def test_a_spent_budget_ends_a_search_with_its_sets_still_open() -> None:

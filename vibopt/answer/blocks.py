@@ -135,7 +135,7 @@ def nearest_block(answer: Answer[Any], of_which: str = "") -> Block:
         )
     heads = ("Limit", "Allowed", "Nearest", "Missed by", "Best alone")
     title = "How near it comes, and what each limit could be alone" if near.least else "How near it comes"
-    return table(f"{title}{of_which}", heads, rows, whole=(1, 2, 3, 4))
+    return table(f"{title}{of_which}", heads, rows, whole=(1, 3))
 
 
 def prices_block(answer: Answer[Any]) -> Block:
