@@ -158,3 +158,8 @@ def test_the_columns_of_a_table_say_decibels_where_the_user_does(
     run("sweep", path, "--vary", "limits.floor.at_most=-30 dB..-5 dB", "--points", "6", "--csv", str(table))
     rows = list(csv.DictReader(table.read_text().splitlines()))
     assert [float(row["limits.floor.at_most [dB]"]) for row in rows] == [-30, -25, -20, -15, -10, -5]
+
+
+def test_a_range_that_is_replaced_is_said_by_its_ends(run: Run, press: str) -> None:
+    done = run("whatif", press, "--set", "links.mount.stiffness=7 MN/m")
+    assert "links.mount.stiffness  10 kN/m to 1 GN/m -> 7 MN/m" in done.out

@@ -87,6 +87,18 @@ def _tell(result: WhatIf, console: Console) -> None:
             console.print(words)
 
 
+def _written(value: object) -> str:
+    """A value as a file has it; a range by its ends."""
+    if isinstance(value, dict):
+        ends = [str(value[key]) for key in ("from", "to") if key in value]
+        if len(ends) == len(value) == 2:
+            return " to ".join(ends)
+        return f"{{ {', '.join(f'{key} = {_written(one)}' for key, one in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_written, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
 def _old(job: Job, path: str) -> str:
     """What stood at a path, also where it is a part of a text."""
     from vibopt.document.toml_reading import inside
@@ -95,7 +107,7 @@ def _old(job: Job, path: str) -> str:
 
     here = inside(job.document, path)
     part = part_at(job, path) if here is None else None
-    return str(here) if here is not None else "not given" if part is None else shown_value(part, part.value).shown
+    return _written(here) if here is not None else "not given" if part is None else shown_value(part, part.value).shown
 
 
 def _beside(result: WhatIf) -> list[tuple[str, ...]]:
