@@ -175,3 +175,34 @@ def test_the_reader_sees_one_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "Shown is the nearest design: it misses no limit by more than 17.7 %." in page
     assert "Alone, without the other limits, at best: floor " in page
     assert "NOT FOR SIGNATURE" in page
+
+
+@pytest.mark.parametrize(("start_up", "floor"), [("0.1 mm", "100 N"), ("0.09 mm", "150 N")])
+def test_what_misses_least_misses_nothing_else_for_nothing(start_up: str, floor: str) -> None:
+    """An amplitude at start-up that hangs on the damping ratio alone leaves the stiffness to the force."""
+    scene = from_dict(
+        {
+            "bodies": {"compressor": {"mass": "450 kg"}},
+            "links": {
+                "mount": {
+                    "between": ["compressor", "ground"],
+                    "stiffness": {"from": "10 kN/m", "to": "5 MN/m"},
+                    "damping_ratio": {"from": 0.01, "to": 0.5},
+                    "count": 4,
+                }
+            },
+            "excitations": {
+                "crank": {"kind": "unbalance", "on": "compressor", "unbalance": "0.05 kg m", "speed": "1500 rpm"}
+            },
+            "limits": {
+                "floor": {"response": "transmitted_force", "into": "ground", "at_most": floor},
+                "start": {"response": "displacement", "of": "compressor", "over": "start-up", "at_most": start_up},
+            },
+            "goal": {"maximise": "stiffness", "of": "mount"},
+        }
+    )
+    near = with_nearest(solve(scene)).nearest
+    assert near is not None
+    assert near.limits["floor"].met
+    missed = 0.05 / 450.0 / (2.0 * 0.5 * np.sqrt(1.0 - 0.5**2))  # greatest over all speeds, at a damping ratio of 0.5
+    assert near.limits["start"].value.value == pytest.approx(missed, rel=1e-6)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ _MEASUREMENTS = 800
 _STARTS, _FOLLOWED = 16, 4
 _ROUNDS = 4
 _BETTER = 1e-9
+_EVEN = 1e-7
+"""Log of a factor within which limits are missed alike."""
 _CLEAR = 1e-6
 """Part of every bound that is left over where a proof that there is no design is plainly wrong."""
 
@@ -127,12 +129,15 @@ def _over_tolerances(scene: Scene, program: Program, x: FloatArray) -> FloatArra
 
 @dataclass
 class Missing(Exact):
-    """By which factor each limit is missed, as what is to be made least."""
+    """By which factor each limit is missed, as what is to be made least; those in `kept` by no more than their log."""
+
+    kept: Mapping[int, float] = field(default_factory=dict)
 
     def _at(self, y: FloatArray) -> Point:
-        there = super()._at(y)
-        goals = tuple(replace(one, part=-1 - one.part) for one in there.limits)
-        return Point(there.y, (), goals)
+        every = super()._at(y).limits
+        kept = tuple(replace(one, value=one.value - self.kept[one.part]) for one in every if one.part in self.kept)
+        goals = tuple(replace(one, part=-1 - one.part) for one in every if one.part not in self.kept)
+        return Point(np.array(y), kept, goals)
 
 
 def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray:
@@ -154,7 +159,7 @@ def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray
             best, least = x, value
         if budget.over:
             break
-    return best
+    return search.settled(best)
 
 
 @dataclass
@@ -176,15 +181,31 @@ class _Search:
             x, value = self._slid(np.array(better[1]))
         return x, value
 
-    def _exact(self, x: FloatArray) -> Missing:
+    def settled(self, x: FloatArray) -> FloatArray:
+        """Near x, the worst limit missed no more: the next worst made least in turn, until the rest are met."""
+        kept: dict[int, float] = {}
+        for _ in self.program.limits:
+            exact = self._exact(x, kept)
+            here = exact.at(np.log(np.maximum(x, 1e-300)))
+            if here.goal <= 0.0 or not exact.free.any() or self.budget.over:
+                break
+            kept |= {-1 - one.part: here.goal for one in here.goals if one.value >= here.goal - _EVEN}
+            if len(kept) == len(self.program.limits):
+                break
+            there, _ = self._slid(x, kept)
+            moved = self._exact(there, kept).at(np.log(np.maximum(there, 1e-300)))
+            x = there if moved.missed <= _EVEN and moved.goal < here.goal - _BETTER else x
+        return x
+
+    def _exact(self, x: FloatArray, kept: Mapping[int, float] | None = None) -> Missing:
         low, high = log_box(self.program)
         for i, axis in enumerate(self.program.axes):
             if axis.values is not None:
                 low[i] = high[i] = np.log(max(x[i], 1e-300))
-        return Missing(self.program, low, high, self.budget)
+        return Missing(self.program, low, high, self.budget, kept=kept or {})
 
-    def _slid(self, x: FloatArray) -> tuple[FloatArray, float]:
-        exact, start = self._exact(x), np.log(np.maximum(x, 1e-300))
+    def _slid(self, x: FloatArray, kept: Mapping[int, float] | None = None) -> tuple[FloatArray, float]:
+        exact, start = self._exact(x, kept), np.log(np.maximum(x, 1e-300))
         if not exact.free.any():
             return x, exact.at(start).goal
         point = Sqp(exact).run(np.clip(start, exact.low, exact.high))
