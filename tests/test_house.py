@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from importlib.util import find_spec
@@ -193,11 +194,17 @@ def test_large_libraries_stay_at_home(library: str) -> None:
     assert not wrong, f"{library} is imported outside {', '.join(HOMES[library])}"
 
 
+def test_no_file_name_stands_twice() -> None:
+    """Whoever opens a file by its name finds the one that is meant."""
+    names = Counter(file.name for file in MODULES.values() if file.name != "__init__.py")
+    assert [name for name, count in names.items() if count > 1] == []
+
+
 FORMS_BY_NAME = {
     "vibopt.report.histories": 1,  # draws a peak in time
-    "vibopt.solve.catalogue.explained": 3,  # words of mounts that are lifted or carry too much
+    "vibopt.solve.catalogue.why": 3,  # words of mounts that are lifted or carry too much
     "vibopt.solve.closed_program": 1,  # its weight and its stiffness are numbers of its own
-    "vibopt.solve.rivals.convex": 2,  # a rival, stated by hand
+    "vibopt.solve.rivals.convex_sampled": 2,  # a rival, stated by hand
 }
 """How often a module may tell forms apart, and why; everything else asks the form (`vibopt/forms/form.py`)."""
 

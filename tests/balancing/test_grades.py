@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,15 +14,15 @@ from vibopt.balancing.grades import Quality, earned, levers, permitted, shares
 OMEGA = 3000.0 * 2.0 * np.pi / 60.0
 
 
-def quality(centre: float = 0.4, **more: object) -> Quality:
-    base: dict[str, object] = {
+def quality(centre: float = 0.4, **more: Any) -> Quality:
+    base: dict[str, Any] = {
         "grade": 6.3e-3,
         "mass": 200.0,
         "speed": OMEGA,
         "bearings": (("A", 0.0), ("B", 1.0)),
         "centre_of_mass": centre,
     }
-    return Quality(**{**base, **more})  # type: ignore[arg-type]
+    return Quality(**{**base, **more})
 
 
 def test_the_whole_is_mass_times_grade_over_speed() -> None:

@@ -40,7 +40,8 @@ def solved(name: str, bounds: dict[str, str] | None = None) -> Answer[Any]:
 
 
 def bound(answer: Answer[Any], key: str, value: float, part: float) -> str:
-    limit = answer.nearest.limits[key].limit  # type: ignore[union-attr]
+    assert answer.nearest is not None
+    limit = answer.nearest.limits[key].limit
     assert limit is not None
     return f"{value * part!r} {limit.si}"
 
@@ -66,7 +67,9 @@ def test_of_each_limit_alone_there_is_no_less(name: str) -> None:
     assert set(answer.nearest.least) == set(LIMITS[name])
     for key, one in answer.nearest.least.items():
         assert one.proven
-        assert one.enough == (one.value.value <= answer.nearest.limits[key].limit.value)  # type: ignore[union-attr]
+        limit = answer.nearest.limits[key].limit
+        assert limit is not None
+        assert one.enough == (one.value.value <= limit.value)
         for part, good in ((1.0 + 1e-4, True), (1.0 - 1e-4, False)) if one.value.value else ():
             asked = {key: bound(answer, key, one.value.value, part)}
             assert (solved(name, asked).status in ("optimal", "feasible")) == good

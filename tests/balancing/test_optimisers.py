@@ -238,7 +238,7 @@ def test_brute_force_never_beats_a_proven_choice(question: Question) -> None:
     else:
         assert not breaks(question, solved.u, 1e-8)
         assert solved.value == pytest.approx(best, rel=1e-8, abs=1e-12)
-        assert all(question.options[p][k] == solved.u[p] for p, k in enumerate(solved.chosen))  # type: ignore[index]
+        assert solved.u.tolist() == [options[k] for options, k in zip(question.options, solved.chosen, strict=True)]
 
 
 @given(question=questions(listed=True, goals=("rms", "worst", "sum", "huber")))

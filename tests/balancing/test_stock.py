@@ -82,7 +82,7 @@ def test_no_choice_from_the_stock_is_better(given_: tuple[Question, int, int]) -
     solved, best = solve_discrete(question), best_of(question, fillings(holes, most))
     assert solved.status == ("infeasible" if best == np.inf else "optimal")
     if solved.u is not None:
-        taken = sum(question.option_uses[p][k] for p, k in enumerate(solved.chosen))  # type: ignore[index]
+        taken = sum(uses[k] for uses, k in zip(question.option_uses, solved.chosen, strict=True))
         assert np.all(taken <= question.stock)
         assert solved.value == pytest.approx(best, rel=1e-8, abs=1e-12)
         assert question.chosen_only(solved.chosen).value(solved.u) == solved.value

@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -19,16 +20,16 @@ from mpmath import mpf, sqrt
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "references")]
+sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(1, str(Path(__file__).parents[1] / "references"))
 
-from absorber_routes import System, h_infinity, nishihara_asami  # noqa: E402
-from vibopt.program.pose import pose  # noqa: E402
-from vibopt.program.program import Program  # noqa: E402
-from vibopt.scene.read import from_dict  # noqa: E402
-from vibopt.solve.plane.discs import DiscsOfOneLink  # noqa: E402
-from vibopt.solve.ranges import closed  # noqa: E402
-from vibopt.solve.solve import solve  # noqa: E402
+from absorber_routes import System, h_infinity, nishihara_asami
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.scene.read import from_dict
+from vibopt.solve.plane.discs import DiscsOfOneLink
+from vibopt.solve.ranges import closed
+from vibopt.solve.solve import solve
 
 FloatArray = NDArray[np.float64]
 REPEATS = 7
@@ -56,13 +57,13 @@ def document(ratio: str, zeta: str) -> dict[str, object]:
     }
 
 
-def squares(k: object, c: object, ratio: float, zeta: float) -> object:
+def squares(k: Any, c: Any, ratio: float, zeta: float) -> Any:
     """Squared height at SPEEDS, in numbers or in casadi's symbols."""
     w, m = SPEEDS, MASS * ratio
     own = 2.0 * zeta * np.sqrt(STIFFNESS * MASS) * w
     stiff = STIFFNESS - MASS * w**2
-    real, imag = k - m * w**2, c * w  # type: ignore[operator]
-    below_real = stiff * real - own * imag - m * w**2 * k  # type: ignore[operator]
+    real, imag = k - m * w**2, c * w
+    below_real = stiff * real - own * imag - m * w**2 * k
     below_imag = stiff * imag + own * real - m * w**2 * imag
     return STIFFNESS**2 * (real**2 + imag**2) / (below_real**2 + below_imag**2)
 

@@ -15,7 +15,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partialmethod
+from functools import partial, partialmethod
 from typing import Any
 from unittest import mock
 
@@ -76,8 +76,8 @@ def against_cvxpy() -> None:
         for goal in goals:
             for capped in (False, True):
                 question = random_question(n, p, goal, capped)
-                ours, solved = timed(lambda q=question: solve_continuous(q), REPEATS[n])  # type: ignore[misc]
-                theirs, value = timed(lambda q=question: fresh_cvxpy(q), max(2, REPEATS[n] // 4))  # type: ignore[misc]
+                ours, solved = timed(partial(solve_continuous, question), REPEATS[n])
+                theirs, value = timed(partial(fresh_cvxpy, question), max(2, REPEATS[n] // 4))
                 print(
                     f"{n:>6}x{p:<3} {goal:>6} {'yes' if capped else 'no':>4} {1e3 * ours:9.3f} {1e3 * theirs:9.1f}"
                     f" {theirs / ours:7.1f} {solved.plan.gap:8.1e} {(solved.value - value) / value:10.1e}"
@@ -93,9 +93,9 @@ def discrete() -> None:
     goals: tuple[Goal, ...] = ("rms", "worst", "sum", "huber")
     for goal in goals:
         for n in (6, 12, 48):
-            lists = {"options": (options.u,) * 3, "option_masses": (options.masses,) * 3, "huber": 1.0}
-            question = replace(random_question(n, 3, goal, False), **lists)  # type: ignore[arg-type]
-            seconds, solved = timed(lambda q=question: solve_discrete(q), 2)  # type: ignore[misc]
+            lists: dict[str, Any] = {"options": (options.u,) * 3, "option_masses": (options.masses,) * 3, "huber": 1.0}
+            question = replace(random_question(n, 3, goal, False), **lists)
+            seconds, solved = timed(partial(solve_discrete, question), 2)
             print(
                 f"24 holes x 5 weights x 3 planes, {n:>2} readings, {goal:>5}: {1e3 * seconds:6.0f} ms, {solved.status}"
             )

@@ -20,12 +20,11 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy; several threads only h
 
 import mpmath
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from vibopt.scene.read import from_text  # noqa: E402
-from vibopt.scene.scene import Design  # noqa: E402
-from vibopt.solve.solve import solve  # noqa: E402
+from vibopt.scene.read import from_text
+from vibopt.scene.scene import Design
+from vibopt.solve.solve import solve
 
 BODIES = (2, 5, 20, 100)
 MASS, LINK, DAMPER, FORCE, BOUND = 10.0, 4e5, 120.0, 1000.0, 900.0

@@ -16,13 +16,14 @@ from pathlib import Path
 import numpy as np
 from by_hand import ByHand, problems
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from vibopt.program.pose import pose  # noqa: E402
-from vibopt.scene.read import read  # noqa: E402
-from vibopt.solve.branch import Judge  # noqa: E402
-from vibopt.solve.solve import solve  # noqa: E402
+from vibopt.program.pose import pose
+from vibopt.scene.read import read
+from vibopt.solve.branch import Judge
+from vibopt.solve.solve import solve
+
+ROOT = Path(__file__).parents[2]
 
 REPEATS = 40
 

@@ -22,19 +22,19 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy; several threads only hinder each other on matrices this small
 
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "laws")]
+sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(1, str(Path(__file__).parents[1] / "laws"))
 
-import mpmath  # noqa: E402
-import numpy as np  # noqa: E402
-import scipy.sparse as sparse  # noqa: E402
+import mpmath
+import numpy as np
+import scipy.sparse as sparse
 
-from rods import ROD, rod  # noqa: E402
-from vibopt.arrays import ComplexArray, FloatArray  # noqa: E402
-from vibopt.mechanics.host import Coordinates, Matrices, reduced_host  # noqa: E402
-from vibopt.mechanics.host.matrices import Dashed, factored  # noqa: E402
-from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS  # noqa: E402
-from vibopt.mechanics.receptance import Attached, Host  # noqa: E402
+from rods import ROD, rod
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.host import Coordinates, Matrices, reduced_host
+from vibopt.mechanics.host.matrices import Dashed, factored
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
+from vibopt.mechanics.receptance import Attached, Host
 
 SIZES = (100, 1_000, 10_000, 100_000)
 FREQUENCIES = 200

@@ -16,11 +16,12 @@ from pathlib import Path
 import numpy as np
 from by_hand import press
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from vibopt.scene.read import read  # noqa: E402
-from vibopt.study.sweep import sweep  # noqa: E402
+from vibopt.scene.read import read
+from vibopt.study.sweep import sweep
+
+ROOT = Path(__file__).parents[2]
 
 POINTS = (10_000, 1_000)
 REPEATS = 5

@@ -14,7 +14,7 @@ import vibopt as vo
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.excitations.pulse import Pulse, Shape
-from vibopt.excitations.signals import line, sine, together
+from vibopt.excitations.segments import line, sine, together
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.program.pose import pose
 from vibopt.report.curves import panels

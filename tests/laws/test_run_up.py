@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 import vibopt as vo
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
-from vibopt.mechanics.run_up import RunUp, Stretch
+from vibopt.mechanics.sweep_response import RunUp, Stretch
 from vibopt.mechanics.transient import Reading
 from vibopt.program.pose import pose
 from vibopt.report.curves import panels

@@ -83,7 +83,9 @@ def test_a_peak_is_never_below_its_tangents_less_their_rests(
     x = np.exp(rng.uniform(np.log(program.low), np.log(program.high)))
     reach = part * rng.uniform(0.2, 1.0, len(x))
     for one in program.parts:
-        times = one.form.peak(one.model, x).time * np.array([0.3, 0.7])  # type: ignore[attr-defined]
+        form = one.form.in_time
+        assert form is not None
+        times = form.peak(one.model, x).time * np.array([0.3, 0.7])
         value = one.form.value(one.model, x)
         tangents = list(one.form.tangents(one.model, x, reach, 0.5 * value, times))
         near = list(one.form.tangents(one.model, x, 0.01 * reach, 0.5 * value, times))

@@ -12,8 +12,8 @@ from vibopt.program.held import held
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
-from vibopt.solve.blocks import improved_by_links, links_of
 from vibopt.solve.branch import Judge
+from vibopt.solve.link_by_link import improved_by_links, links_of
 from vibopt.solve.ranges import closed
 from vibopt.work import Budget
 

@@ -13,7 +13,7 @@ from vibopt.balancing.begin import answered, begun, nothing, plan_of
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.nearest import left_words, nearest_plan
+from vibopt.balancing.nearest_plan import left_words, nearest_plan
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import quality_values, trial_advice
 from vibopt.balancing.question import Solved

@@ -10,8 +10,8 @@ from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import Quantity, read_range
 from vibopt.values import Table, Value, number
+from vibopt.values.directions import AXES
 from vibopt.values.fields import Rule, RuleSchema, complaint, read_value
-from vibopt.values.vectors import AXES
 
 
 class StiffnessAxes(Table):

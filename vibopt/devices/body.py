@@ -17,8 +17,8 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
+from vibopt.values.directions import AXES, Place, Reach, is_tensor
 from vibopt.values.fields import Choice, Later, complaint
-from vibopt.values.vectors import AXES, Place, Reach, is_tensor
 
 if TYPE_CHECKING:
     from vibopt.devices.inertia import Disc, Piece, Principal, Shape, Solid, Tensor

@@ -16,7 +16,7 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.machine import Joint
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Tolerance, Value, number, word
-from vibopt.values.vectors import Direction, Place
+from vibopt.values.directions import Direction, Place
 
 _SAID = ("inertance", "mass_ratio", "torsional_inertance")
 

@@ -13,8 +13,8 @@ from vibopt.errors import QuantityError, way_out
 from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word
+from vibopt.values.directions import AXES, SIX, Direction, Place
 from vibopt.values.fields import complaint
-from vibopt.values.vectors import AXES, SIX, Direction, Place
 
 _ROUNDING = 1e-9
 

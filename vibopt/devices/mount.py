@@ -21,8 +21,8 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.vectors import cross
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
+from vibopt.values.directions import AXES, Span
 from vibopt.values.fields import Choice, Rule, complaint, ruled
-from vibopt.values.vectors import AXES, Span
 
 _SCATTERED = ("stiffness", "damping", "loss_factor")
 """What a tolerance of the whole table is about."""

@@ -14,7 +14,7 @@ from vibopt.devices.symbols import Symbols
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values.vectors import AXES, Vector
+from vibopt.values.directions import AXES, Vector
 
 SPAN = 0.5
 """An offset runs over its tolerance as its factor runs over 1 +- this."""

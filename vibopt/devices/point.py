@@ -11,7 +11,7 @@ from vibopt.devices.device import Device
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.values.vectors import Place
+from vibopt.values.directions import Place
 
 
 class PointTable(Device):

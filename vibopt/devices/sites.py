@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.records import dataclass
+from vibopt.values.directions import AXES, OpenVector, Span, Vector, read_direction, read_open_place, read_shift
 from vibopt.values.fields import complaint
-from vibopt.values.vectors import AXES, OpenVector, Span, Vector, read_direction, read_open_place, read_shift
 
 Single = tuple[Vector, ...]
 OpenSingle = tuple[OpenVector, ...]

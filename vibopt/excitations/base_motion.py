@@ -10,7 +10,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number, word
-from vibopt.values.vectors import AXES, Direction
+from vibopt.values.directions import AXES, Direction
 
 
 class BaseMotion(Excitation):

@@ -13,8 +13,8 @@ from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_lin
 from vibopt.mechanics.vectors import cross
 from vibopt.signals import Line
 from vibopt.values import Fact, Table, number, word
+from vibopt.values.directions import AXES, Direction, Place, Vector
 from vibopt.values.fields import Later
-from vibopt.values.vectors import AXES, Direction, Place, Vector
 
 RunUp = Annotated[Any, Later("vibopt.excitations", "run_up.RunUp")]
 

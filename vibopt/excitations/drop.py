@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Transient
-from vibopt.excitations.signals import line
+from vibopt.excitations.segments import line
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word

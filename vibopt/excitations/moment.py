@@ -9,7 +9,7 @@ from vibopt.excitations.directed import about
 from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number
-from vibopt.values.vectors import Direction
+from vibopt.values.directions import Direction
 
 
 class Moment(Excitation):

@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, WithJsonSchem
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, QuantityError
 from vibopt.excitations.excitation import Transient
-from vibopt.excitations.signals import line
+from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, stamp_of
 from vibopt.signals import Segment
 from vibopt.units import read_quantity

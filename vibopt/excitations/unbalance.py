@@ -12,7 +12,7 @@ from vibopt.excitations.directed import Directed, RunUp, turned
 from vibopt.excitations.excitation import unit_line
 from vibopt.signals import Amplitude, Band, Line, Piece
 from vibopt.values import Fact, number, word
-from vibopt.values.vectors import AXES, Direction
+from vibopt.values.directions import AXES, Direction
 
 
 class Unbalance(Directed):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.rational import Groups, Sampled
     from vibopt.forms.reduce import Reach
-    from vibopt.forms.tangents import Tangent
+    from vibopt.forms.tangent import Tangent
     from vibopt.forms.undamped import ModeFrequency
     from vibopt.mechanics.model import Model
     from vibopt.signals import Drive

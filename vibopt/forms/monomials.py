@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from vibopt.forms.asking import ConvexRows, LogRows, OneVariable
     from vibopt.forms.bounds import FormBounds
     from vibopt.forms.form import Bounds
-    from vibopt.forms.tangents import Tangent
+    from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
 
 
@@ -61,7 +61,7 @@ class Monomials(Form):
     def tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
     ) -> Iterator[Tangent]:
-        from vibopt.forms.tangents import Tangent, bent
+        from vibopt.forms.tangent import Tangent, bent
 
         parts = self._parts(x)
         rest = float(np.abs(parts) @ bent(self.exponents, reach))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
-    from vibopt.mechanics.run_up import RunUp
+    from vibopt.mechanics.sweep_response import RunUp
     from vibopt.mechanics.transient import Peak, Reading
 
 _KEPT = 64
@@ -69,7 +69,7 @@ class PeakInRunUp(Form):
 
         On the lower half of the circle all is conjugate to the upper.
         """
-        from vibopt.mechanics.run_up import Modal, mean
+        from vibopt.mechanics.sweep_response import Modal, mean
 
         turns = np.exp(2j * np.pi * (np.arange(_HALF) + 0.5) / (2 * _HALF))
         around = [self.run_up(model, p * (1.0 + reach * turn * exponents)) for turn in turns]
@@ -99,6 +99,6 @@ class PeakInRunUp(Form):
 
     def run_up(self, model: Model, p: Numbers) -> tuple[RunUp, Reading]:
         """The machine under its force, and what is read, at coefficients p (n_terms,), real or complex."""
-        from vibopt.mechanics.run_up import RunUp
+        from vibopt.mechanics.sweep_response import RunUp
 
         return RunUp(*matrices(model, p), model.n_free, self.load, self.sweep), reading(model, self.output, p)

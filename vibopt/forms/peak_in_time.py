@@ -18,7 +18,7 @@ from vibopt.signals import Output, Segment
 
 if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
-    from vibopt.forms.tangents import Tangent
+    from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.transient import Peak, Reading, Transient
@@ -95,9 +95,9 @@ class PeakInTime(Form):
 
     def _tangent(self, model: Model, x: FloatArray, reach: FloatArray, at: Peak) -> Tangent | None:
         """At one time; None where the motion follows too suddenly to have one."""
-        from vibopt.forms.tangents import Tangent, bent
+        from vibopt.forms.tangent import Tangent, bent
         from vibopt.mechanics.harmonic import mount_count
-        from vibopt.mechanics.nearby import Element, nearby
+        from vibopt.mechanics.kernel_bounds import Element, nearby
 
         p, active = model.values(x), np.flatnonzero(model.exponents.any(axis=1))
         elements = [Element(int(model.kinds[i]), model.vectors[i], float(self.output.signs[i])) for i in active]

@@ -10,7 +10,7 @@ from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import across_link, along, at_point
 from vibopt.signals import Output
-from vibopt.values.vectors import Direction
+from vibopt.values.directions import Direction
 
 
 class MotionOf(HarmonicResponse):

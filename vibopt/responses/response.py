@@ -17,8 +17,8 @@ from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
 from vibopt.units import Quantity, plain, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
+from vibopt.values.directions import UNIT
 from vibopt.values.fields import KeyedError, complaint
-from vibopt.values.vectors import UNIT
 
 START_UP = "start-up"
 _OTHER_WORDS = ("runup", "rundown", "coastdown", "shutdown", "startstop", "acceleration", "all", "start")

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibopt.mechanics.model import Model
 from vibopt.signals import Output
-from vibopt.values.vectors import AXES, Vector
+from vibopt.values.directions import AXES, Vector
 
 
 def at_point(model: Model, point: str, power: int = 0) -> Output:

@@ -17,7 +17,7 @@ from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.response_rows import across_link, along_mount
 from vibopt.signals import Combine, Drive, Output
 from vibopt.values import word
-from vibopt.values.vectors import AXES, Direction, Vector
+from vibopt.values.directions import AXES, Direction, Vector
 
 
 def space(machine: Machine) -> SpaceMachine:

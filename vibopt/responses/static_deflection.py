@@ -11,7 +11,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import Response
 from vibopt.signals import Combine, Drive
-from vibopt.values.vectors import AXES, Direction
+from vibopt.values.directions import AXES, Direction
 
 
 class StaticDeflection(Response):

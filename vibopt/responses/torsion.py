@@ -14,7 +14,7 @@ from vibopt.responses.response import Response
 from vibopt.responses.response_rows import along
 from vibopt.responses.transmitted import Transmitted
 from vibopt.signals import Combine, Drive, Output
-from vibopt.values.vectors import Direction
+from vibopt.values.directions import Direction
 
 
 class Rotation(MotionOf):

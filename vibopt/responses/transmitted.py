@@ -14,7 +14,7 @@ from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point, forces_along, link_forces
 from vibopt.signals import Output
 from vibopt.values import word
-from vibopt.values.vectors import AXES, Direction
+from vibopt.values.directions import AXES, Direction
 
 
 def _into(model: Model, place: str) -> Output:

@@ -17,7 +17,7 @@ from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, is_spatial, mount_of, place_in_space
 from vibopt.units import show
-from vibopt.values.vectors import AXES, Vector
+from vibopt.values.directions import AXES, Vector
 
 if TYPE_CHECKING:
     from vibopt.devices.device import Device

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
-from vibopt.excitations.signals import together
+from vibopt.excitations.segments import together
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices

@@ -13,8 +13,8 @@ from vibopt.scene.open_places import open_positions
 from vibopt.scene.scene import Scene
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
+from vibopt.values.directions import AXES
 from vibopt.values.fact_at import FactAt, fact_among
-from vibopt.values.vectors import AXES
 
 _PLACES = ("centre", "at")
 _SIDES = ("box",)

@@ -13,8 +13,8 @@ from pydantic import BaseModel
 from vibopt.document.toml_reading import changed
 from vibopt.scene.scene import Scene, Variable
 from vibopt.units import to_unit
+from vibopt.values.directions import AXES, OpenVector, Span
 from vibopt.values.fields import Choice
-from vibopt.values.vectors import AXES, OpenVector, Span
 
 if TYPE_CHECKING:
     from vibopt.devices.mount import MountTable

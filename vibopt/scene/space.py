@@ -5,7 +5,7 @@ from __future__ import annotations
 from vibopt.responses import Response
 from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
-from vibopt.values.vectors import AXES, Vector
+from vibopt.values.directions import AXES, Vector
 
 
 @once

@@ -85,8 +85,8 @@ METHODS: dict[str, Callable[[], Method]] = {
     "trust_constr_1000": _late("rivals.general", "TrustConstr", speeds=1000, name="trust_constr_1000"),
     "ipopt_sampled": _late("rivals.general", "IpoptSampled"),
     "ipopt_sampled_1000": _late("rivals.general", "IpoptSampled", speeds=1000, name="ipopt_sampled_1000"),
-    "cvxpy_sampled": _late("rivals.convex", "Convex"),
-    "cvxpy_dpp": _late("rivals.convex", "Convex", keep=True, name="cvxpy_dpp"),
+    "cvxpy_sampled": _late("rivals.convex_sampled", "Convex"),
+    "cvxpy_dpp": _late("rivals.convex_sampled", "Convex", keep=True, name="cvxpy_dpp"),
 }
 """Name and how to make the method."""
 

@@ -17,9 +17,9 @@ from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Program
 from vibopt.records import dataclass
-from vibopt.solve.blocks import improved_by_links
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
+from vibopt.solve.link_by_link import improved_by_links
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, log_box, starts
 from vibopt.solve.screen import promising, screenable

@@ -14,8 +14,8 @@ from vibopt.records import dataclass
 from vibopt.scene.check_scene import check
 from vibopt.scene.open_places import open_places, open_positions, positioned, settled
 from vibopt.scene.scene import MINIMISE, Design, Scene, Variable
+from vibopt.solve.best_places import with_goal
 from vibopt.solve.method import Progress
-from vibopt.solve.places import with_goal
 from vibopt.solve.positions_search import Score, Search
 from vibopt.verify.checked import checked_limits
 from vibopt.work import Budget

@@ -20,7 +20,7 @@ from vibopt.program.worst_case import Hit, around, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
-from vibopt.solve.catalogue.explained import reason_of
+from vibopt.solve.catalogue.why import reason_of
 from vibopt.solve.choose import choose
 from vibopt.solve.local import refined
 from vibopt.solve.method import Found, Method, Progress

@@ -117,7 +117,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     found = at_own_bound(scene, program, in_order(scene, program, found))
     clock.stage("solve")
     if program.ties and wish.explain and found.x is not None:
-        from vibopt.solve.catalogue.explained import free_optimum
+        from vibopt.solve.catalogue.why import free_optimum
 
         found = replace(
             found, details={**found.details, "free": free_optimum(program, found, thorough=wish.patience == np.inf)}
@@ -143,7 +143,7 @@ def _where_best(scene: Scene, wish: _Wish) -> Design:
             return solve(one, method=wish.method, explain=False, near=near)
 
         return best_position(scene, at_position, wish.progress)
-    from vibopt.solve.places import best_place
+    from vibopt.solve.best_places import best_place
 
     def at_place(one: Scene) -> Design:
         return solve(one, method=wish.method, progress=wish.progress, explain=False, near=wish.near)
@@ -174,7 +174,7 @@ def answer(
         claim = "proven by the balance of forces on the machine, for any isolator"
         return Found("infeasible", None, claim, "physical bound"), partial(physical_words, scene, clash)
     if program.ties:
-        from vibopt.solve.catalogue.explained import reason_of
+        from vibopt.solve.catalogue.why import reason_of
 
         found = choose(finite, method).solve(finite, progress)
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.bounds import FormBounds
-from vibopt.forms.tangents import Tangent
+from vibopt.forms.tangent import Tangent
 from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass

@@ -74,7 +74,7 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
 
         return Measured(rms_of(scene, machine, response), {}, response)
     if isinstance(response, TransientResponse):
-        from vibopt.verify.in_time import peak_in_time
+        from vibopt.verify.simulated import peak_in_time
 
         value, times = peak_in_time(scene, machine, response)
         return Measured(value, times, response)

@@ -23,7 +23,7 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
-from vibopt.balancing.nearest import left_words, narrowest, nearest_of
+from vibopt.balancing.nearest_plan import left_words, narrowest, nearest_of
 from vibopt.balancing.planes import MASS, Drill, Plane
 from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, Step, allowance, clash, prices_of
 from vibopt.units import show

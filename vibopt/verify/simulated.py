@@ -341,7 +341,7 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
     """
     names = names_for(scene, response)
     if scene.excitations[names[0]].ramp is not None:
-        from vibopt.verify.run_up import Followed
+        from vibopt.verify.every_cycle import Followed
 
         value, speed = Followed(machine, scene.excitations[names[0]]).peak(response)
         return value, {names[0]: speed}
