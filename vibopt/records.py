@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 from collections.abc import Callable
 from dataclasses import MISSING, Field, FrozenInstanceError
 from functools import cache
 from operator import attrgetter
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -26,28 +26,78 @@ else:
         return made if cls is None else made(cls)
 
 
+_NO_FIELD = ("ClassVar", "typing.ClassVar")
+
+
 def _made(given: type, *, frozen: bool, eq: bool, slots: bool, kw_only: bool) -> Any:
-    own = {name: one for name, one in vars(given).items() if name in ("__init__", "__repr__", "__eq__", "__hash__")}
-    given.__doc__ = given.__doc__ or f"{given.__name__}(...)"  # the library would work out a signature
-    own_fields = [name for name in inspect.get_annotations(given) if name not in vars(given)]
-    for name in own_fields:  # what a parent says by a property is no default
-        if isinstance(getattr(given, name, None), property):
-            setattr(given, name, dataclasses.field())
-    child = any(dataclasses.is_dataclass(base) for base in given.__mro__[1:])  # frozen as its parents are, or refused
-    words: dict[str, Any] = {"slots": slots, "kw_only": kw_only, "frozen": frozen and child}
-    made: Any = dataclasses.dataclass(init=False, repr=False, eq=False, **words)(given)
-    made.__dataclass_params__.frozen = frozen
+    text = dict(vars(given))
+    said = {name: kind for name, kind in text.get("__annotations__", {}).items() if not str(kind).startswith(_NO_FIELD)}
+    for parent in given.__mro__[1:]:
+        if getattr(vars(parent).get("__dataclass_params__"), "frozen", frozen) is not frozen:
+            words = "frozen dataclass from a non-frozen" if frozen else "non-frozen dataclass from a frozen"
+            raise TypeError(f"cannot inherit {words} one")
+    made: Any = _with_slots(given, text, said) if slots else _with_defaults(given, text, said)
+    made.__doc__ = given.__doc__ or f"{given.__name__}(...)"  # the library would work out a signature
+    made.__dataclass_params__ = SimpleNamespace(frozen=frozen)
     methods: dict[str, Any] = {"__init__": _first_init(made, frozen), "__repr__": _repr}
     if eq:
         methods |= {"__eq__": _eq, "__hash__": _hash if frozen else None}
+    methods = {name: method for name, method in methods.items() if text.get(name) is None}
     if frozen:
         methods |= {"__setattr__": _set, "__delattr__": _delete}
     if frozen and slots:
         methods |= {"__getstate__": _state, "__setstate__": _restore}
+    methods["__dataclass_fields__"] = _Later(made, "__dataclass_fields__", lambda: _fields(made, text, said, kw_only))
+    methods["__match_args__"] = _Later(made, "__match_args__", lambda: tuple(_words(made, named=False)))
     for name, method in methods.items():
-        if own.get(name) is None:
-            setattr(made, name, method)
+        setattr(made, name, method)
     return made
+
+
+class _Later:
+    """An attribute of a class that is made when it is first asked for: most never are."""
+
+    def __init__(self, home: type, name: str, make: Callable[[], Any]) -> None:
+        self.home, self.name, self.make = home, name, make
+
+    def __get__(self, _: object, kind: type) -> Any:
+        value = self.make()
+        setattr(self.home, self.name, value)
+        return value
+
+
+def _with_slots(given: Any, text: dict[str, Any], said: dict[str, Any]) -> Any:
+    """The class again, with places for its fields in the stead of a dictionary."""
+    taken = {name for parent in given.__mro__[1:] for name in vars(parent).get("__slots__", ())}
+    kept = {name: one for name, one in text.items() if name not in said and name not in ("__dict__", "__weakref__")}
+    kept |= {"__slots__": tuple(name for name in said if name not in taken), "__qualname__": given.__qualname__}
+    return type(given)(given.__name__, given.__bases__, kept)
+
+
+def _with_defaults(given: Any, text: dict[str, Any], said: dict[str, Any]) -> Any:
+    """The class with the defaults themselves where it has words about them."""
+    for name in said:
+        if isinstance(one := text.get(name), Field):
+            delattr(given, name) if one.default is MISSING else setattr(given, name, one.default)
+    return given
+
+
+def _fields(made: type, text: dict[str, Any], said: dict[str, Any], kw_only: bool) -> dict[str, Field[Any]]:
+    """The fields of a class: those of its parents, and its own as the library reads them."""
+    own = {name: text[name] for name in said if name in text}
+    text_of_it = {"__annotations__": said, "__module__": made.__module__, "__doc__": made.__doc__}
+    read: Any = type(made.__name__, (), own | text_of_it)
+    read = dataclasses.dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=kw_only)(read)
+    found: dict[str, Field[Any]] = {}
+    for parent in reversed(made.__mro__[1:]):
+        found |= getattr(parent, "__dataclass_fields__", {})
+    found.update(read.__dataclass_fields__)
+    return found
+
+
+def _words(kind: Any, *, named: bool) -> dict[str, str]:
+    """Parameters of the `__init__` by field, those that are given by name only or the others."""
+    return {one.name: _word(one) for one in dataclasses.fields(kind) if one.init and one.kw_only is named}
 
 
 def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
@@ -64,7 +114,7 @@ def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
 def _init(kind: type, frozen: bool) -> Callable[..., None]:
     """The `__init__` of a class; a frozen one sets its fields past its own refusal."""
     fields = dataclasses.fields(kind)
-    plain, named = ([_word(one) for one in fields if one.init and one.kw_only is by_name] for by_name in (False, True))
+    plain, named = _words(kind, named=False).values(), _words(kind, named=True).values()
     words = ["self", *plain, *(["*", *named] if named else [])]
     known: dict[str, Any] = {"_set": object.__setattr__, "_missing": MISSING}
     for one in fields:

@@ -27,7 +27,7 @@ def _classes() -> Mapping[str, type[Any]]:
     for home in _HOMES:
         module = import_module(home)
         for name, one in vars(module).items():
-            if isinstance(one, type) and one.__module__ == home and hasattr(one, "__dataclass_fields__"):
+            if isinstance(one, type) and one.__module__ == home and hasattr(one, "__dataclass_params__"):
                 found[name] = one
     return found
 

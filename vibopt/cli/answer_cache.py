@@ -70,16 +70,10 @@ def _texts(given: Any) -> Iterator[str]:
 
 @cache
 def _program() -> list[Any]:
-    """Version of the program, and the state of its files: after a change nothing kept is used."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        told = version("vibopt")
-    except PackageNotFoundError:
-        told = ""
+    """The state of the program's files: after a change nothing kept is used."""
     home = Path(__file__).parents[1]
-    files = [os.stat(one) for one in home.rglob("*.py")]
-    return [told, str(home), len(files), max(one.st_mtime_ns for one in files), sum(one.st_size for one in files)]
+    files = [os.stat(os.path.join(at, one)) for at, _, names in os.walk(home) for one in names if one.endswith(".py")]
+    return [str(home), len(files), max(one.st_mtime_ns for one in files), sum(one.st_size for one in files)]
 
 
 def folder() -> Path | None:

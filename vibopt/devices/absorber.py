@@ -1,7 +1,5 @@
 """An absorber: a small mass on a spring and a damper, tuned to take over the motion of what it sits on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
@@ -131,7 +129,7 @@ class AbsorberTable(Device):
     }
 
     @model_validator(mode="after")
-    def _consistent(self) -> AbsorberTable:
+    def _consistent(self) -> "AbsorberTable":
         masses, springs, dampers = (self._given(keys) for keys in (_MASSES, _SPRINGS, _DAMPERS))
         if not masses:
             raise word('has no mass. Write mass = "20 kg", or mass_ratio = 0.05 (of what it sits on).')

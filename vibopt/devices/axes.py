@@ -1,7 +1,5 @@
 """Numbers of a mount along its own three axes, and what it is rated for."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema

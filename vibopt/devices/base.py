@@ -1,7 +1,5 @@
 """A base: a support that moves in a prescribed way."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A rigid body that moves along one line, or turns about one axis."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -110,7 +108,7 @@ class BodyTable(Device):
         return given
 
     @model_validator(mode="after")
-    def _whole(self) -> BodyTable:
+    def _whole(self) -> "BodyTable":
         if self.freedoms:
             self._check_space()
         else:
@@ -153,7 +151,7 @@ class BodyTable(Device):
                 raise word(f'has a {key}, but no motion that needs it. Add motion = "space", or remove {key}.')
         self._one_of_four()
 
-    def _one_of_four(self) -> BodyTable:
+    def _one_of_four(self) -> "BodyTable":
         given = [key for key in ("mass", "weight", "inertia", "disc") if getattr(self, key) is not None]
         if len(given) > 1 and {"inertia", "disc"} & set(given):
             raise word(
@@ -193,14 +191,14 @@ class BodyTable(Device):
         return self.centre or (0.0, 0.0, 0.0)
 
     @property
-    def _sum(self) -> Solid:
+    def _sum(self) -> "Solid":
         """Its pieces as one."""
         from vibopt.devices.inertia import together
 
         assert self.made_of is not None
         return together(self.made_of)
 
-    def solid(self, mass: float) -> Solid:
+    def solid(self, mass: float) -> "Solid":
         """The body at a mass [kg]: what a shape weighs turns with it, an inertia in numbers does not."""
         if self.made_of is not None:
             return self._sum
@@ -325,7 +323,7 @@ class BodyTable(Device):
         rolls = self.rolling.inertia.value / self.rolling.radius.value**2 if self.rolling is not None else 0.0
         return mass + rolls, mass
 
-    def _rigid(self, name: str, numbers: Numbers) -> Rigid:
+    def _rigid(self, name: str, numbers: Numbers) -> "Rigid":
         from vibopt.mechanics.rigid import Rigid
 
         off = [numbers.factor(f"bodies.{name}.centre.{axis}") for axis in AXES]

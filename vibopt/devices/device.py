@@ -1,7 +1,5 @@
 """What every family of devices says of itself, so that nobody else must know the families by name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -120,7 +118,7 @@ class Device(Table):
         """Paths of the numbers that are off by themselves where the one at `path` has a tolerance."""
         return (path,)
 
-    def bound(self, name: str) -> tuple[Bound, ...]:
+    def bound(self, name: str) -> "tuple[Bound, ...]":
         """Parts of a catalogue that are to be chosen."""
         return ()
 

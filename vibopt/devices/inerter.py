@@ -1,7 +1,5 @@
 """An inerter: a force proportional to the relative acceleration of its two ends (M. C. Smith, 2002)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -58,7 +56,7 @@ class InerterTable(Device):
     }
 
     @model_validator(mode="after")
-    def _consistent(self) -> InerterTable:
+    def _consistent(self) -> "InerterTable":
         said = [key for key in _SAID if getattr(self, key) is not None]
         if len(said) != 1:
             raise word('needs one of inertance, mass_ratio and torsional_inertance. Write inertance = "40 kg".')

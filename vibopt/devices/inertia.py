@@ -1,7 +1,5 @@
 """Mass properties of a body in space: its tensor, simple shapes, and sums of pieces."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -107,7 +105,7 @@ class Shape(Table):
     cylinder: Cylinder | None = None
 
     @model_validator(mode="after")
-    def _one(self) -> Shape:
+    def _one(self) -> "Shape":
         if (self.box is None) == (self.cylinder is None):
             raise word('needs either a box or a cylinder. Write shape = { box = ["2 m", "0.9 m", "1.1 m"] }.')
         return self
@@ -225,7 +223,7 @@ class Piece(Table):
         return {**given, "inertia": made}
 
     @model_validator(mode="after")
-    def _one(self) -> Piece:
+    def _one(self) -> "Piece":
         if self.inertia is not None and self.shape is not None:
             raise word("gives inertia and shape. Keep one.")
         return self

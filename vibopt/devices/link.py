@@ -1,7 +1,5 @@
 """A link: springs and dampers, alike and in parallel, between two points."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -109,7 +107,7 @@ class LinkTable(Device):
         return {**given, **{key: value for key in DYNAMIC if (value := part.column(key)) is not None}}
 
     @model_validator(mode="after")
-    def _consistent(self) -> LinkTable:
+    def _consistent(self) -> "LinkTable":
         springs, dampers = self._given(_SPRINGS), self._given(_DAMPERS)
         if not springs and self.damping is None and self.torsional_damping is None:
             raise word('has neither stiffness nor damping. Write stiffness = "200 kN/m".')
@@ -171,7 +169,7 @@ class LinkTable(Device):
         """Dynamic over static stiffness."""
         return self.dynamic_to_static if self.part is None else self.part.dynamic_to_static
 
-    def bound(self, name: str) -> tuple[Bound, ...]:
+    def bound(self, name: str) -> "tuple[Bound, ...]":
         if self.part is None:
             return ()
         from vibopt.devices.part import DYNAMIC, OWN

@@ -1,7 +1,5 @@
 """Mounts with a place and directions: identical ones form a group."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -121,7 +119,7 @@ class MountTable(Device):
         return given
 
     @model_validator(mode="after")
-    def _consistent(self) -> MountTable:
+    def _consistent(self) -> "MountTable":
         three = isinstance(self.stiffness, StiffnessAxes)
         if not three and self.shear_ratio is None:
             raise word(
@@ -188,7 +186,7 @@ class MountTable(Device):
         """Dynamic over static stiffness."""
         return self.dynamic_to_static if self.part is None else self.part.dynamic_to_static
 
-    def bound(self, name: str) -> tuple[Bound, ...]:
+    def bound(self, name: str) -> "tuple[Bound, ...]":
         base = f"mounts.{name}"
         paths = {key: f"{base}.part.{key}" for key in OWN} | {"loss_factor": f"{base}.loss_factor"}
         for key in ("stiffness", "damping"):

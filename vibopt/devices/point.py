@@ -1,7 +1,5 @@
 """A named place on a body in space: asked about and acted on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Springs of standard shape, a shaft in torsion and a beam under a load, by their formulas and by finite elements."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Literal
 
@@ -37,7 +35,7 @@ class Shaft(Table):
     inner_ratio: Fact | None = number("ratio", choice=False)
 
     @model_validator(mode="after")
-    def _hollow(self) -> Shaft:
+    def _hollow(self) -> "Shaft":
         if self.inner_diameter is not None and self.inner_ratio is not None:
             raise word("gives inner_diameter and inner_ratio. Keep one.")
         if self.inner_diameter is not None and isinstance(self.diameter, Choice):
@@ -117,7 +115,7 @@ class Beam(Table):
     diameter: Fact | None = number("length", choice=False)
 
     @model_validator(mode="after")
-    def _one_section(self) -> Beam:
+    def _one_section(self) -> "Beam":
         section = (self.second_moment is not None, self.diameter is not None, self.width is not None)
         if (self.width is None) != (self.height is None) or sum(section) != 1:
             raise word('needs one of second_moment, diameter, or width and height. Write diameter = "50 mm".')

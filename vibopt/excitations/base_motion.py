@@ -1,7 +1,5 @@
 """Harmonic motion of a base."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from pydantic import model_validator
@@ -35,7 +33,7 @@ class BaseMotion(Excitation):
     family: ClassVar[str] = "bases"
 
     @model_validator(mode="after")
-    def _one_of_three(self) -> BaseMotion:
+    def _one_of_three(self) -> "BaseMotion":
         given = [one for one in (self.displacement, self.velocity, self.acceleration) if one is not None]
         if len(given) != 1:
             raise word('needs one of displacement, velocity and acceleration. Write displacement = "1 mm".')

@@ -1,7 +1,5 @@
 """Excitations on bodies in space: where they act, along which direction or about which axis."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, ClassVar
 
@@ -96,7 +94,7 @@ class MomentHarmonics(Excitation):
     moment: ClassVar[str] = "harmonics"
 
     @model_validator(mode="after")
-    def _orders_differ(self) -> MomentHarmonics:
+    def _orders_differ(self) -> "MomentHarmonics":
         orders = [one.order.value for one in self.harmonics]
         if not orders:
             raise word('has no harmonics. Write harmonics = [{ order = 2, amplitude = "400 N m" }].')

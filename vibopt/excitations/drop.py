@@ -1,7 +1,5 @@
 """A drop: a base falls from a height and comes to rest at once, or rebounds."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import ClassVar
@@ -36,7 +34,7 @@ class Drop(Transient):
     family: ClassVar[str] = "bases"
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Drop:
+    def _one_of_two(self) -> "Drop":
         if (self.height is None) == (self.velocity_change is None):
             raise word('needs one of height and velocity_change. Write height = "0.5 m".')
         if self.rebound is not None and self.height is None:

@@ -1,7 +1,5 @@
 """What all excitations have in common: a place, speeds, and how the amplitude varies with speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import pairwise
@@ -158,7 +156,7 @@ class Excitation(Table):
     moment: ClassVar[str] = ""
 
     @property
-    def ramp(self) -> RunUpTable | None:
+    def ramp(self) -> "RunUpTable | None":
         """`run_up` as read: how its speed rises or falls; None where the file does not say."""
         return getattr(self, "run_up", None)
 

@@ -1,7 +1,5 @@
 """A harmonic force on a body."""
 
-from __future__ import annotations
-
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed, RunUp
 from vibopt.excitations.excitation import OneSpeed, Varies, unit_line

@@ -1,7 +1,5 @@
 """A periodic force: several harmonics (orders) of one speed."""
 
-from __future__ import annotations
-
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
@@ -43,7 +41,7 @@ class Harmonics(Directed):
     amplitude_at: OneSpeed | None = None
 
     @model_validator(mode="after")
-    def _orders_differ(self) -> Harmonics:
+    def _orders_differ(self) -> "Harmonics":
         orders = [one.order.value for one in self.harmonics]
         if not orders:
             raise word('has no harmonics. Write harmonics = [{ order = 1, amplitude = "18 kN" }].')

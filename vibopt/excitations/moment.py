@@ -1,7 +1,5 @@
 """A harmonic moment on a body that turns."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from vibopt.arrays import FloatArray

@@ -1,7 +1,5 @@
 """Pulses: a force on a body or the acceleration of a base that comes, once or a few times, and is over."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
@@ -69,7 +67,7 @@ class Pulse(Transient):
     every: Fact | None = number("time", choice=False)
 
     @model_validator(mode="after")
-    def _consistent(self) -> Pulse:
+    def _consistent(self) -> "Pulse":
         if (self.amplitude is None) == (self.acceleration is None):
             raise word(
                 'needs one of amplitude, a force on a body, and acceleration, of a base. Write amplitude = "2 kN".'

@@ -1,7 +1,5 @@
 """A record: the acceleration of a base or a force on a body as it was measured, from a CSV file."""
 
-from __future__ import annotations
-
 import math
 from functools import cached_property
 from pathlib import Path
@@ -66,7 +64,7 @@ class Record(Transient):
     _samples: tuple[FloatArray, FloatArray, str] = PrivateAttr()
 
     @model_validator(mode="after")
-    def _read(self) -> Record:
+    def _read(self) -> "Record":
         try:
             self._samples = _samples_of(self.file, self.column, self.interval.value if self.interval else None)
         except InputError as error:

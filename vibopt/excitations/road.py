@@ -1,7 +1,5 @@
 """A wavy road under a vehicle."""
 
-from __future__ import annotations
-
 import math
 from typing import ClassVar
 
@@ -31,7 +29,7 @@ class Road(Excitation):
     inherent: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Road:
+    def _one_of_two(self) -> "Road":
         if (self.wavelength is None) == (self.wavenumber is None):
             raise word('needs either wavelength or wavenumber. Write wavelength = "5 m".')
         return self

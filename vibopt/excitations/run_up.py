@@ -1,7 +1,5 @@
 """A run-up or a run-down: the speed of a steady excitation changes evenly from one to another."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import pairwise
@@ -51,7 +49,7 @@ class RunUpTable(Table):
         return given
 
     @model_validator(mode="after")
-    def _one_rate(self) -> RunUpTable:
+    def _one_rate(self) -> "RunUpTable":
         if (self.acceleration is None) == (self.duration is None):
             raise word('needs one of acceleration and duration. Write acceleration = "50 rpm/s".')
         if self.to is not None and self.to.value == self.begins:

@@ -1,7 +1,5 @@
 """A rotating unbalance on a body."""
 
-from __future__ import annotations
-
 import math
 from typing import ClassVar
 
@@ -38,7 +36,7 @@ class Unbalance(Directed):
     inherent: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Unbalance:
+    def _one_of_two(self) -> "Unbalance":
         pair = (self.rotating_mass is not None, self.radius is not None)
         if self.axis is not None and self.direction is not None:
             raise word("gives axis (it rotates about it) and direction (it goes to and fro). Keep one.")

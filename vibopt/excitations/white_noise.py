@@ -1,7 +1,5 @@
 """White noise: a force on a body, or the acceleration or displacement of a base, of one density at every frequency."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any
 

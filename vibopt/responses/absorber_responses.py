@@ -1,7 +1,5 @@
 """What absorbers are asked for: their stroke, and how they are tuned."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Damping ratios of modes and of links, loss factors of links."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np
@@ -32,7 +30,7 @@ class DampingOfModes(Response):
     of_link: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _words(self) -> DampingOfModes:
+    def _words(self) -> "DampingOfModes":
         if self.mode < 1:
             raise word("has a mode below 1. Modes are counted from 1, the least damped.")
         if self.of is not None and "mode" in self.model_fields_set:

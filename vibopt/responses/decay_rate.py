@@ -1,7 +1,5 @@
 """How fast the slowest free vibration dies away."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where a body is, some time after the machine has been let go."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 

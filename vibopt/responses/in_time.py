@@ -1,7 +1,5 @@
 """Greatest motions and forces over all time, under what comes once: pulses, drops, records."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np
@@ -106,7 +104,7 @@ class PeakForce(TransientResponse):
     moves: ClassVar[str] = "line"
 
     @model_validator(mode="after")
-    def _one_place(self) -> PeakForce:
+    def _one_place(self) -> "PeakForce":
         if (self.into is None) == (self.through is None):
             raise word('needs either into (a place) or through (a link). Write into = "ground".')
         return self

@@ -1,7 +1,5 @@
 """What a mount gains against bolting the machine down."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from vibopt.arrays import ComplexArray

@@ -1,7 +1,5 @@
 """How two bodies move against each other in a natural mode."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from pydantic import model_validator
@@ -34,7 +32,7 @@ class RatioInMode(Response):
     signed: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _words(self) -> RatioInMode:
+    def _words(self) -> "RatioInMode":
         if self.mode < 1:
             raise word("has a mode below 1. Modes are counted from 1, the lowest.")
         return self

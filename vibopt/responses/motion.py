@@ -1,7 +1,5 @@
 """Motion of a body, and motion across a link; peak amplitudes."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from vibopt.arrays import ComplexArray

@@ -1,7 +1,5 @@
 """Undamped natural frequencies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -90,7 +88,7 @@ class NaturalFrequency(Response):
         return {**given, "outside": speeds}
 
     @model_validator(mode="after")
-    def _words(self) -> NaturalFrequency:
+    def _words(self) -> "NaturalFrequency":
         if self.mode < 1:
             raise word("has a mode below 1. Modes are counted from 1, the lowest.")
         if self.outside is not None and "mode" in self.model_fields_set:

@@ -1,7 +1,5 @@
 """Properties of the machine itself, as limits or goals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """What the parts of catalogues cost."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

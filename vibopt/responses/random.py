@@ -1,7 +1,5 @@
 """Root mean square of motions and forces under white noise."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from pydantic import model_validator
@@ -95,7 +93,7 @@ class RmsForce(RandomResponse):
     moves: ClassVar[str] = "line"
 
     @model_validator(mode="after")
-    def _one_place(self) -> RmsForce:
+    def _one_place(self) -> "RmsForce":
         if (self.into is None) == (self.through is None):
             raise word('needs either into (a place) or through (a link). Write into = "ground".')
         return self

@@ -1,7 +1,5 @@
 """What all responses have in common: a place, speeds to look at, bounds."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
@@ -209,7 +207,7 @@ class Response(Table):
         """The excitation to whose speeds the orders that it must avoid belong, where these are not known yet."""
         return ""
 
-    def at_orders(self, speeds: tuple[Band, ...]) -> Response:
+    def at_orders(self, speeds: tuple[Band, ...]) -> "Response":
         """The same with the orders of these speeds [rad/s] as bands."""
         return self
 
@@ -257,7 +255,7 @@ class HarmonicResponse(Response):
         return "", "", ""
 
     @model_validator(mode="after")
-    def _words(self) -> HarmonicResponse:
+    def _words(self) -> "HarmonicResponse":
         if self.at is not None and self.over is not None:
             raise word("has both at and over. Keep one: at for single speeds, over for ranges.")
         if self.combine is not None and self.combine not in ("sum", "rss", "peak"):

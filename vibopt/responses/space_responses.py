@@ -1,7 +1,5 @@
 """What only machines in space are asked for: loads of mounts, tilt, travel, shares of energy, gaps between modes."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import ClassVar
 
@@ -163,7 +161,7 @@ class EnergyShareOfBody(Response):
     in_space: ClassVar[str] = "whole"
 
     @model_validator(mode="after")
-    def _one_way(self) -> EnergyShareOfBody:
+    def _one_way(self) -> "EnergyShareOfBody":
         if (self.direction is None) == (self.axis is None):
             raise word('needs either direction or axis: which motion of the body? Write direction = "z".')
         return self

@@ -1,7 +1,5 @@
 """Deflection under the weights alone."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What turns: rotations, twists and moments, and the properties of shafts and discs.  Peak amplitudes."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from vibopt.arrays import ComplexArray

@@ -1,7 +1,5 @@
 """Dynamic force handed on by links, and its ratio to what shakes the machine."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import ClassVar
 
@@ -41,7 +39,7 @@ class Transmitted(HarmonicResponse):
     amplitude: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _one_place(self) -> Transmitted:
+    def _one_place(self) -> "Transmitted":
         if (self.into is None) == (self.through is None):
             raise word('needs either into (a place) or through (a link). Write into = "ground".')
         return self
@@ -115,7 +113,7 @@ class Transmissibility(HarmonicResponse):
     normalised: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _one_place(self) -> Transmissibility:
+    def _one_place(self) -> "Transmissibility":
         if (self.into is None) == (self.of is None):
             raise word('needs either into (force ratio) or of (motion ratio). Write into = "ground".')
         return self

@@ -1,7 +1,5 @@
 """A number in a problem file: a fact, or a choice that the solver is to make."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -72,6 +70,9 @@ _KEYS = ("from", "to", "one_of", "whole")
 class Table(BaseModel):
     """Base of every table of a problem file: unknown keys are mistakes.
 
+    Files of tables go without `from __future__ import annotations`: pydantic would read each annotation again, from
+    its text, for every child of a table.
+
     printed_in_catalogue
         Whether its numbers are those of a catalogue, and no facts of the file.
     """
@@ -113,7 +114,7 @@ def _is_plain_number(annotation: Any) -> bool:
     return bool(kinds & {int, float}) and bool not in kinds
 
 
-def rule_of(kind: type[BaseModel], key: str) -> Rule | None:
+def rule_of(kind: type[BaseModel], key: str) -> "Rule | None":
     """The rule of a number field of a table; None for any other field."""
     extra = kind.model_fields[key].json_schema_extra
     return extra.rule if isinstance(extra, RuleSchema) else None
@@ -192,7 +193,7 @@ def number(
     return ruled(RuleSchema(rule), required=required)
 
 
-def ruled(schema: RuleSchema, *, required: bool = False) -> Any:
+def ruled(schema: "RuleSchema", *, required: bool = False) -> Any:
     """Field that is read, and described in the JSON schema, by a rule."""
     made: Any = Field(default=... if required else None, json_schema_extra=schema)
     made.metadata.append(schema)
