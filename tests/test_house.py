@@ -214,7 +214,7 @@ def test_a_method_asks_the_form(module: str) -> None:
     """What it needs of one kind is said beside that kind."""
     from vibopt.forms import FORMS, Form
 
-    names = {one.__name__ for kind in (*FORMS, Form) for one in kind.__mro__ if one is not object}
+    names = {one.__name__ for kind in (*FORMS.values(), Form) for one in kind.__mro__ if one is not object}
     told = [
         f"line {node.lineno}"
         for node in ast.walk(_parsed(module))

@@ -38,11 +38,14 @@ def _class() -> type:
     return Sample
 
 
+@pytest.mark.parametrize("before", [0, 100], ids=["first objects", "later objects"])
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
-def test_a_record_is_that_of_the_standard_library(options: dict[str, bool]) -> None:
+def test_a_record_is_that_of_the_standard_library(options: dict[str, bool], before: int) -> None:
     ours: Any = dataclass(**options)(_class())  # type: ignore[call-overload]
     theirs: Any = dataclasses.dataclass(**options)(_class())  # type: ignore[call-overload]
     words: dict[str, Any] = {"mass": 2.0, "places": ["floor"], "seen": 5}
+    for _ in range(before):
+        ours(**words)
     one, other = ours(**words), theirs(**words)
     assert dataclasses.asdict(one) == dataclasses.asdict(other)
     assert repr(one) == repr(other)
@@ -53,9 +56,9 @@ def test_a_record_is_that_of_the_standard_library(options: dict[str, bool]) -> N
     assert (one == other) is False
     assert (ours.__hash__ is None) is (theirs.__hash__ is None)
     assert dataclasses.asdict(copy.copy(one)) == dataclasses.asdict(copy.copy(other))
-    for wrong in ((), (1.0, "a", [], 3, 4), ()):
+    for wrong, named in (((), {}), ((1.0, "a", [], 3, 4), {}), ((), {**words, "inner": 1}), ((1.0,), words)):
         with pytest.raises(TypeError, match="argument"):
-            ours(*wrong)
+            ours(*wrong, **named)
 
 
 @pytest.mark.parametrize("slots", [False, True])

@@ -6,12 +6,10 @@ sentences in two halves: the reader of the file knows the place, the reader of t
 
 import re
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 LONGEST = 399
 """Most letters of one message, whatever was given."""
-_PIECE = re.compile(r"\S{61,}")
-_CONTROL = re.compile("[\\x00-\\x1f\\x7f-\\x9f\\ud800-\\udfff]")
+_PIECE, _CONTROL = r"\S{61,}", "[\\x00-\\x1f\\x7f-\\x9f\\ud800-\\udfff]"
 _MEANT = {
     "objective": ("goal",),
     "target": ("goal", "of"),
@@ -129,7 +127,10 @@ def way_out(name: str, known: Iterable[str]) -> str:
     """The sentence behind an unknown `name`: the nearest of `known`, else all of them; starts with a space."""
     names = list(known)
     near = [one for one in _MEANT.get(name.lower(), ()) if one in names][:1]
-    near = near or get_close_matches(name[:LONGEST], names, n=1)
+    if not near:
+        from difflib import get_close_matches
+
+        near = get_close_matches(name[:LONGEST], names, n=1)
     if near:
         return f' Did you mean "{shortened(near[0], 60)}"?'
     if names:
@@ -160,7 +161,7 @@ def shortened(text: str, most: int) -> str:
 
 def brief(message: str) -> str:
     """A message in one line of bounded length: a monstrous name is cut, the place and the way out stay."""
-    plain = _CONTROL.sub("?", message)
+    plain = re.sub(_CONTROL, "?", message)
     if len(plain) <= LONGEST:
         return plain
-    return shortened(_PIECE.sub(lambda found: shortened(found[0], 60), plain), LONGEST)
+    return shortened(re.sub(_PIECE, lambda found: shortened(found[0], 60), plain), LONGEST)

@@ -38,7 +38,7 @@ Progress = Callable[[str, float], None]
 POSED = ("cvxpy", "ipopt")
 """Methods that solve the program in the open (`vibopt.posed`)."""
 SCENE = "scene"
-_PERCENT = re.compile(r"\s*([+−-]?)\s*(\d+(?:\.\d+)?)\s*%\s*")
+_PERCENT = r"\s*([+−-]?)\s*(\d+(?:\.\d+)?)\s*%\s*"
 """A part of a number, "-20 %"."""
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
 NO_NAME = "No file is named: the name is empty. Name a problem file (.toml)."
@@ -117,7 +117,7 @@ def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tupl
     """
     read, notes = dict(changes), []
     for path, value in changes.items():
-        said = _PERCENT.fullmatch(value) if isinstance(value, str) else None
+        said = re.fullmatch(_PERCENT, value) if isinstance(value, str) else None
         fact = next((one for one in facts(job) if one.path == path), None) if said else None
         if said is None or fact is None or fact.dimension in ("ratio", "level"):
             continue

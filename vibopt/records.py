@@ -27,6 +27,8 @@ else:
 
 
 _NO_FIELD = ("ClassVar", "typing.ClassVar")
+_FEW = 30
+"""Objects of a class from which on compiling an `__init__` for it pays."""
 
 
 def _made(given: type, *, frozen: bool, eq: bool, slots: bool, kw_only: bool) -> Any:
@@ -101,14 +103,38 @@ def _words(kind: Any, *, named: bool) -> dict[str, str]:
 
 
 def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
-    """An `__init__` that writes the real one into the class when the first object is made."""
+    """The `__init__` of the first objects of a class; one that has many gets a faster one, compiled for it."""
+    left = _FEW
 
     def first(self: Any, *given: Any, **named: Any) -> None:
-        made = _init(kind, frozen)
-        kind.__init__ = made  # type: ignore[misc]
-        made(self, *given, **named)
+        nonlocal left
+        left -= 1
+        if left < 0 or not _filled(self, kind, given, named):
+            made = _init(kind, frozen)
+            kind.__init__ = made  # type: ignore[misc]
+            made(self, *given, **named)
 
     return first
+
+
+def _filled(new: Any, kind: Any, given: tuple[Any, ...], named: dict[str, Any]) -> bool:
+    """Set the fields of a new object; False where the words do not fit."""
+    values = dict(zip(kind.__match_args__, given)) | named  # noqa: B905  # too many are found out below
+    if len(values) < len(given) + len(named):
+        return False
+    for one in kind.__dataclass_fields__.values():
+        if one.name in values and one.init:
+            value = values.pop(one.name)
+        elif one.default_factory is not MISSING:
+            value = one.default_factory()
+        else:
+            value = one.default
+        if value is MISSING:
+            return False
+        object.__setattr__(new, one.name, value)
+    if not values and hasattr(kind, "__post_init__"):
+        new.__post_init__()
+    return not values
 
 
 def _init(kind: type, frozen: bool) -> Callable[..., None]:

@@ -8,7 +8,6 @@ took, in nominal milliseconds: a measure of size to decide by, not of time.
 from __future__ import annotations
 
 import re
-import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -95,6 +94,8 @@ class Budget:
 @contextmanager
 def deaf() -> Iterator[None]:
     """Threads and processes that are started here do not hear Ctrl-C, where the system can tell them apart."""
+    import signal
+
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

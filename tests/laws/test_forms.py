@@ -210,7 +210,7 @@ def _digits() -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", FORMS.values(), ids=lambda kind: kind.__name__)
 def test_every_form_says_what_methods_ask(kind: type[Form]) -> None:
     """A value, and for each method an answer or a reason of its own."""
     assert kind in CASES, f"{kind.__name__} has no value here that is worked out by another road"
@@ -224,7 +224,7 @@ def test_every_form_says_what_methods_ask(kind: type[Form]) -> None:
     assert bounded or form.no_bounds not in words, f"{kind.__name__} has no word on boxes"
 
 
-@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", FORMS.values(), ids=lambda kind: kind.__name__)
 def test_values_and_slopes_are_those_of_another_road(kind: type[Form]) -> None:
     form, right = CASES[kind]
     model, x = _model(), np.array(_X)
@@ -239,7 +239,7 @@ def test_values_and_slopes_are_those_of_another_road(kind: type[Form]) -> None:
         assert found == pytest.approx(float((log(step) - log(-step)) / (2 * step)), rel=1e-6, abs=2e-8)
 
 
-@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", FORMS.values(), ids=lambda kind: kind.__name__)
 def test_with_variables_held_it_is_the_same_number(kind: type[Form]) -> None:
     model, form, x = _model(), CASES[kind][0], np.array(_X)
     axes = tuple(Axis(name, 0.5 * one, 2.0 * one) for name, one in zip("kuc", _X, strict=True))
@@ -251,7 +251,7 @@ def test_with_variables_held_it_is_the_same_number(kind: type[Form]) -> None:
         assert limit.form.slope(limit.model, x[free]) == pytest.approx(slope, rel=1e-8, abs=1e-8)
 
 
-@pytest.mark.parametrize("kind", FORMS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", FORMS.values(), ids=lambda kind: kind.__name__)
 def test_bounds_on_boxes_hold_all_values_in_them(kind: type[Form]) -> None:
     """Of what has bounds on such boxes; at a single design they are its value where that is exact."""
     form, right = CASES[kind]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from math import isfinite
 from typing import Any
 
@@ -56,6 +55,8 @@ class Tabular:
         texts = [one for one in every if one.endswith("shown")]
         raw = {*_RAW, *(one.removesuffix(_SHOWN) for one in texts if one.endswith(_SHOWN))} if texts else set()
         keys = [one for one in every if one not in raw]
+        from html import escape
+
         head = "".join(f"<th{_LEFT}>{escape(_head(one))}</th>" for one in keys)
         body = "".join(f"<tr>{_cells(row, keys)}</tr>" for row in rows)
         lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
@@ -67,6 +68,8 @@ def _head(key: str) -> str:
 
 
 def _cells(row: Mapping[str, Any], keys: list[str]) -> str:
+    from html import escape
+
     return "".join(f"<td{_LEFT}>{escape(_shown(row[key], key))}</td>" for key in keys)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -47,6 +48,10 @@ VERBS = {
 }
 """Verb: (its file in `vibopt/cli`, without "_command", and its line of help)."""
 
+
+_NEW_OBJECTS = 50_000
+"""After how many new objects Python looks for some that refer to each other and to which nothing refers: a start, that
+makes as many, has none."""
 
 _BUILT_IN = ("help",)
 """Verbs whose functions would hide one of Python."""
@@ -122,6 +127,7 @@ def main(words: Sequence[str] | None = None) -> int:
         Exit code; `INTERNAL` too where standard output is closed or takes nothing more.
     """
     given = list(sys.argv[1:] if words is None else words)
+    gc.set_threshold(_NEW_OBJECTS)
     forget()
     note_kept("")
     keep_streams()

@@ -193,10 +193,15 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
     if stage == "answer":
         found = _answer(asked)
     else:
-        from vibopt.study.nearest import with_nearest
-        from vibopt.study.prices import priced
+        found = answered(asked, fresh=fresh) if isinstance(prices, bool) else prices
+        if found.status in EMPTY:
+            from vibopt.study.nearest import with_nearest
 
-        found = priced(with_nearest(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices))
+            found = with_nearest(found)
+        if found.goal is not None:
+            from vibopt.study.prices import priced
+
+            found = priced(found)
     keep(asked, stage, found, key)
     return found
 

@@ -22,11 +22,10 @@ _MOST_BITS = 1000
 """Of a whole number; a float holds 1024."""
 _LETTERS = ("x", "y", "z")
 """Entries of a list of three, along the axes."""
-_PLACE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
-_TABLE = re.compile(
-    r"^\s*\[\[?(?:bodies|bases|structures|absorbers|links|points|mounts|excitations|limits|measures|goal|planes|sensors|"
-    r"runs|influence|conventions|quality|masses|shaft|bearings|cylinders|engine|rotor)\b",
-    re.MULTILINE,
+_PLACE = r" \(at (?:line (\d+), column \d+|end of document)\)$"
+_TABLE = (
+    r"(?m)^\s*\[\[?(?:bodies|bases|structures|absorbers|links|points|mounts|excitations|limits|measures|goal|planes|sensors|"
+    r"runs|influence|conventions|quality|masses|shaft|bearings|cylinders|engine|rotor)\b"
 )
 """A heading that tells a problem file from any other text."""
 _TWICE = ("Cannot overwrite a value", "Cannot declare", "Duplicate inline table key")
@@ -147,13 +146,13 @@ def toml_of(text: str) -> dict[str, Any]:
 def _broken(text: str, name: str, complaint: str) -> str:
     """What is wrong with a text that is no TOML, at its line; of a text that is no problem file nothing is shown."""
     lines = text.splitlines()
-    place = _PLACE.search(complaint)
+    place = re.search(_PLACE, complaint)
     number = int(place[1]) if place and place[1] else len(lines)
-    what = _PLACE.sub("", complaint)
+    what = re.sub(_PLACE, "", complaint)
     if what.startswith(_TWICE):
         named = re.search(r"key '(.*)'$", what)  # of an inline table
         key = named[1] if named else _key_of(lines[number - 1])
-        key = shortened(key, 60) if _TABLE.search(text) else "a key"
+        key = shortened(key, 60) if re.search(_TABLE, text) else "a key"
         return f"{name} line {number}: {key} is given a second time. Keep one, or take another name."
     return f"{name} line {number}: is no valid TOML: {what}.{_HINTS.get(what, '')}"
 

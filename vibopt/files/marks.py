@@ -18,9 +18,9 @@ FIGURES: dict[str, dict[str, Any]] = {
 }
 """What matplotlib writes into a figure of each format."""
 _INSIDE = (GENERATOR.encode(), b"<dc:title>vibopt</dc:title>", b"tEXtSoftware\0vibopt", b"/Creator (vibopt)")
-_CHECK = re.compile(r"# vibopt ([0-9a-f]{16}): [^\n]*\n\Z")
-_MARKDOWN_CHECK = re.compile(r"<!-- vibopt ([0-9a-f]{16}): [^\n]* -->\n\Z")
-_JSON_CHECK = re.compile(r',\n "vibopt": "([0-9a-f]{16})"\n}\n\Z')
+_CHECK = r"# vibopt ([0-9a-f]{16}): [^\n]*\n\Z"
+_MARKDOWN_CHECK = r"<!-- vibopt ([0-9a-f]{16}): [^\n]* -->\n\Z"
+_JSON_CHECK = r',\n "vibopt": "([0-9a-f]{16})"\n}\n\Z'
 _ENDS = 20_000
 """Bytes at either end of a file in which a mark stands."""
 _STATUSES = {
@@ -56,7 +56,7 @@ def is_ours(content: bytes) -> bool:
         text = content.decode()
     except UnicodeDecodeError:
         return False
-    found = _CHECK.search(text) or _MARKDOWN_CHECK.search(text) or _JSON_CHECK.search(text)
+    found = next(filter(None, (re.search(one, text) for one in (_CHECK, _MARKDOWN_CHECK, _JSON_CHECK))), None)
     return _digest(text[: found.start()]) == found[1] if found else _is_table(text)
 
 

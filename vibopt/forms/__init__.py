@@ -4,35 +4,49 @@ A response lowers itself to one of the forms below.  Each is data, and says besi
 its value, slope, bounds and rows, or in words why there are none (`vibopt.forms.form`).
 """
 
-from __future__ import annotations
+from typing import TYPE_CHECKING
 
-from vibopt.forms.damped import DecayRate, FreeMotion, ModeDamping
 from vibopt.forms.form import Form
-from vibopt.forms.modulus import Modulus
-from vibopt.forms.monomials import Monomials
-from vibopt.forms.peak_in_run_up import PeakInRunUp
-from vibopt.forms.peak_in_time import PeakInTime
-from vibopt.forms.root_mean_square import RootMeanSquare
-from vibopt.forms.sags import StaticForce, StaticLoad, StaticRow
-from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
+from vibopt.values.kinds import Kinds
 
-FORMS: tuple[type[Form], ...] = (
-    DecayRate,
-    EnergyShare,
-    FreeMotion,
-    ModeDamping,
-    ModeFrequency,
-    ModeGap,
-    ModeRatio,
-    Modulus,
-    Monomials,
-    PeakInRunUp,
-    PeakInTime,
-    RootMeanSquare,
-    StaticForce,
-    StaticLoad,
-    StaticRow,
+FORMS: Kinds[Form] = Kinds(
+    __name__,
+    {
+        "DecayRate": "damped.DecayRate",
+        "EnergyShare": "undamped.EnergyShare",
+        "FreeMotion": "damped.FreeMotion",
+        "ModeDamping": "damped.ModeDamping",
+        "ModeFrequency": "undamped.ModeFrequency",
+        "ModeGap": "undamped.ModeGap",
+        "ModeRatio": "undamped.ModeRatio",
+        "Modulus": "modulus.Modulus",
+        "Monomials": "monomials.Monomials",
+        "PeakInRunUp": "peak_in_run_up.PeakInRunUp",
+        "PeakInTime": "peak_in_time.PeakInTime",
+        "RootMeanSquare": "root_mean_square.RootMeanSquare",
+        "StaticForce": "sags.StaticForce",
+        "StaticLoad": "sags.StaticLoad",
+        "StaticRow": "sags.StaticRow",
+    },
 )
+"""By name; the file of a form is read when something is made of it."""
+
+if TYPE_CHECKING:
+    from vibopt.forms.damped import DecayRate, FreeMotion, ModeDamping
+    from vibopt.forms.modulus import Modulus
+    from vibopt.forms.monomials import Monomials
+    from vibopt.forms.peak_in_run_up import PeakInRunUp
+    from vibopt.forms.peak_in_time import PeakInTime
+    from vibopt.forms.root_mean_square import RootMeanSquare
+    from vibopt.forms.sags import StaticForce, StaticLoad, StaticRow
+    from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
+else:
+
+    def __getattr__(name: str) -> type[Form]:
+        if name not in FORMS:
+            raise AttributeError(f"vibopt.forms has no {name!r}")
+        return FORMS[name]
+
 
 __all__ = [
     "FORMS",

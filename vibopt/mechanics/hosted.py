@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -70,6 +71,7 @@ class HostedMachine(Machine):
 
     carriers: Mapping[str, Carrier] = field(default_factory=dict)
     full: bool = False
+    on_structures: ClassVar[bool] = True
 
     @property
     def in_full(self) -> Machine:

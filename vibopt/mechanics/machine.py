@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.records import dataclass
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeIs
+
+    from vibopt.mechanics.rigid import SpaceMachine
 
 GROUND = "ground"
 _MANY = 8
@@ -118,6 +124,8 @@ class Machine:
     bases: tuple[str, ...] = ()
     weights: Mapping[str, float] = field(default_factory=dict)
     tuned: Mapping[str, Tuned] = field(default_factory=dict)
+    in_space: ClassVar[bool] = False
+    on_structures: ClassVar[bool] = False
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -441,6 +449,11 @@ class Machine:
             return None
         down = np.linalg.solve(flexibility_free, load)
         return dict(zip(names, down.tolist(), strict=True))
+
+
+def is_in_space(machine: Machine) -> TypeIs[SpaceMachine]:
+    """Whether bodies of it move in space; asked without the file of such machines."""
+    return machine.in_space
 
 
 def inverted(mass: FloatArray) -> FloatArray:

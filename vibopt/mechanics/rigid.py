@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -117,6 +117,7 @@ class SpaceMachine(Machine):
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fixed: Mapping[str, tuple[str, FloatArray]] = field(default_factory=dict)
     spatial: tuple[str, ...] = ()
+    in_space: ClassVar[bool] = True
 
     @property
     def places(self) -> tuple[str, ...]:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from vibopt import forms
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Monomials, PeakInRunUp, PeakInTime, StaticLoad, StaticRow
+from vibopt.forms import Form
 from vibopt.forms.reduce import reduced
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
@@ -80,13 +81,13 @@ def ratings(full: Model, *, reduce: bool = True) -> Iterator[Limit]:
         if side is None or name not in full.links or rating.scale == 0.0:
             continue
         part = full.properties[name, "static_stiffness"] * rating**-1.0
-        factor = Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
+        factor = forms.Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
         if name not in models:
-            models[name] = reduced(full, StaticRow(full.links[name])) if reduce and full.n_free > 1 else full
+            models[name] = reduced(full, forms.StaticRow(full.links[name])) if reduce and full.n_free > 1 else full
         needed = models[name]
-        form = StaticLoad(needed.links[name], factor)
+        form = forms.StaticLoad(needed.links[name], factor)
         if name in full.axes:  # one own axis of a mount in space, which may be lifted
-            form = StaticLoad(_pressing(needed, name), factor, signed=True)
+            form = forms.StaticLoad(_pressing(needed, name), factor, signed=True)
         yield Limit(rated_name(name), needed, form, side, 1.0)
 
 
@@ -125,13 +126,13 @@ def _some_design(scene: Scene, model: Model) -> FloatArray:
 
 def form_of(scene: Scene, model: Model, response: Response) -> Form:
     """The form of one response on a model; those on the last model are kept."""
-    last, forms = vars(scene).get("forms", (None, {}))
+    last, kept = vars(scene).get("forms", (None, {}))
     if last is not model:
-        forms = dict[int, tuple[Response, Form]]()
-        vars(scene)["forms"] = model, forms
-    if id(response) not in forms:
-        forms[id(response)] = response, _form_of(scene, model, response)  # the response stays, and so its number
-    form: Form = forms[id(response)][1]
+        kept = dict[int, tuple[Response, Form]]()
+        vars(scene)["forms"] = model, kept
+    if id(response) not in kept:
+        kept[id(response)] = response, _form_of(scene, model, response)  # the response stays, and so its number
+    form: Form = kept[id(response)][1]
     return form
 
 
@@ -144,8 +145,8 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
     if isinstance(response, TransientResponse):
         loads, signals = signals_for(scene, response, model.points, model.n_free)
         if isinstance(signals, Sweep):
-            return PeakInRunUp(response.output(model), loads[:, 0], signals)
-        return PeakInTime(response.output(model), loads, signals)
+            return forms.PeakInRunUp(response.output(model), loads[:, 0], signals)
+        return forms.PeakInTime(response.output(model), loads, signals)
     return response.form(model, (), "sum")
 
 

@@ -13,9 +13,7 @@ import numpy as np
 from vibopt.answer.blocks import Block, at_words, table
 from vibopt.answer.entry import Checked, Entry
 from vibopt.document.mistakes import Mistakes
-from vibopt.mechanics.hosted import HostedMachine
-from vibopt.mechanics.machine import GROUND, Joint, Machine
-from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.mechanics.machine import GROUND, Joint, Machine, is_in_space
 from vibopt.records import dataclass
 from vibopt.report.mode_shapes import Shape, shapes_of
 from vibopt.responses import KINDS
@@ -67,7 +65,7 @@ def isolator_block(design: Design, machine: Machine) -> Block:
     shapes = _shapes(design, machine)
     found = isolators_of(design.scene, machine, shapes)
     rows = [row for one in found for row in _rows(one, found, several=len(shapes) > 1)]
-    sag = "Static sag" if isinstance(machine, SpaceMachine) else "Static sag\nif upright"
+    sag = "Static sag" if machine.in_space else "Static sag\nif upright"
     heads = ("", "Strained\nin mode", "Natural\nfrequency", "Damping\nratio", sag, "Isolation")
     shown = [row for row in rows if any(row[1:])]
     return table(f"{TITLE}{_without(design)}", heads, shown, whole=range(len(heads) - 1))
@@ -75,7 +73,7 @@ def isolator_block(design: Design, machine: Machine) -> Block:
 
 def _shapes(design: Design, machine: Machine) -> list[Shape]:
     """Modes with their shapes; none with structures, of which they are many."""
-    return [] if isinstance(machine, HostedMachine) else shapes_of(machine, sorted(turning(design.scene)))
+    return [] if machine.on_structures else shapes_of(machine, sorted(turning(design.scene)))
 
 
 def _without(design: Design) -> str:
@@ -133,7 +131,7 @@ def isolators_of(scene: Scene, machine: Machine, shapes: list[Shape] | None = No
     found = []
     for ends, names in _groups(machine):
         joints = [one for one in machine.joints if one.name in names]
-        mode = None if isinstance(machine, (SpaceMachine, HostedMachine)) else _mode(machine, joints)
+        mode = None if machine.in_space or machine.on_structures else _mode(machine, joints)
         found.append(
             Isolator(
                 name=" and ".join(names),
@@ -157,7 +155,7 @@ def _groups(machine: Machine) -> list[tuple[tuple[str, str], list[str]]]:
             names.setdefault(ends, []).append(one.name)
             held |= {ends} if one.stiffness > 0.0 else set()
     found = [(ends, some) for ends, some in names.items() if ends in held]
-    if isinstance(machine, SpaceMachine):
+    if is_in_space(machine):
         found += [(machine.mount(singles[0]).ends, [group]) for group, singles in machine.groups.items()]
     return found
 

@@ -11,9 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.hosted import HostedMachine
-from vibopt.mechanics.machine import Machine, inverse_root
-from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.mechanics.machine import Machine, inverse_root, is_in_space
 from vibopt.records import dataclass
 from vibopt.units import plain
 
@@ -83,7 +81,7 @@ def shapes_of(machine: Machine, turning: Sequence[str] = ()) -> list[Shape]:
     A damping ratio is the diagonal of the damping in the undamped modes: exact where the damping goes with mass or
     stiffness, else right to first order in the damping.
     """
-    if isinstance(machine, HostedMachine):
+    if machine.on_structures:
         return [Shape(float(one), None, ()) for one in machine.natural_frequencies()]
     mass, damping, stiffness, hysteretic = machine.matrices()
     root = inverse_root(mass)
@@ -109,7 +107,7 @@ Motion = tuple[str, str, tuple[FloatArray, FloatArray]]
 
 def _motions(machine: Machine, turning: set[str]) -> Iterator[Motion]:
     """Everything that can move by itself."""
-    if not isinstance(machine, SpaceMachine):
+    if not is_in_space(machine):
         for i, (name, mass) in enumerate(machine.masses.items()):
             row = np.eye(len(machine.masses))[i]
             yield name, "turn" if name in turning else "", (row, mass * row)

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
+from typing import TYPE_CHECKING
 
 from vibopt.answer.entry import Entry
-from vibopt.devices.link import LinkTable
-from vibopt.devices.mount import MountTable
-from vibopt.devices.part import Part
-from vibopt.mechanics.machine import Joint, Machine
-from vibopt.mechanics.rigid import SpaceMachine, Spring3
+from vibopt.mechanics.machine import Joint, Machine, is_in_space
 from vibopt.report.absorber_parts import chosen_in, parts_of
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.verify.as_built import machine_of
+
+if TYPE_CHECKING:
+    from vibopt.devices.link import LinkTable
+    from vibopt.devices.mount import MountTable
+    from vibopt.devices.part import Part
+    from vibopt.mechanics.rigid import Spring3
 
 DIGITS, MOST_DIGITS = 4, 7
 ROUNDING = 1e-7
@@ -60,7 +63,7 @@ def build_rows(design: Design, machine: Machine, *, whole: bool = True) -> list[
     exact = verified if whole else show
     for name, mount in scene.mounts.items():
         if whole or _chosen_in(design, f"mounts.{name}"):
-            assert isinstance(machine, SpaceMachine)
+            assert is_in_space(machine)
             own = machine.mount(machine.groups[name][0])
             order = _order(design, f"mounts.{name}", mount.part, mount.count)
             rows.append((name, _joined(order, _mount(mount, own, exact))))

@@ -6,9 +6,10 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
 
+from vibopt import forms
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.errors import QuantityError
-from vibopt.forms import Form, Modulus, RootMeanSquare
+from vibopt.forms import Form, Modulus
 from vibopt.mechanics.machine import Course, Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
@@ -316,7 +317,7 @@ class RandomResponse(Response):
 
     def noise_form(self, model: Model, noises: tuple[Noise, ...]) -> Form:
         """What the optimiser gets."""
-        return RootMeanSquare(self.output(model), noises)
+        return forms.RootMeanSquare(self.output(model), noises)
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return self.noise_form(model, ())

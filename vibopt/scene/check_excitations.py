@@ -5,7 +5,6 @@ from __future__ import annotations
 from vibopt.document.mistakes import Mistakes, given_at
 from vibopt.scene import places
 from vibopt.scene.check_random import wrong_density
-from vibopt.scene.check_run_up import check_run_up
 from vibopt.scene.check_space import check_acting
 from vibopt.scene.scene import Scene
 
@@ -37,6 +36,8 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
                 'amplitude belong? Add amplitude_at = "2000 rpm".',
             )
         elif excitation.ramp is not None:
+            from vibopt.scene.check_run_up import check_run_up
+
             check_run_up(scene, name, mistakes)
         if excitation.begins_at_rest:
             mistakes.add(

@@ -7,7 +7,6 @@ from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.mechanics.builder import GROUND
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene import places
-from vibopt.scene.check_run_up import contradicts
 from vibopt.scene.check_speeds import reached
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
@@ -128,6 +127,8 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         what = f"looks at {min(near)}, which turns" if near else "asks in time of a machine on a structure"
         mistakes.add(path, f"{dotted(path)} {what}. What comes once is answered for bodies on a line only, so far.")
         return
+    from vibopt.scene.check_run_up import contradicts
+
     if not reached(scene, path, response, names, mistakes) or contradicts(scene, path, names, mistakes):
         return
     struck = [name for name in names if scene.excitations[name].kind == "drop"]

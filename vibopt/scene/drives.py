@@ -11,7 +11,6 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
-from vibopt.excitations.segments import together
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices
@@ -53,6 +52,8 @@ def signals_for(
         from vibopt.excitations.run_up import sweep_of
 
         return loads, sweep_of(every[0])
+    from vibopt.excitations.segments import together
+
     return loads, together([one.segments() for one in every])
 
 

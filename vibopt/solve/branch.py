@@ -16,7 +16,6 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Form, Monomials
 from vibopt.forms.form import Worst
-from vibopt.forms.undamped import frequencies_on
 from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
@@ -318,6 +317,8 @@ def may_hold(limit: Limit, bounds: FormBounds, low: FloatArray, high: FloatArray
 
 def _may_avoid(limit: Limit, low: FloatArray, high: FloatArray) -> BoolArray:
     """Boxes on which no mode is proven to lie inside the forbidden band."""
+    from vibopt.forms.undamped import frequencies_on
+
     free = np.ones(len(low), dtype=bool)
     for mode in range(limit.model.n_free):
         lower, upper = frequencies_on(limit.model, low, high, mode)

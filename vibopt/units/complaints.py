@@ -1,7 +1,6 @@
 """What is wrong with a value, and the way out; each text continues the sentence "<path> = <given> "."""
 
 import re
-from difflib import get_close_matches
 
 from vibopt.units.dimensions import DIMENSIONS
 
@@ -9,9 +8,9 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NOT_FINITE = "is not a finite number."
 BEYOND = "is beyond what any machine has (|value| > 1e30 in SI)."
 
-_COMMA = re.compile(r"([+-]?)(\d+),(\d+)(?![\d.,])(.*)", re.DOTALL)
-_GAP = re.compile(r"([+-]?\d{1,3}(?:[\s_',]\d{3})+(?!\d)\S*)(.*)", re.DOTALL)
-_DASH = re.compile(rf"({NUMBER})\s*(?:-|–|—|to)\s*({NUMBER})(.*)", re.DOTALL)
+_COMMA = r"(?s)([+-]?)(\d+),(\d+)(?![\d.,])(.*)"
+_GAP = r"(?s)([+-]?\d{1,3}(?:[\s_',]\d{3})+(?!\d)\S*)(.*)"
+_DASH = rf"(?s)({NUMBER})\s*(?:-|–|—|to)\s*({NUMBER})(.*)"
 
 
 def words(*parts: str) -> str:
@@ -42,7 +41,10 @@ def unknown_unit(unit: str, dimension: str) -> str:
     """Proposes the units that differ by case only, else the nearest, else all of the dimension."""
     kind = DIMENSIONS[dimension]
     near = [text for text in kind.units if text.casefold() == unit.casefold()]
-    near = near or get_close_matches(unit, kind.units, n=1)
+    if not near:
+        from difflib import get_close_matches
+
+        near = get_close_matches(unit, kind.units, n=1)
     if near:
         way_out = "Did you mean " + " or ".join(f'"{text}"' for text in near) + "?"
     elif kind.units:
@@ -69,12 +71,12 @@ def no_single_number(text: str, dimension: str) -> str:
         return f"is empty. {way_out}"
     if ".." in text:
         return f"is a range, but one value is needed here. {way_out}"
-    if comma := _COMMA.fullmatch(text):
+    if comma := re.fullmatch(_COMMA, text):
         return _comma(*comma.groups())
-    if gap := _GAP.fullmatch(text):
+    if gap := re.fullmatch(_GAP, text):
         number = re.sub(r"[\s_',]", "", gap[1])
         return f'has a separator inside its number. Write "{number}{gap[2]}".'
-    if dash := _DASH.fullmatch(text):
+    if dash := re.fullmatch(_DASH, text):
         return f'looks like a range. Write it with two points: "{dash[1]}..{dash[2]}{dash[3]}".'
     return f"does not start with one number. {way_out}"
 
