@@ -353,3 +353,61 @@ def test_cranks_and_words_are_answered_in_the_words_of_the_file(old: str, new: s
     with pytest.raises(InputError) as caught:
         read_engine(tomllib.loads(text), Mistakes("engine.toml", Locator(text)))
     assert caught.value.messages == (message,)
+
+
+def block(answer: Answer[EngineJob], title: str) -> Any:
+    return next(one for one in blocks_of(answer) if one.title == title)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    cranks=st.lists(st.integers(0, 3599), min_size=1, max_size=4),
+    vee=st.booleans(),
+    shares=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
+)
+def test_counterweights_as_said_do_what_their_shares_do(
+    cranks: list[int], vee: bool, shares: tuple[float, float]
+) -> None:
+    """Weights typed from the answer's own table, in place of the shares, leave the same force and couple."""
+    document = engine([], rotating="0.35 kg", counterweight_share=shares[0], rotating_share=shares[1])
+    for k, angle in enumerate(cranks):
+        for bank in ("-30 deg", "30 deg") if vee else ("0 deg",):
+            crank = {} if bank == "30 deg" else {"crank": f"{angle / 10} deg"}
+            document["cylinders"].append({**crank, "throw": f"p{k}", "bank": bank, "at": f"{90 * k} mm"})
+    answer = solved(document)
+    rows = block(answer, "Weights").rows
+    assert len(rows) == len(cranks)
+    for name in ("counterweight_share", "rotating_share"):
+        del document["engine"][name]
+    document["counterweights"] = {
+        f"w{k}": {"unbalance": row[1], "angle": row[2], "at": row[4]}
+        for k, row in enumerate(rows)
+        if not row[1].startswith("0 ")
+    }
+    other = solved(document)
+    size = 0.5 * 0.045 * (6000.0 * pi / 30.0) ** 2 * len(document["cylinders"])
+    for order in (1, 2, 4):
+        for word, lever in (("force", 1.0), ("couple", 0.3)):
+            path = f"orders.{order}.{word}"
+            assert number_at(other, path) == pytest.approx(number_at(answer, path), abs=2e-3 * size * lever)
+
+
+def test_what_to_build_of_an_engine_is_said_word_for_word() -> None:
+    document = engine(["0 deg"], rotating="0.4 kg", counterweight_share={"from": 0, "to": 1})
+    document["goal"] = {"minimise": "force"}
+    assert block(solved(document), "What to build").lines == (
+        "opposite crank 1: a counterweight of 31.58 kg mm (mass times radius): 0.6035 of the reciprocating and all of "
+        "the rotating mass.",
+    )
+    document = engine(["0 deg", "180 deg"])
+    free = {"from": "0 g mm", "to": "50 kg mm"}
+    document["counterweights"] = {"front": {"at": "-40 mm", "unbalance": free}}
+    document["balance_shafts"] = {"a": {"order": 1, "turns": "against rotation", "at": "45 mm", "unbalance": free}}
+    document["goal"] = {"minimise": "primary_force"}
+    assert block(solved(document), "What to build").lines == ("front: no weight.", "a: no weight.")
+    document = engine(["0 deg", "180 deg", "180 deg", "0 deg"])
+    document["balance_shafts"] = {"a": {"order": 2, "turns": "with rotation", "at": "135 mm", "unbalance": free}}
+    document["goal"] = {"minimise": "secondary_force"}
+    assert block(solved(document), "What to build").lines == (
+        "a: 3454 g mm (mass times radius) at 135 mm, 180 deg from zero (shaft turns 2 x, with the crank).",
+    )

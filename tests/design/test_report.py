@@ -91,6 +91,18 @@ def test_a_conflict_is_told(solved: Solved) -> None:
     assert "Every limit was measured again" not in text
 
 
+@pytest.mark.parametrize(
+    "status",
+    ["optimal", "feasible", "met", "violated", "infeasible", "unbounded", "unproven", "check_failed"],
+)
+def test_only_a_machine_that_keeps_its_limits_has_lines_to_sign(solved: Solved, status: str) -> None:
+    page = " ".join(read(html(replace(solved("rao_9_34"), status=status), on=DAY)).text.split())
+    signed = status in ("optimal", "feasible", "met")
+    why = "the limits are not met" if status in ("violated", "infeasible") else "it is no design"
+    assert ("Checked by" in page) is signed
+    assert (f"Not for signature: {why}." in page) is not signed
+
+
 def test_what_the_user_wrote_cannot_break_the_page(solved: Solved) -> None:
     design = solved("rao_9_34")
     nasty = replace(design, job=replace(design.scene, title='<script>alert(1)</script> & "co"'))

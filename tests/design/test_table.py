@@ -21,8 +21,8 @@ What to build
   mount  spring of 6957 kN/m, damping 9909 N s/m, between press and ground
 
 Springs and mounts
-         Natural    Damping  Static sag
-         frequency  ratio    if upright  Isolation
+         Natural    Damping
+         frequency  ratio    Static sag  Isolation
   mount  24.24 Hz   0.108    0.4229 mm   66.67 % at 3000 rpm
 
 Limits

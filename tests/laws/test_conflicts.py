@@ -6,13 +6,17 @@ import math
 from pathlib import Path
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
-from vibopt.scene.read import from_dict, with_changes
+from vibopt.answer.text import text_of
+from vibopt.report.machine_words import conflict_words
+from vibopt.scene.read import from_dict, read, with_changes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
+from vibopt.study.nearest import with_nearest
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
 
@@ -136,3 +140,82 @@ def test_a_limit_missed_by_rounding_alone_is_loosened_on_its_own_side(tmp_path: 
     answer = vo.solve(scene)
     assert answer.status == "infeasible"
     assert [name for name, _, _ in answer.conflict.loosenings] == ["isolated"]
+
+
+WEIGHT = 100.0 * 9.80665
+HOLDS = {
+    "sag": lambda low, high, stiffness, price: WEIGHT / stiffness <= 4e-3,
+    "cost": lambda low, high, stiffness, price: price <= 20.0,
+    "mount: rated load (at most)": lambda low, high, stiffness, price: high >= WEIGHT,
+    "mount: rated load (at least)": lambda low, high, stiffness, price: low <= WEIGHT,
+}
+"""Whether one part keeps each limit, by hand."""
+part = st.tuples(
+    *(st.sampled_from(one) for one in ([300.0, 600.0, 1200.0], [700.0, 1500.0], [2e5, 3e5], [15.0, 25.0]))
+).filter(lambda one: one[0] < one[1])
+
+
+@few
+@given(st.lists(part, min_size=2, max_size=4, unique=True))
+def test_bought_parts_clash_with_what_they_are_rated_for_too(
+    tmp_path_factory: pytest.TempPathFactory, parts: list[tuple[float, ...]]
+) -> None:
+    """A smallest set of limits that no part keeps, ratings by their ends among them, and what each could be alone."""
+    file = tmp_path_factory.mktemp("parts") / "parts.csv"
+    rows = [f"P{i};{low};{high};{k};0.1;{price}" for i, (low, high, k, price) in enumerate(parts)]
+    heads = "part;rated load min [N];rated load max [N];stiffness [N/m];loss factor;price [EUR]"
+    file.write_text("\n".join([heads, *rows]))
+    scene = from_dict(
+        {
+            "bodies": {"fan": {"mass": "100 kg"}},
+            "links": {"mount": {"between": ["fan", "ground"], "part": {"catalogue": str(file)}}},
+            "limits": {
+                "sag": {"response": "static_deflection", "of": "mount", "at_most": "4 mm"},
+                "cost": {"response": "price", "at_most": "20 EUR"},
+            },
+            "goal": {"minimise": "price"},
+        }
+    )
+    design = with_nearest(solve(scene))
+    some = any(all(holds(*one) for holds in HOLDS.values()) for one in parts)
+    assert (design.status == "optimal") is some
+    if some:
+        return
+    assert design.conflict is not None
+    assert design.nearest is not None
+    clash = design.conflict.limits
+    assert not any(all(HOLDS[name](*one) for name in clash) for one in parts)
+    for name in clash:
+        assert any(all(HOLDS[other](*one) for other in clash if other != name) for one in parts)
+    assert {name for name, _, _ in design.conflict.loosenings} <= set(clash)
+    for key, row in design.nearest.limits.items():
+        name = f"{row.name} ({row.side.replace('_', ' ')})" if row.name not in HOLDS else row.name
+        assert design.nearest.least[key].enough == any(HOLDS[name](*one) for one in parts)
+
+
+def test_an_end_of_the_load_range_is_named_where_it_clashes(tmp_path: Path) -> None:
+    (tmp_path / "mounts.csv").write_text(
+        "part;rated load min [N];rated load max [N];stiffness [N/mm];loss factor\nsoft;100;1800;50;0,1\n"
+        "stiff;1500;4000;900;0,1\n"
+    )
+    (tmp_path / "fan.toml").write_text(
+        """[bodies.fan]
+mass = "100 kg"
+[links.mount]
+between = ["fan", "ground"]
+part = { catalogue = "mounts.csv" }
+[limits.sag]
+response = "static_deflection"
+of = "mount"
+at_most = "2 mm"
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+    )
+    design = with_nearest(solve(read(tmp_path / "fan.toml")))
+    assert "its load is 34.6 % below the least that it is rated for." in design.reason
+    assert conflict_words(design)[0] == 'These cannot hold together: "sag", "mount: rated load (at least)".'
+    text = text_of(design)
+    for words in ("980.7 N of 4000 N", "980.7 N of 100 N"):
+        assert words in text

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.report.isolators import isolators_of
+from vibopt.report.isolators import isolator_block, isolators_of
 from vibopt.report.mode_shapes import shapes_of
 from vibopt.report.what_to_build import machine_in
 from vibopt.scene.read import from_dict, read
@@ -142,3 +142,64 @@ def test_without_a_design_there_are_no_facts() -> None:
     assert design.status == "infeasible"
     assert machine_in(design) is None
     assert "Springs and mounts" not in design.report()
+
+
+CORNERS = [[f"{x} m", f"{y} m", "0 m"] for x in (-0.6, 0.6) for y in (-0.4, 0.4)]
+SHAKERS: dict[str, tuple[dict[str, Any], tuple[float, float, float]]] = {
+    "force": ({"kind": "force", "on": "set", "amplitude": "70 N", "direction": "z"}, (0.0, 0.0, 1.0)),
+    "slanted force": (
+        {"kind": "force", "on": "set", "amplitude": "70 N", "direction": [0, 0.6, 0.8]}, (0.0, 0.6, 0.8),
+    ),
+    "unbalance": ({"kind": "unbalance", "on": "set", "axis": "x", "unbalance": "0.02 kg m"}, (0.0, 1.0, 1.0)),
+    "shaken floor": (
+        {"kind": "base_motion", "on": "floor", "displacement": "0.1 mm", "direction": "x"}, (1.0, 0.0, 0.0),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shaker", SHAKERS)
+@given(st.floats(50.0, 5e3), st.floats(1e4, 1e7), st.floats(0.02, 0.3))
+@settings(max_examples=6, deadline=None)
+def test_isolation_in_space_is_that_of_one_mass_along_each_way(
+    shaker: str, mass: float, stiffness: float, loss: float
+) -> None:
+    """With the centre of mass among its mounts no way stirs another: one mass, four springs, one formula each."""
+    table, (x, y, z) = SHAKERS[shaker]
+    floor = "floor" if table["on"] == "floor" else "ground"
+    scene = from_dict(
+        {
+            "bodies": {"set": {"mass": f"{mass!r} kg", "inertia": ["90 kg m2", "90 kg m2", "90 kg m2"]}},
+            **({"bases": {"floor": {}}} if floor == "floor" else {}),
+            "mounts": {
+                "foot": {
+                    "between": ["set", floor], "at": CORNERS, "shear_ratio": 0.5,
+                    "stiffness": f"{stiffness!r} N/m", "loss_factor": loss,
+                }
+            },
+            "excitations": {"it": {**table, "speed": "1450 rpm"}},
+            "measures": {"first": {"response": "natural_frequency"}},
+        }
+    )  # fmt: skip
+    (one,) = isolators_of(scene, machine_of(scene, {}))
+    springs = {"x": 0.5 * stiffness, "y": 0.5 * stiffness, "z": stiffness}
+    inertia = mass * (1450.0 * pi / 30.0) ** 2
+    ratio = {axis: 4 * k * (1 + 1j * loss) / (4 * k * (1 + 1j * loss) - inertia) for axis, k in springs.items()}
+    found = {key: row.value.value for key, row in one.isolation.items()}
+    if shaker == "slanted force":
+        assert found == pytest.approx({"along its direction": 1.0 - abs(0.36 * ratio["y"] + 0.64 * ratio["z"])})
+        return
+    ways = [axis for axis, part in zip("xyz", (x, y, z), strict=True) if part]
+    assert found == pytest.approx({f"along {axis}": 1.0 - abs(ratio[axis]) for axis in ways})
+
+
+def test_a_sag_says_whose_it_is_and_when() -> None:
+    """A file that asks a sag knows that its line is upright; under mounts in space the worst of them is meant."""
+    heads = []
+    asks = {"measures": {"sag": {"response": "static_deflection", "of": "spring"}}}
+    documents = [fan(100.0, 1e5, 0.05, 1), fan(100.0, 1e5, 0.05, 1, **asks)]
+    for scene in [*(from_dict(one) for one in documents), read(PROBLEMS / "mounts/pump_flange.toml")]:
+        design = solve(scene, explain=False)
+        machine = machine_in(design)
+        assert machine is not None
+        heads.append(isolator_block(design, machine).heads[-2])
+    assert heads == ["Static sag\nif vertical", "Static sag", "Static sag,\nworst mount"]

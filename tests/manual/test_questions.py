@@ -47,6 +47,8 @@ QUESTIONS = {
     "decimal comma in csv": "decimal comma",
     "static deflection under weight": "static_deflection",
     "is a response to vibration, but nothing shakes the machine": "Add [excitations.NAME].",
+    "machine at two speeds": 'speed = ["1450 rpm", "2900 rpm"]',
+    "runs at several speeds": 'speed = ["1450 rpm", "2900 rpm"]',
     "no correction plane": 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".',
     "a box is dropped from half a metre": "peak_",
     "same answer on another computer": "--against",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -228,6 +229,25 @@ def test_a_range_beside_a_part(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("parts", "path", "goal"),
+    [
+        (GOOD, "links.feet.part", 'minimise = "price"'),
+        (re.sub(";[^;\n]*$", "", GOOD, flags=re.M), "links.feet.part", 'maximise = "stiffness" and of = "feet"'),
+    ],
+)
+def test_a_part_is_to_be_chosen_but_nothing_says_by_what(tmp_path: Path, parts: str, path: str, goal: str) -> None:
+    (tmp_path / "parts.csv").write_text(parts, encoding="utf-8")
+    file = tmp_path / "pump.toml"
+    text = FILE.replace("{part}", PART).replace("{more}", "").partition("[goal]")[0]
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(file)
+    assert str(caught.value) == (
+        f"pump.toml: {path} is to be chosen, but there is no [goal]. Add [goal] with {goal}, for example."
+    )
+
+
 def test_no_part_can_carry_the_load(tmp_path: Path) -> None:
     (tmp_path / "parts.csv").write_text(GOOD, encoding="utf-8")
     file = tmp_path / "pump.toml"
@@ -237,7 +257,7 @@ def test_no_part_can_carry_the_load(tmp_path: Path) -> None:
     assert (design.status, design.claim) == ("infeasible", "proven: each of 2 combinations of parts breaks a limit")
     assert design.reason == (
         "links.feet.part: no part will do: all 2 cannot carry the load. The nearest is links.feet.part = M60: its load "
-        "is 22.6 % above its rating."
+        "is 22.6 % above the most that it is rated for."
     )
 
 

@@ -1,5 +1,6 @@
 """Every complaint about a value, word for word."""
 
+import re
 from contextlib import suppress
 
 import pytest
@@ -14,6 +15,13 @@ COMPLAINTS: list[tuple[object, str, str]] = [
     ("480", "mass", 'has no unit. Write "480 kg".'),
     (20.5, "length", 'has no unit. Write "20.5 mm".'),
     (3000, "angular_rate", 'has no unit. Write "3000 rpm".'),
+    (0.8, "length", 'has no unit. Write "0.8 m".'),
+    (4, "length", 'has no unit. Write "4 mm" or "4 m".'),
+    (1500, "stiffness", 'has no unit. Write "1500 N/m" or "1500 kN/m".'),
+    (50, "stiffness", 'has no unit. Write "50 kN/m".'),
+    (1.5e6, "stiffness", 'has no unit. Write "1500000.0 N/m".'),
+    (50, "angular_rate", 'has no unit. Write "50 Hz".'),
+    (0.09, "unbalance", 'has no unit. Write "0.09 kg m".'),
     ("6 mm", "force", 'is a length, but a force is needed here. Write a force, for example "6 kN".'),
     ("6 kN", "length", 'is a force, but a length is needed here. Write a length, for example "20 mm".'),
     (
@@ -81,6 +89,30 @@ def test_each_complaint_says_what_is_wrong_and_the_way_out(given: object, dimens
         read_quantity(given, dimension)
     assert caught.value.complaint == complaint
     assert str(caught.value) == complaint
+
+
+@pytest.mark.parametrize("dimension", [one for one in DIMENSIONS if DIMENSIONS[one].usual])
+@pytest.mark.parametrize("power", range(-6, 8))
+def test_what_a_bare_number_is_offered_can_be_read(dimension: str, power: int) -> None:
+    """At least one text, at most two, each the number with a unit of the dimension."""
+    number = f"{3 * 10.0**power:.10g}"
+    for amplitude in (False, True):
+        try:
+            read_quantity(number, dimension, amplitude=amplitude)
+        except QuantityError as error:
+            offered = re.findall(r'"([^"]*)"', error.complaint)
+            assert 1 <= len(offered) <= 2
+            for text in offered:
+                assert text.startswith(f"{number} ")
+                assert read_quantity(text, dimension).value > 0.0
+        else:
+            assert dimension == "ratio"
+
+
+def test_a_bound_and_an_amplitude_are_small() -> None:
+    for words in ({"amplitude": True}, {"place": "static_deflection"}):
+        with pytest.raises(QuantityError, match=r'^has no unit\. Write "0\.8 mm"\.$'):
+            read_quantity("0.8", "length", **words)  # type: ignore[arg-type]
 
 
 def test_a_forgotten_unit_keeps_the_detector() -> None:

@@ -35,6 +35,16 @@ def test_a_quantity_error_is_a_value_error() -> None:
 @pytest.mark.parametrize(
     ("name", "known", "text"),
     [
+        (
+            "floor force",
+            ["rms_force", "transmitted_force"],
+            'unknown link "floor force". Did you mean "transmitted_force"?',
+        ),
+        ("number", ["between", "count", "stiffness"], 'unknown link "number". Did you mean "count"?'),
+        ("number", ["between", "at", "stiffness"], 'unknown link "number". Did you mean "at"?'),
+        ("number", ["at", "over"], 'unknown link "number". Known: at, over.'),
+        ("on", ["between", "count"], 'unknown link "on". Did you mean "between"?'),
+        ("height", ["weight", "centre"], 'unknown link "height". Did you mean "centre"?'),
         ("mont", ["mount", "press"], 'unknown link "mont". Did you mean "mount"?'),
         ("xyz", ["mount", "press"], 'unknown link "xyz". Known: mount, press.'),
         ("xyz", [], 'unknown link "xyz".'),

@@ -97,7 +97,8 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
         "tables": [_table(one, sheet, close) for one in stand],
         "foot": [one for one in blocks if one.kind == FOOT],
         "figures": figures,
-        "signs": () if answer.status in EMPTY else views.signs(answer),
+        "signs": () if answer.status in (*EMPTY, "violated") else views.signs(answer),
+        "unsigned": "the limits are not met" if answer.status in ("violated", "infeasible") else "it is no design",
         "given": [] if sheet else given(document),
     }
 

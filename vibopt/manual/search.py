@@ -21,8 +21,8 @@ IDLE = frozenset(
 """Words that say nothing of what is meant."""
 _HEADING, _HINT = 6, 4
 """What a word counts in a heading or among the words that serve the search, against once in the text."""
-_REFUSED = 0.4
-"""What a word counts in a list of refusals, against anywhere else."""
+_REFUSED, _CHANGED = 0.4, 0.3
+"""What a word counts in a list of refusals, and in the list of changes, against anywhere else."""
 _FLAT, _LONG = 1.5, 0.6
 """Constants of Okapi's weighting (BM25): how soon more of a word counts no more, and how much length counts."""
 
@@ -47,6 +47,10 @@ class Index:
             sum(self._score(k, word) for word in words)
             + sum(self._rare(self.pair_spread[one]) for one in pairs & there)
             for k, there in enumerate(self.pairs)
+        ]
+        scores = [
+            _CHANGED * score if one.heading == "Changelog" else score
+            for one, score in zip(self.sections, scores, strict=True)
         ]
         order = sorted(range(len(scores)), key=lambda k: (-scores[k], k))
         return tuple(self.sections[k] for k in order if scores[k] > 0.0)

@@ -24,6 +24,8 @@ from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
 from vibopt.signals import Drive, Sweep
 
+RATED = ": rated load"
+"""How the names of limits end that a part brings with it."""
 _RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
 
 
@@ -102,7 +104,7 @@ def _pressing(full: Model, name: str) -> FloatArray:
 def rated_name(link: str) -> str:
     """Name of the limit that a part brings with it; the mounts of a group share it."""
     group = re.sub(r"(\.\d+)?\.z$", "", link)
-    return f"{group}: rated load"
+    return f"{group}{RATED}"
 
 
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:

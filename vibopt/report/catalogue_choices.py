@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibopt.answer.entry import Entry
+from vibopt.program.pose import RATED
 from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Design, Scene
@@ -136,7 +137,7 @@ def why(limit: str, side: str, alone: bool) -> str:
     """What stands against parts, by the limit that forbids them `alone` or most often."""
     if not alone:
         return f"are in no combination that will do, mostly for {limit}"
-    if limit.endswith(": rated load"):
+    if limit.endswith(RATED):
         return "cannot carry the load" if side == "at_most" else "are loaded less than they need"
     return f"break {limit} whatever goes with them"
 

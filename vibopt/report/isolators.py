@@ -21,9 +21,11 @@ from vibopt.scene.check_scene import check
 from vibopt.scene.places import turning
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show
+from vibopt.values.directions import AXES
 from vibopt.verify.checked import measured_row
 
 if TYPE_CHECKING:
+    from vibopt.excitations.excitation import Excitation
     from vibopt.responses import Response
 
 MOST_MODES = 8
@@ -62,10 +64,12 @@ def blocks_of(design: Design, machine: Machine | None) -> list[Block]:
 
 def isolator_block(design: Design, machine: Machine) -> Block:
     """One row an isolator, and one more for each further excitation."""
-    shapes = _shapes(design, machine)
-    found = isolators_of(design.scene, machine, shapes)
+    shapes, scene = _shapes(design, machine), design.scene
+    found = isolators_of(scene, machine, shapes)
     rows = [row for one in found for row in _rows(one, found, several=len(shapes) > 1)]
-    sag = "Static sag" if machine.in_space else "Static sag\nif upright"
+    worst = "Static sag,\nworst mount"
+    asked = any(one.response == "static_deflection" for one in (*scene.limits.values(), *scene.measures.values()))
+    sag = worst if machine.in_space else "Static sag" if asked else "Static sag\nif vertical"
     heads = ("", "Strained\nin mode", "Natural\nfrequency", "Damping\nratio", sag, "Isolation")
     shown = [row for row in rows if any(row[1:])]
     return table(f"{TITLE}{_without(design)}", heads, shown, whole=range(len(heads) - 1))
@@ -100,7 +104,7 @@ def _rows(one: Isolator, every: list[Isolator], *, several: bool) -> Iterator[tu
     """A row, and one more for each further excitation."""
     alone = [_support(other.ends) for other in every].count(_support(one.ends)) == 1
     said = [
-        f"{'' if len(one.isolation) == 1 else f'{name}: '}{isolation_words(row)}"
+        f"{'' if len(one.isolation) == 1 and 'along ' not in name else f'{name}: '}{isolation_words(row)}"
         f"{'' if alone else f', all into {_support(one.ends)}'}"
         for name, row in one.isolation.items()
     ]
@@ -139,7 +143,7 @@ def isolators_of(scene: Scene, machine: Machine, shapes: list[Shape] | None = No
                 mode=mode,
                 shape=told[mode[0] - 1] if mode is not None else None,
                 sag=_sag(scene, machine, names),
-                isolation=dict(_isolation(scene, machine, ends)),
+                isolation=dict((_in_space if machine.in_space else _along)(scene, machine, ends)),
             )
         )
     return found
@@ -182,7 +186,7 @@ def _sag(scene: Scene, machine: Machine, names: list[str]) -> Checked | None:
     return max(found, key=lambda row: row.value.value, default=None)
 
 
-def _isolation(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tuple[str, Checked]]:
+def _along(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tuple[str, Checked]]:
     """Into a support of what shakes a body, and of a body from the base that shakes; at own speeds the least."""
     for name, one in scene.excitations.items():
         if one.sort != "steady":
@@ -193,6 +197,36 @@ def _isolation(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterato
             row = asked(scene, machine, "isolation", **words, due_to=[name]) if held else None
             if row is not None:
                 yield name, row
+
+
+def _in_space(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tuple[str, Checked]]:
+    """As along a line, way by way: of the force that comes through most, or of the body's motion beside its base's."""
+    for name, one in scene.excitations.items():
+        lines = one.lines(np.ones(1)) if one.sort == "steady" else ()
+        for here, there in (ends, ends[::-1]) if len(lines) == 1 else ():
+            held, moved = there == GROUND or there in scene.bases, there == one.on
+            if not held or one.family != ("bases" if moved else "bodies"):
+                continue
+            for said, way, share in _ways(one):
+                kind, words = ("displacement", {"of": here}) if moved else ("transmitted_force", {"into": there})
+                row = asked(scene, machine, kind, **words, direction=way, due_to=[name])
+                if row is None or name not in row.worst_at:
+                    continue
+                whole = share * float(np.abs(lines[0].amplitude.at(np.array([row.worst_at[name].value])))[0])
+                if whole > 0.0:
+                    key = f"{name} {said}" if len(scene.excitations) > 1 else said
+                    yield key, replace(row, value=Entry(1.0 - row.value.value / whole, "ratio"))
+
+
+def _ways(one: Excitation) -> Iterator[tuple[str, list[float], float]]:
+    """Directions in which it acts, in words and as numbers, and its amplitude along each as a part of the whole."""
+    acts = {key.rpartition(".")[2]: part for key, part in one.acts.items()} if one.direction_known else {}
+    if getattr(one, "direction", None) is not None and len(acts) > 1:
+        yield "along its direction", [acts.get(axis, 0j).real for axis in AXES], 1.0
+        return
+    for number, axis in enumerate(AXES):
+        if axis in acts:
+            yield f"along {axis}", [float(number == other) for other in range(len(AXES))], abs(acts[axis])
 
 
 def asked(scene: Scene, machine: Machine, kind: str, **words: object) -> Checked | None:

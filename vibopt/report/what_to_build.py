@@ -56,20 +56,20 @@ def build_rows(design: Design, machine: Machine, *, whole: bool = True) -> list[
     design, machine
         An answer with a design, and the machine that it is.
     whole
-        Whether all is said, and with as many digits as were verified: for a page to build by.  Else what was chosen,
-        and springs of which there are several, in the digits of the answer.
+        Whether all is said, and with as many digits as were verified: for a page to build by.  Else what was chosen
+        or is bought, and springs of which there are several, in the digits of the answer.
     """
     scene, rows = design.scene, []
     exact = verified if whole else show
     for name, mount in scene.mounts.items():
-        if whole or _chosen_in(design, f"mounts.{name}"):
+        if whole or mount.part is not None or _chosen_in(design, f"mounts.{name}"):
             assert is_in_space(machine)
             own = machine.mount(machine.groups[name][0])
             order = _order(design, f"mounts.{name}", mount.part, mount.count)
             rows.append((name, _joined(order, _mount(mount, own, exact))))
     for name, link in scene.links.items():
         joint = machine.joint(name)
-        if whole or joint.count > 1 or _chosen_in(design, f"links.{name}"):
+        if whole or link.part is not None or joint.count > 1 or _chosen_in(design, f"links.{name}"):
             order = _order(design, f"links.{name}", link.part, joint.count)
             rows.append((name, _joined(order, _link(link, joint, exact))))
     for part in parts_of(design):

@@ -144,6 +144,17 @@ def _held(scene: Scene, body: str) -> bool:
     return False
 
 
+def _first_choice(scene: Scene) -> tuple[str, str]:
+    """The first value or part to be chosen, and a goal for it."""
+    path = scene.variables[0].path
+    bought = next((one for one in places.bound_parts(scene) if path in one.paths), None)
+    if bought is not None and any(one.endswith(".price") for one in bought.paths):
+        return bought.path, 'minimise = "price"'
+    family, name = path.split(".")[:2]
+    held = name if family in ("links", "mounts") else next(iter({**scene.links, **scene.mounts}), "mount")
+    return bought.path if bought is not None else path, f'maximise = "stiffness" and of = "{held}"'
+
+
 def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     """What is asked must fit what may be chosen."""
     if broken:
@@ -158,11 +169,8 @@ def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     elif scene.find_all is not None:
         _find_all(scene, mistakes)
     elif scene.variables and scene.goal is None:
-        mistakes.add(
-            (),
-            f"{scene.variables[0].path} is to be chosen, but there is no [goal]. Add [goal] with maximise = "
-            '"stiffness" and of = "mount", for example.',
-        )
+        path, example = _first_choice(scene)
+        mistakes.add((), f"{path} is to be chosen, but there is no [goal]. Add [goal] with {example}, for example.")
     elif scene.goal is not None and not scene.variables and scene.asked is None:
         mistakes.add(
             ("goal",),

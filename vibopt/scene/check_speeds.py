@@ -103,7 +103,11 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
         mistakes.add(
             path,
             f'{where} counts {what}: how do they add up? Add combine = "sum" (never too small), "rss"'
-            + (' or "peak" (true peak over time).' if len(names) == 1 else "."),
+            + (
+                ' or "peak" (true peak over time).'
+                if len(names) == 1
+                else f', or due_to = ["{names[0]}"] for one alone.'
+            ),
         )
     if response.combine == "peak" and len(names) > 1:
         mistakes.value(

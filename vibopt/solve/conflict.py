@@ -32,8 +32,8 @@ def smallest_conflict(program: Program, answer: Answer) -> tuple[Limit, ...]:
         Solves a program without a goal; only a proven "infeasible" counts.
     """
     kept = list(program.limits)
-    for limit in program.limits:
-        fewer = [one for one in kept if one is not limit]
+    for name, side in dict.fromkeys((one.name, one.side) for one in kept):  # one limit, many places
+        fewer = [one for one in kept if (one.name, one.side) != (name, side)]
         trial = replace(program, limits=tuple(fewer), aim=None)
         if answer(trial).status == "infeasible":
             kept = fewer

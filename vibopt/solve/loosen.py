@@ -9,7 +9,8 @@ from dataclasses import replace
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
-from vibopt.program.program import Program
+from vibopt.program.pose import RATED
+from vibopt.program.program import Limit, Program
 from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
@@ -24,18 +25,25 @@ _BOUNDS = ("at_most", "at_least", "outside")
 Row = tuple[str, Entry, Entry]
 
 
-def clash_of(program: Program) -> tuple[str, ...]:
-    """Names of limits that cannot hold together on the machines that a program asks about."""
-    clash = smallest_conflict(program, lambda part: modest(part).solve(part))
-    return tuple(dict.fromkeys(one.name for one in clash))
+def clash_of(program: Program, *, most: float) -> tuple[str, ...]:
+    """Names of limits that cannot hold together on the machines that a program asks about.
+
+    After `most` of work [nominal ms] no further limit is left out.
+    """
+    with metered() as meter:
+
+        def asked(part: Program) -> Found:
+            if meter.done > most or late("the search for the limits that clash"):
+                return Found("unproven", None, "", "")
+            return modest(part).solve(part)
+
+        clash = smallest_conflict(program, asked)
+    return tuple(dict.fromkeys(spoken_name(one) for one in clash))
 
 
-def conflict_of_parts(scene: Scene, found: Found, answer: Callable[[Scene], Design], *, most: float) -> Conflict | None:
-    """Limits without any one of which some choice of parts would do, and the bound of each that is enough."""
-    whole = conflict_over_tolerances(scene, tuple(scene.limits), found, answer, most=most)
-    if whole is None or not (whole.loosenings or whole.left):
-        return None
-    return replace(whole, limits=tuple(name for name, _, _ in whole.loosenings))
+def spoken_name(limit: Limit) -> str:
+    """Of what a part is rated for also which end; of a limit of the file its name."""
+    return f"{limit.name} ({limit.side.replace('_', ' ')})" if limit.name.endswith(RATED) else limit.name
 
 
 def conflict_over_tolerances(
@@ -86,4 +94,4 @@ def with_conflict(design: Design, conflict: Conflict | None) -> Design:
     return replace(design, conflict=conflict if conflict.limits else None, notes=(*design.notes, words))
 
 
-__all__ = ["clash_of", "conflict_of_parts", "conflict_over_tolerances", "with_conflict"]
+__all__ = ["clash_of", "conflict_over_tolerances", "with_conflict"]

@@ -142,7 +142,7 @@ class _Run:
             program = self.machines.program()
             searched = choose(program, self.method).solve(program, self.progress)
             if searched.status == "infeasible":
-                return self._hopeless(searched, reason_of(program, searched))
+                return self._hopeless(searched, reason_of(program, searched), program)
             if searched.x is None:
                 return self._stopped(searched, None)
             found = self._whole(replace(searched, details={**kept, **searched.details}))

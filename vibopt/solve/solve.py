@@ -128,7 +128,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if found.x is None or found.status == "unbounded":
         design = _nothing(scene, program, found, reason_text, clock, wish)
         if program.ties and wish.explain and found.status == "infeasible" and found.method != STANDSTILL:
-            design = _loosened(scene, program, design, found, None, wish.patience)
+            design = _loosened(scene, design, found, closed(program), wish.patience)
         return design
     return _something(scene, program, found, clock)
 
@@ -245,7 +245,8 @@ def _over_tolerances(
         clash = wish.explain and nominal.status == "infeasible"
         design = _nothing(scene, program, found, best.reason or reason_text, clock, replace(wish, explain=clash))
         if wish.explain and found.status == "infeasible":
-            design = _loosened(scene, program, design, found, best.program, wish.patience)
+            asked = closed(program) if best.program is None and program.ties else best.program
+            design = _loosened(scene, design, found, asked, wish.patience)
             clock.stage("conflict")
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
     x = np.asarray(found.x)
@@ -258,19 +259,15 @@ def _over_tolerances(
     return replace(made, job=scene, notes=notes, tolerances=both, model=used)
 
 
-def _loosened(
-    scene: Scene, program: Program, design: Design, found: Found, clash: Program | None, patience: float
-) -> Design:
+def _loosened(scene: Scene, design: Design, found: Found, clash: Program | None, patience: float) -> Design:
     """The design with the limits that clash (on the machines of `clash`), and what loosening one of them would do."""
-    from vibopt.solve.loosen import clash_of, conflict_of_parts, conflict_over_tolerances, with_conflict
+    from vibopt.solve.loosen import clash_of, conflict_over_tolerances, with_conflict
 
     def again(one: Scene) -> Design:
         return solve(one, explain=False)
 
-    if program.ties:
-        return with_conflict(design, conflict_of_parts(scene, found, again, most=patience))
     names = design.conflict.limits if design.conflict is not None else ()
-    names = clash_of(clash) if clash is not None else names
+    names = clash_of(clash, most=patience) if clash is not None else names
     return with_conflict(design, conflict_over_tolerances(scene, names, found, again, most=patience))
 
 

@@ -63,7 +63,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         least: dict[str, Least] = {}
         left: list[str] = []
         for key, row in rows.items():
-            if row.side == "outside" or row.name not in scene.limits:  # a rating is that of each part
+            if row.side == "outside":
                 continue
             if (meter.done > PATIENCE and not thorough) or late("the search for the least of each limit"):
                 left.append(key)
@@ -110,7 +110,10 @@ def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     rows = checked_limits(scene, _chosen(scene, np.asarray(best.x)), model=program.model)
     same = next(one for one in rows.values() if (one.name, one.side) == (row.name, row.side))
     opened = any(axis.open_high or axis.open_low for axis in program.axes)
-    return Least(same.value, best.status == "optimal" and not opened, same.met)
+    value = same.value
+    if row.name not in scene.limits and same.limit is not None:  # a rating is that of each part
+        value = replace(value, text=f"{value.shown} of {same.limit.shown}")
+    return Least(value, best.status == "optimal" and not opened, same.met)
 
 
 def _over_tolerances(scene: Scene, program: Program, x: FloatArray) -> FloatArray:

@@ -5,6 +5,16 @@ import re
 from vibopt.units.dimensions import DIMENSIONS
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_LIKELY = {
+    "length": (("mm", 1.0, 1e9), ("m", 0.01, 10.0)),
+    "force": (("N", 1.0, 1e9), ("kN", 0.01, 20.0)),
+    "stiffness": (("N/m", 300.0, 1e12), ("kN/m", 0.1, 1e5)),
+    "damping": (("N s/m", 3.0, 1e9), ("kN s/m", 0.01, 100.0)),
+    "angular_rate": (("rpm", 60.0, 1e6), ("Hz", 0.01, 200.0)),
+    "unbalance": (("g mm", 1.0, 1e9), ("kg m", 1e-6, 1.0)),
+    "time": (("s", 1e-4, 1e9), ("ms", 1.0, 1e4)),
+}
+"""Units before which a number from here to below there is likely to stand."""
 NOT_FINITE = "is not a finite number."
 BEYOND = "is beyond what any machine has (|value| > 1e30 in SI)."
 
@@ -26,9 +36,19 @@ def needs(dimension: str, place: str | None) -> str:
     return f"{needed}. {wanted.way_out}"
 
 
-def no_unit(number: str, word: str, dimension: str) -> str:
-    """For a bare `number` (with the detector `word`, if any) of a dimension that has units."""
-    return f'has no unit. Write "{words(number, DIMENSIONS[dimension].usual, word)}".'
+def no_unit(number: str, word: str, dimension: str, *, moves: bool = False) -> str:
+    """For a bare `number` (with the detector `word`, if any) of a dimension that has units.
+
+    What `moves`, or is bounded, is small: its length is one of millimetres.
+    """
+    kind, size = DIMENSIONS[dimension], abs(float(number)) if re.fullmatch(NUMBER, number) else 0.0
+    likely = [unit for unit, low, high in _LIKELY.get(dimension, ()) if low <= size < high]
+    units = likely if likely and not (moves and dimension == "length") else [kind.usual]
+    return f"has no unit. Write {' or '.join(_quoted(words(number, one, word)) for one in units)}."
+
+
+def _quoted(text: str) -> str:
+    return f'"{text}"'
 
 
 def no_amplitude(number: str, unit: str, word: str) -> str:

@@ -84,7 +84,7 @@ def _quantity(number: str, unit: str, dimension: str, amplitude: bool, place: st
     """A number with its unit text, checked and converted."""
     bare, detector, word = split_detector(unit)
     if not bare and dimension not in BARE:
-        raise QuantityError(complaints.no_unit(number, word, dimension))
+        raise QuantityError(complaints.no_unit(number, word, dimension, moves=amplitude or place is not None))
     scale = scale_of(bare, dimension, place)
     if detector and not amplitude:
         raise QuantityError(complaints.no_amplitude(number, bare, word))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import date
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer_page import inline, version
+from vibopt.answer.blocks import Block
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import SpaceMachine
@@ -159,7 +161,7 @@ def _words(design: Design) -> dict[str, Any]:
         "more_mounts": len(mounts[MOST_MOUNTS:]),
         "sums": sums,
         "scatter": design.tolerances is not None,
-        "isolators": isolators.isolator_block(design, machine) if machine is not None else None,
+        "isolators": _isolators(design, machine) if machine is not None else None,
         "modes": shapes[:MOST_MODES],
         "more_modes": len(shapes[MOST_MODES:]),
         "limits": limits,
@@ -192,6 +194,12 @@ def _mode_rows(scene: Scene, machine: Machine) -> list[dict[str, str]]:
             }
         )
     return rows
+
+
+def _isolators(design: Design, machine: Machine) -> Block:
+    """As in the answer, with names as short as those of the mounts."""
+    block = isolators.isolator_block(design, machine)
+    return replace(block, rows=tuple((short(row[0], NAME), *row[1:]) for row in block.rows))
 
 
 def _mount_rows(design: Design, machine: Machine | None) -> tuple[list[dict[str, str]], list[str]]:

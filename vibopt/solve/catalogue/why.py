@@ -63,13 +63,15 @@ def _opened(axis: Axis) -> Axis:
     return replace(axis, values=None, low=max(axis.low, _NEAR_ZERO * axis.high))
 
 
-def why_dropped(limit: Limit) -> str:
-    """What stands against parts that a limit forbids, behind "12 of 60 parts"."""
+def why_dropped(limit: Limit, parts: int) -> str:
+    """What stands against so many parts that a limit forbids, behind "12 of 60 parts"."""
+    one = parts == 1
     if isinstance(limit.form, StaticLoad):
-        return "cannot carry the load" if limit.side == "at_most" else "are loaded less than they need"
+        less = "is loaded less than it needs" if one else "are loaded less than they need"
+        return "cannot carry the load" if limit.side == "at_most" else less
     if limit.form.frequency is not None and limit.side in ("at_most", "at_least"):
-        return f"are too {'stiff' if limit.side == 'at_most' else 'soft'} for {limit.name}"
-    return f"break {limit.name}"
+        return f"{'is' if one else 'are'} too {'stiff' if limit.side == 'at_most' else 'soft'} for {limit.name}"
+    return f"{'breaks' if one else 'break'} {limit.name}"
 
 
 def reason_of(program: Program, found: Found) -> str:
@@ -83,10 +85,11 @@ def _tables(program: Program, found: Found) -> list[str]:
     for tie in program.ties:
         mine = [one for one in found.details["rows"] if one["path"] == tie.path]
         kinds = Counter((one["limit"], one["side"]) for one in mine if one["alone"])
-        words = [f"{count} {why_dropped(_limit(program, *key))}" for key, count in kinds.most_common()]
+        words = [f"{count} {why_dropped(_limit(program, *key), count)}" for key, count in kinds.most_common()]
         if list(kinds.values()) == [len(tie.names)]:
             (key,) = kinds
-            sentences.append(f"{tie.path}: no part will do: all {len(mine)} {why_dropped(_limit(program, *key))}.")
+            why = why_dropped(_limit(program, *key), len(mine))
+            sentences.append(f"{tie.path}: no part will do: all {len(mine)} {why}.")
         elif words:
             sentences.append(f"{tie.path}: of {len(tie.names)} parts {', '.join(words)}.")
     return sentences
@@ -111,6 +114,6 @@ def _near(program: Program, near: dict[str, Any] | None) -> str:
     if isinstance(limit.form, StaticLoad):
         if limit.side == "at_least" and near["missed"] > 1.0:
             return f"The nearest is {chosen}: a mount of {limit.name.split(':')[0]} is lifted."
-        over = "above" if limit.side == "at_most" else "below"
-        return f"The nearest is {chosen}: its load is {percent} {over} its rating."
+        over = "above the most" if limit.side == "at_most" else "below the least"
+        return f"The nearest is {chosen}: its load is {percent} {over} that it is rated for."
     return f"The nearest is {chosen}: it misses {limit.name} by {percent}."

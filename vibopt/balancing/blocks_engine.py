@@ -1,0 +1,167 @@
+"""Tables of engines, as blocks."""
+
+from __future__ import annotations
+
+from cmath import rect
+from collections.abc import Iterator
+from dataclasses import replace
+from math import pi
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, nearest_block, rows_of, table
+from vibopt.answer.entry import Entry, direction_of
+from vibopt.balancing.blocks_known import SMALL, size_of, without_rest
+from vibopt.balancing.engine.engine_job import EngineJob, Weight
+from vibopt.records import dataclass
+from vibopt.units import show
+from vibopt.units.showing import show_angle
+
+
+def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
+    """What an engine's answer says, in the order in which it is needed."""
+    job = outcome.job
+    if outcome.status == "infeasible":
+        return [*engine_nearest(outcome), Block("Notes", FOOT, outcome.notes)]
+    return [
+        _build(outcome, job), _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *rows_of(outcome),
+        Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
+    ]  # fmt: skip
+
+
+def engine_nearest(outcome: Answer[EngineJob]) -> list[Block]:
+    """The weights and cranks that miss the limits least, and how far each is missed."""
+    if outcome.nearest is None:
+        return []
+    near = replace(outcome, values=outcome.nearest.values)
+    weights = replace(_weights(near, outcome.job), title="The nearest weights")
+    cranks = replace(_cranks(near, outcome.job), title="Its cylinders")
+    return [weights, cranks, nearest_block(outcome)]
+
+
+def _method(outcome: Answer[EngineJob]) -> tuple[str, ...]:
+    return (outcome.method,) if outcome.method not in ("", "none") else ()
+
+
+@dataclass(frozen=True, slots=True)
+class _Hung:
+    """A weight that turns: what it is called, its unbalance [kg m] and angle as shown, and where it is.
+
+    chosen
+        Whether the answer chose it.
+    said
+        The sentence of who builds it, behind the name.
+    """
+
+    name: str
+    size: str
+    angle: str
+    turns: str
+    at: float | None
+    chosen: bool
+    said: str
+
+
+def _hung(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
+    """Counterweights opposite the cranks, then the weights that have names."""
+    yield from _opposite(outcome, job)
+    for one in job.weights:
+        yield _named(outcome, job, one)
+
+
+def _opposite(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
+    """Of each throw the counterweight that its cylinders' shares come to, mass times radius."""
+    if not job.shares:
+        return
+    parts = [outcome.values[share.name] for share in job.shares]
+    turning = "all" if parts[1].value == 1.0 else parts[1].shown
+    some = [*([f"{parts[0].shown} of the reciprocating"] if size_of(parts[0]) else [])]
+    some += [f"{turning} of the rotating"] if size_of(parts[1]) and any(one.rotating for one in job.cylinders) else []
+    carries = f": {' and '.join(some)} mass" if some else ""
+    for throw in dict.fromkeys(one.throw for one in job.cylinders):
+        mine = {k: one for k, one in enumerate(job.cylinders, start=1) if one.throw == throw}
+        size = sum(
+            size_of(part) * share.of(one)
+            for share, part in zip(job.shares, parts, strict=True)
+            for one in mine.values()
+        )
+        crank = size_of(outcome.values[f"cylinders.{next(iter(mine))}.crank"])
+        angle, shown = direction_of(rect(1.0, crank + pi)).shown, show(size, "", "unbalance")
+        places = {one.at + job.reference for one in mine.values()}
+        yield _Hung(
+            f"opposite crank {' and '.join(map(str, mine))}", shown, angle, "crank",
+            places.pop() if len(places) == 1 else None, any(one.is_free for one in job.shares),
+            f"a counterweight of {shown} (mass times radius){carries}" if size > 0.0 else "no counterweight",
+        )  # fmt: skip
+
+
+def _named(outcome: Answer[EngineJob], job: EngineJob, one: Weight) -> _Hung:
+    """A counterweight on the crankshaft or the weight of a balance shaft, as chosen or as given."""
+    path = f"{one.family}.{one.name}"
+    u = one.fixed
+    size = Entry(abs(u or 0.0), "unbalance", one.unit) if u is not None else outcome.values[f"{path}.unbalance"]
+    angle = (direction_of(u) if u is not None else outcome.values[f"{path}.angle"]).shown
+    ways = f"{one.order} x, {'with' if one.sense > 0 else 'against'}"
+    turns = "crank" if one.order == 1 and one.sense > 0 else ways
+    at = show(one.at + job.reference, "mm", "length")
+    shaft = "" if one.family == "counterweights" else f" (shaft turns {ways} the crank)"
+    none = size_of(size) <= SMALL * max(size_of(size), one.cap)
+    said = "no weight" if none else f"{size.shown} (mass times radius) at {at}, {angle} from zero{shaft}"
+    return _Hung(one.name, size.shown, angle, turns, one.at + job.reference, u is None, said)
+
+
+def _build(outcome: Answer[EngineJob], job: EngineJob) -> Block:
+    """The sentences for who builds it: every crank, counterweight and balance shaft that was chosen."""
+    lines = [f"{one.name}: {one.said}." for one in _hung(outcome, job) if one.chosen]
+    if job.is_search:
+        cranks = [outcome.values[f"cylinders.{k}.crank"].shown for k in range(1, len(job.cylinders) + 1)]
+        lines.insert(0, f"cranks of cylinders 1 to {len(cranks)}: {', '.join(cranks)}.")
+    return Block("What to build", TODO, tuple(lines))
+
+
+def _weights(outcome: Answer[EngineJob], job: EngineJob) -> Block:
+    """What was chosen, and the weights that were given."""
+    rows = [
+        (one.name, one.size, one.angle, one.turns, "" if one.at is None else show(one.at, "mm", "length"),
+         show(one.at - job.reference, "mm", "length") if job.reference and one.at is not None else "")
+        for one in _hung(outcome, job)
+    ]  # fmt: skip
+    heads = ("Weight", "Unbalance", "Angle", "Turns", "At", "From the reference")
+    return table("Weights", heads, rows, whole=(2, 4, 5))
+
+
+def _cranks(outcome: Answer[EngineJob], job: EngineJob) -> Block:
+    rows = [
+        (
+            str(k),
+            outcome.values[f"cylinders.{k}.crank"].shown,
+            show_angle(one.bank) if any(other.bank for other in job.cylinders) else "",
+            show(one.at, "mm", "length"),
+        )
+        for k, one in enumerate(job.cylinders, start=1)
+    ]
+    return table("Cylinders", ("Cylinder", "Crank", "Bank", "From the reference"), rows)
+
+
+def _orders(outcome: Answer[EngineJob], job: EngineJob) -> list[Block]:
+    """Orders down to a millionth of all together, and the firing order."""
+    values = outcome.values
+    orders = sorted({int(path.split(".")[1]) for path in values if path.startswith("orders.")})
+    least = {word: SMALL * size_of(values[f"all_orders.{word}"]) for word in ("force", "couple")}
+    rows, hidden = [], []
+    for order in orders:
+        found = {word: values[f"orders.{order}.{word}"] for word in least}
+        if order > 2 and all(size_of(one) <= least[word] for word, one in found.items()):
+            hidden.append(str(order))
+        else:
+            rows.append((str(order), *(without_rest(one, least[word]) for word, one in found.items())))
+    rows.append(("all together", *(without_rest(values[f"all_orders.{word}"], least[word]) for word in least)))
+    lines = []
+    if hidden:
+        lines.append(f"Order{'s' * (len(hidden) > 1)} {', '.join(hidden)}: less than a millionth of all together.")
+    if job.truncated:
+        lines.append('Orders above 2 are left out, as kinematics = "truncated" says.')
+    if "firing.order" in values:
+        even = "even" if values["firing.even"].shown == "yes" else "not even"
+        lines.append(f"Firing order {values['firing.order'].shown} ({even}).")
+    heads = ("Order", "Force", "Couple")
+    return [table("What still shakes, greatest over a turn", heads, rows), Block("Besides", TEXT, tuple(lines))]
