@@ -85,15 +85,18 @@ def _with_defaults(given: Any, text: dict[str, Any], said: dict[str, Any]) -> An
 
 
 def _fields(made: type, text: dict[str, Any], said: dict[str, Any], kw_only: bool) -> dict[str, Field[Any]]:
-    """The fields of a class: those of its parents, and its own as the library reads them."""
-    own = {name: text[name] for name in said if name in text}
-    text_of_it = {"__annotations__": said, "__module__": made.__module__, "__doc__": made.__doc__}
-    read: Any = type(made.__name__, (), own | text_of_it)
-    read = dataclasses.dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=kw_only)(read)
+    """The fields of a class: those of its parents, and its own."""
     found: dict[str, Field[Any]] = {}
     for parent in reversed(made.__mro__[1:]):
         found |= getattr(parent, "__dataclass_fields__", {})
-    found.update(read.__dataclass_fields__)
+    for name, kind in said.items():
+        default = text.get(name, MISSING)
+        if type(default).__hash__ is None:
+            raise ValueError(f"{made.__name__}.{name} has a default that may change. Use field(default_factory=...).")
+        one: Any = default if isinstance(default, Field) else dataclasses.field(default=default)
+        one.name, one.type, one._field_type = name, kind, dataclasses._FIELD  # type: ignore[attr-defined]
+        one.kw_only = kw_only if one.kw_only is MISSING else one.kw_only
+        found[name] = one
     return found
 
 

@@ -136,11 +136,12 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
 def _thin(home: Path) -> None:
     """Throw the oldest away until what is left is within its bounds."""
     found = []
-    for file in home.iterdir():
+    for one in os.scandir(home):
         with suppress(OSError):  # another run has thrown it away
-            found.append((file.stat().st_mtime_ns, file.stat().st_size, file))
+            state = one.stat()
+            found.append((state.st_mtime_ns, state.st_size, Path(one)))
     room, count = MOST_BYTES, 0
-    for _, size, file in sorted(found, key=lambda one: -one[0]):
+    for _, size, file in sorted(found, key=lambda each: -each[0]):
         room, count = room - size, count + 1
         if room < 0 or count > MOST_ANSWERS:
             with suppress(OSError):

@@ -19,7 +19,7 @@ KINDS: Kinds[Excitation] = Kinds(
     {
         "force": "force.Force",
         "moment": "moment.Moment",
-        "moment_harmonics": "directed.MomentHarmonics",
+        "moment_harmonics": "moment.MomentHarmonics",
         "unbalance": "unbalance.Unbalance",
         "harmonics": "harmonics.Harmonics",
         "base_motion": "base_motion.BaseMotion",

@@ -78,7 +78,9 @@ class Table(BaseModel):
     """
 
     printed_in_catalogue: ClassVar[bool] = False
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True, protected_namespaces=()
+    )
 
     @model_validator(mode="before")
     @classmethod
