@@ -72,6 +72,28 @@ def test_on_a_pipe_a_line_comes_a_minute_and_the_bar_ends_it(capsys: pytest.Capt
     assert capsys.readouterr().err == "vibopt: solving, 1 s so far\n"
 
 
+@pytest.mark.parametrize("verb", ["solve", "explain", "whatif", "compare", "sweep", "plot", "report"])
+def test_every_verb_that_answers_takes_fresh(verb: str, run: Run) -> None:
+    assert "--fresh" in run(verb, "--help").out
+
+
+def test_solving_afresh_is_solving(run: Run, press: str) -> None:
+    plain, again = (run("solve", press, "--json", *more).data for more in ((), ("--fresh",)))
+    assert {**plain, "timings": {}} == {**again, "timings": {}}
+
+
+@pytest.mark.parametrize("status", ["optimal", "infeasible"])
+def test_what_is_worked_out_beside_an_answer_shows_what_it_is(
+    status: str, run: Run, press: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: list[str] = []
+    monkeypatch.setattr(Bar, "__call__", lambda _, doing, part: said.append(doing))
+    tight = ("--set", "limits.start_up.at_most=1 mm") if status == "infeasible" else ()
+    assert run("solve", press, "--json", *tight).data["status"] == status
+    assert ("the design that comes nearest" in said) is (status == "infeasible")
+    assert ("what loosening a limit buys" in said) is (status == "optimal")
+
+
 def test_a_search_counts_what_it_has_looked_at() -> None:
     said: list[tuple[str, float]] = []
     search = Frontier(Budget(8, "boxes", spent=2), lambda doing, part: said.append((doing, part)), "branch and bound")
@@ -82,10 +104,12 @@ def test_a_search_counts_what_it_has_looked_at() -> None:
 @pytest.mark.parametrize(
     ("where", "cache", "words"),
     [
-        ("answer", "off", "Stopped. Nothing was written."),
+        ("answer", "off",
+         "Stopped. Nothing was written: with --time-limit SECONDS a search ends by itself, with the best it has "
+         "found."),
         ("prices", "off", "Stopped. Nothing was written."),
         ("prices", "",
-         "Stopped. The answer that was found is kept: plot and report of the same file do not solve again."),
+         "Stopped. The answer that was found is kept in HOME: plot and report of the same file do not solve again."),
     ],
 )  # fmt: skip
 def test_whoever_stops_it_reads_what_is_left(
@@ -95,6 +119,7 @@ def test_whoever_stops_it_reads_what_is_left(
         raise KeyboardInterrupt
 
     monkeypatch.setenv("VIBOPT_CACHE", cache or str(tmp_path / "kept"))
+    words = words.replace("HOME", str(tmp_path / "kept"))
     if where == "answer":
         monkeypatch.setattr("vibopt.jobs.answer", stop)
     else:

@@ -128,7 +128,7 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
         home.mkdir(parents=True, exist_ok=True, mode=0o700)
         replace_file(home / f"{before}.json", f"{sha256(text.encode()).hexdigest()}\n{text}".encode())
         _thin(home)
-        note_kept("The answer that was found is kept: plot and report of the same file do not solve again.")
+        note_kept(f"The answer that was found is kept in {home}: plot and report of the same file do not solve again.")
     except (NotStoredError, OSError, InputError, ValueError, RecursionError):
         return
 

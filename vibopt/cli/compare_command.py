@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes, files, force, limited, read_job
+from vibopt.cli.options import Once, anew, as_json, changes, files, force, limited, read_job
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
@@ -31,6 +31,7 @@ NAME = 26
 @changes
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the table (SI units, limits as margins).")
 @limited
+@anew
 @force
 @as_json
 def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | None, force: bool, as_json: bool) -> int:

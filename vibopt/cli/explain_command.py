@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import Once, as_json, changes, file, limited, method, read_job
+from vibopt.cli.options import Once, anew, as_json, changes, file, limited, method, read_job
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @file
 @method
 @limited
+@anew
 @changes
 @click.option("--thorough", is_flag=True, help="Compute all that can be said, whatever the work.")
 @as_json

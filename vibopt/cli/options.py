@@ -81,6 +81,7 @@ rounding = click.option(
 )
 force = click.option("--force", is_flag=True, help="Write over a file that vibopt did not write.")
 fresh = click.option("--fresh", is_flag=True, help="Solve again, whatever the last answer to the same content was.")
+anew = click.option("--fresh", is_flag=True, expose_value=False, help="Solve again: this command always does.")
 keep_design = click.option("--keep-design", is_flag=True, help="The design is bought: measure it, choose nothing anew.")
 
 

@@ -11,8 +11,8 @@ import click
 from vibopt.answer.answer import EMPTY, UNPROVEN, Answer
 from vibopt.answer.text import rendered, text_of
 from vibopt.cli.answer_cache import Asked
-from vibopt.cli.options import Once, as_json, changes, file, force, limited, method, read_job, rounding
-from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, method, read_job, rounding
+from vibopt.cli.output import colour, complain, note_kept, say, say_json, width
 from vibopt.errors import InputError
 from vibopt.work import seconds_of_each_answer
 
@@ -28,6 +28,7 @@ PROBLEMS = (".toml",)
 @file
 @method
 @limited
+@anew
 @changes
 @rounding
 @click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")
@@ -193,15 +194,7 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
     if stage == "answer":
         found = _answer(asked)
     else:
-        found = answered(asked, fresh=fresh) if isinstance(prices, bool) else prices
-        if found.status in EMPTY:
-            from vibopt.study.nearest import with_nearest
-
-            found = with_nearest(found)
-        if found.goal is not None:
-            from vibopt.study.prices import priced
-
-            found = priced(found)
+        found = _beside(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
     keep(asked, stage, found, key)
     return found
 
@@ -211,5 +204,28 @@ def _answer(asked: Asked) -> Answer[Any]:
     from vibopt.cli.progress import Bar
     from vibopt.jobs import answer
 
+    note_kept(
+        "Nothing was written: with --time-limit SECONDS a search ends by itself, with the best that it has found."
+    )
     with Bar() as bar:
-        return answer(asked.job, method=asked.method, progress=bar)
+        found = answer(asked.job, method=asked.method, progress=bar)
+    note_kept("")
+    return found
+
+
+def _beside(found: Answer[Any]) -> Answer[Any]:
+    """The answer with what its limits cost, or with the design that comes nearest."""
+    from vibopt.cli.progress import Bar
+
+    with Bar() as bar:
+        if found.status in EMPTY:
+            from vibopt.study.nearest import with_nearest
+
+            bar("the design that comes nearest", 0.0)
+            found = with_nearest(found)
+        if found.goal is not None:
+            from vibopt.study.prices import priced
+
+            bar("what loosening a limit buys", 0.0)
+            found = priced(found)
+    return found

@@ -10,7 +10,7 @@ import click
 
 from vibopt.answer.answer import UNPROVEN
 from vibopt.cli import completing
-from vibopt.cli.options import Once, as_json, changes, changes_of, file, force, keep_design, limited, read_job
+from vibopt.cli.options import Once, anew, as_json, changes, changes_of, file, force, keep_design, limited, read_job
 from vibopt.cli.output import colour, note_kept, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
 from vibopt.errors import InputError
@@ -44,6 +44,7 @@ _TURNED = (".mass", ".unbalance")
 @click.option("--figure", metavar="FILE", help="Draw the points (.svg, .png, .pdf).")
 @keep_design
 @limited
+@anew
 @changes
 @force
 @as_json

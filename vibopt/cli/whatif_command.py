@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.cli import completing
-from vibopt.cli.options import Once, as_json, changes_of, file, keep_design, limited, read_job, rounding
+from vibopt.cli.options import Once, anew, as_json, changes_of, file, keep_design, limited, read_job, rounding
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 @keep_design
 @rounding
 @limited
+@anew
 @as_json
 def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tuple[str, ...], as_json: bool) -> int:
     """Change facts or limits, and see the old answer beside the new.
