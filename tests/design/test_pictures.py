@@ -15,13 +15,17 @@ from vibopt.arrays import FloatArray
 from vibopt.balancing.figures import figure_of
 from vibopt.balancing.figures.dials import Dial, Disc, Phasor, Spot, rows_of
 from vibopt.balancing.figures.drawing import page
+from vibopt.balancing.figures.rotor_figure import beside_each_other
 from vibopt.jobs import answer, is_scene, open_job
 from vibopt.report.curves import panels
 from vibopt.report.figures import response_figure
 from vibopt.report.figures.canvas import spread
 from vibopt.report.figures.paper import WIDTH
+from vibopt.report.machine_parts import sketch_of
 from vibopt.report.series import Panel
-from vibopt.report.space_views import machine_figure
+from vibopt.report.space_views import MOUNT, machine_figure, views_figure
+from vibopt.scene.read import from_dict
+from vibopt.verify.as_built import machine_of
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 BALANCING = sorted((PROBLEMS / "balancing").glob("*.toml"))
@@ -117,6 +121,67 @@ def test_no_words_of_a_balancing_picture_cover_others(file: Path) -> None:
         if figure is not None:
             assert covered(figure) == []
             assert struck(figure, "spoke") == []
+
+
+@pytest.mark.parametrize("planes", range(1, 7))
+@pytest.mark.parametrize("sensors", range(1, 9))
+def test_planes_and_sensors_are_drawn_beside_each_other(planes: int, sensors: int) -> None:
+    above, below = beside_each_other(planes, sensors)
+    assert (len(above), len(below)) == (planes, sensors)
+    assert below == sorted(below)
+    assert all(0.0 < one < 1.0 for one in below)
+    assert min(abs(one - other) for one in above for other in below) >= 0.03
+
+
+STACK = {
+    "bodies": {
+        name: {"mass": "500 kg", "centre": ["0 m", "0 m", z], "inertia": ["90 kg m2", "90 kg m2", "90 kg m2"]}
+        for name, z in (("set", "0.9 m"), ("block", "0.3 m"))
+    },
+    "mounts": {
+        name: {
+            "between": two,
+            "at": [[f"{x} m", f"{y} m", z] for x in (-0.6, 0.6) for y in (-0.4, 0.4)],
+            "stiffness": "1 MN/m",
+            "shear_ratio": 0.5,
+        }
+        for name, two, z in (("pad", ["set", "block"], "0.5 m"), ("foot", ["block", "ground"], "0 m"))
+    },
+    "excitations": {"it": {"kind": "force", "on": "set", "amplitude": "1 N", "direction": "x", "speed": "900 rpm"}},
+    "measures": {"first": {"response": "natural_frequency"}},
+}  # fmt: skip
+
+
+def test_mounts_stand_between_bodies_and_on_ground() -> None:
+    """From the front and from the side no mount is inside a body, and under the lowest there is ground."""
+    scene = from_dict(STACK)
+    figure = views_figure(machine_of(scene, {}), scene)  # type: ignore[arg-type]
+    assert figure is not None
+    assert covered(figure) == []
+    for axes in figure.axes[1:3]:
+        boxes = [one.get_xy() for one in axes.patches if len(one.get_xy()) == 5]  # type: ignore[attr-defined]
+        assert len(boxes) == 2
+        marks = [one for one in axes.lines if one.get_marker() in ("o", "s") and len(one.get_xdata()) == 4]
+        heights = {float(y) for one in marks for y in one.get_ydata()}
+        assert len(heights) == 2
+        assert not any(box[:, 1].min() <= y <= box[:, 1].max() for box in boxes for y in heights)
+        ground = [one for one in axes.lines if one.get_linewidth() == 1.2]
+        assert {float(one.get_ydata()[0]) for one in ground} == {min(heights) - MOUNT}
+
+
+def test_a_sketch_says_how_many_and_what_each_is() -> None:
+    link = {"between": ["fan", "ground"], "stiffness": "80 kN/m", "damping_ratio": 0.05, "count": 4}
+    limit = {"response": "transmitted_force", "into": "ground", "at_most": "3 N"}
+    force = {"kind": "force", "on": "fan", "amplitude": "1 N", "speed": "900 rpm"}
+    scene = from_dict(
+        {"bodies": {"fan": {"mass": "90 kg"}}, "links": {"feet": link}, "excitations": {"it": force},
+         "limits": {"floor": limit}}
+    )  # fmt: skip
+    sketch = sketch_of(answer(scene))
+    assert [one.words for one in sketch.links] == ["feet\n4 x 80 kN/m each\ndamping ratio 0.05"]
+    figure = machine_figure(answer(scene))
+    assert figure is not None
+    assert [one for one in figure.axes[-1].lines if one.get_marker() == "o"], "no circle on the ground"
 
 
 def test_a_crank_is_drawn_with_its_counterweight_opposite() -> None:

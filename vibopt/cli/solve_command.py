@@ -204,9 +204,7 @@ def _answer(asked: Asked) -> Answer[Any]:
     from vibopt.cli.progress import Bar
     from vibopt.jobs import answer
 
-    note_kept(
-        "Nothing was written: with --time-limit SECONDS a search ends by itself, with the best that it has found."
-    )
+    note_kept("Nothing was written: with --time-limit SECONDS a search ends by itself, with the best it has found.")
     with Bar() as bar:
         found = answer(asked.job, method=asked.method, progress=bar)
     note_kept("")

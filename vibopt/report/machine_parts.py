@@ -16,7 +16,7 @@ from vibopt.scene.scene import Design, Scene
 LONGEST = 18
 _NUMBERS = (
     "stiffness", "torsional_stiffness", "damping", "torsional_damping", "loss_factor", "damping_ratio", "inertance",
-    "tuning", "frequency", "count",
+    "tuning", "frequency",
 )  # fmt: skip
 _DAMPED = ("damping", "torsional_damping", "loss_factor", "damping_ratio")
 _MASSES = ("mass", "weight", "inertia", "mass_ratio")
@@ -100,9 +100,14 @@ def _piece(design: Design, name: str, still: bool) -> Piece:
 
 def _link(design: Design, link: str, two: tuple[str, str], family: str, name: str, table: Device) -> Link:
     path = f"{family}.{name}"
-    part = design.places.get(f"{path}.part")
-    numbers = [drawn(part.value, LONGEST)] if part is not None else list(_numbers(design, path, _NUMBERS))[:3]
     given = _table(design.scene, path)
+    placed, bought = design.places.get(f"{path}.part"), given.get("part")
+    part = placed.value if placed is not None else bought.get("name", "") if isinstance(bought, Mapping) else ""
+    numbers = [drawn(str(part), LONGEST)] if part else list(_numbers(design, path, _NUMBERS))[:3]
+    many = next((one.removeprefix("count ") for one in _numbers(design, path, ("count",))), "1")
+    if many != "1":  # of each, not of all together
+        numbers = [f"{many} x {numbers[0]}", *numbers[1:]] if numbers else [f"{many} alike"]
+        numbers = numbers if part or len(numbers[0]) > LONGEST else [f"{numbers[0]} each", *numbers[1:]]
     return Link(
         link,
         two,

@@ -201,6 +201,7 @@ class _Page:
             for at in np.arange(x - half, x + half - 0.05, 0.12):
                 axes.plot([at, at + 0.09], [y + BODY - 0.1, y + BODY], color=FAINT, lw=0.8, zorder=2)
             axes.text(x, y + 0.05, "ground", ha="center", va="bottom", fontsize=SMALL, color=INK)
+            self._looked_at(axes, name, x - half, y + BODY)
             return
         ends = ([x - half, x + half, x + half, x - half], [y, y, y + BODY, y + BODY])
         axes.fill(*ends, fc="#e4e4e4" if still else "white", ec=INK, lw=1.2, zorder=4)
@@ -210,8 +211,12 @@ class _Page:
         axes.text(
             x, y + 0.5 * BODY, words, ha="center", va="center", fontsize=SMALL, color=INK, zorder=5, linespacing=1.1
         )
+        self._looked_at(axes, name, x - half, y + BODY)
+
+    def _looked_at(self, axes: Any, name: str, x: float, y: float) -> None:
+        """A circle where a limit or a measure looks."""
         if name in self.sketch.sites:
-            axes.plot([x - half], [y + BODY], marker="o", ms=5, mfc="white", mec=INK, zorder=6, ls="")
+            axes.plot([x], [y], marker="o", ms=5, mfc="white", mec=INK, zorder=6, ls="")
 
     def _link(self, axes: Any, link: Link) -> None:
         a, b = sorted(link.ends, key=lambda one: self.level[one])

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 SMALL = SIZE - 1.5
 LINE = 0.145
-EDGE, GAP = 0.3, 0.55
-"""Inches around what is drawn, and between two views."""
+EDGE, GAP, MOUNT = 0.36, 0.55, 0.07
+"""Inches around what is drawn, between two views, and from the middle of a mount to what it stands on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +98,9 @@ class _Views:
         """One view, its title over it."""
         for name in self.centres:
             self._outline(axes, name, pair)
+        if pair[1] == 2:
+            for spot in self.spots:
+                self._ground(axes, spot, pair)
         for group, (shape, fill) in markers_of(self.machine).items():
             mine = [self._to(one.at, pair) for one in self.spots if one.group == group]
             axes.plot(*zip(*mine, strict=True), marker=shape, mfc=fill, mec=INK, ms=6.5, ls="", zorder=4)
@@ -109,11 +112,26 @@ class _Views:
             _site(axes, self._to(one.at, pair), one, pair)
         axes.text(above[0], above[1] + 0.06, title, ha="center", va="bottom", fontsize=SMALL, color=INK)
 
+    def _ground(self, axes: Any, spot: Spot, pair: tuple[int, int]) -> None:
+        """What carries a mount and does not move with a body: a hatched line under it."""
+        if spot.by in self.centres:
+            return
+        x, y = self._to(spot.at, pair)
+        axes.plot([x - 0.16, x + 0.16], [y - MOUNT, y - MOUNT], color=INK, lw=1.2, zorder=3)
+        for k in range(4):
+            left = x - 0.16 + 0.08 * k
+            axes.plot([left, left + 0.07], [y - MOUNT - 0.07, y - MOUNT], color=FAINT, lw=0.8, zorder=2)
+
     def _outline(self, axes: Any, name: str, pair: tuple[int, int]) -> None:
-        """The rectangle that holds the mounts, the centre and the points of a body."""
-        held = [one.at for one in self.spots if name in (one.carried, one.by)] + [self.centres[name]]
-        held += [at for body, at in self.machine.fixed.values() if body == name]
-        x, y = zip(*(self._to(one, pair) for one in held), strict=True)
+        """The rectangle that holds the centre and the points of a body: above its mounts, below those on it."""
+        held = [self._to(self.centres[name], pair)]
+        held += [self._to(at, pair) for body, at in self.machine.fixed.values() if body == name]
+        lift = MOUNT + 0.07 if pair[1] == 2 else 0.0
+        for spot in self.spots:
+            if name in (spot.carried, spot.by):
+                there = self._to(spot.at, pair)
+                held.append((there[0], there[1] + (lift if name == spot.carried else -lift)))
+        x, y = zip(*held, strict=True)
         left, right, low, high = min(x) - 0.07, max(x) + 0.07, min(y) - 0.07, max(y) + 0.07
         axes.fill([left, right, right, left], [low, low, high, high], fc="#f1f1f1", ec=FAINT, lw=0.8, zorder=1)
 
@@ -141,13 +159,14 @@ def _site(axes: Any, at: tuple[float, float], one: _Site, pair: tuple[int, int])
         return
     dx, dy = (0.42 * float(one.along[k]) for k in pair)
     if abs(dx) + abs(dy) < 0.05:
-        axes.plot([x], [y], marker="o", mfc="white", mec=BLUE, ms=8, mew=1.3, ls="", zorder=6)
-        axes.plot([x], [y], marker=".", color=BLUE, ms=4, ls="", zorder=7)
+        axes.plot([x], [y], marker="o", mfc="none", mec=BLUE, ms=16, mew=1.6, ls="", zorder=6)
+        axes.plot([x], [y], marker="o", color=BLUE, ms=4, ls="", zorder=7)
         return
+    dx, dy = (1.9 * dx, 1.9 * dy) if not one.about else (1.4 * dx, 1.4 * dy)
     if one.about:
         axes.plot([x - dx, x + dx], [y - dy, y + dy], color=BLUE, lw=1.4, ls=(0, (6, 2, 1, 2)), zorder=6)
         return
-    style = {"arrowstyle": "<|-|>", "color": BLUE, "lw": 1.5, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
+    style = {"arrowstyle": "<|-|>", "color": BLUE, "lw": 1.8, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (x + 0.5 * dx, y + 0.5 * dy), xytext=(x - 0.5 * dx, y - 0.5 * dy), arrowprops=style, zorder=6)
 
 
@@ -176,7 +195,8 @@ def _named(machine: SpaceMachine, scene: Scene) -> list[_Site]:
 def _notes(scene: Scene) -> list[str]:
     """What marks mean, what shakes, and where the machine is looked at."""
     said = [
-        "Cross in a ring: centre of mass.  Arrows: forces to and fro.  Dash and dot: axes of rotation or of moments."
+        "Cross in a ring: centre of mass.  Hatched: what does not move.  Arrows: forces to and fro.  Dash and dot: "
+        "axes of rotation or of moments.  Dot in a ring: such a force or axis along the view."
     ]
     shakes = "; ".join(shake_words(scene, name).replace("\n", ": ") for name in scene.excitations)
     said += [f"Shaken by {shakes}."] if shakes else []

@@ -74,11 +74,23 @@ def _shaft(job: RotorJob) -> list[Shaft]:
     """Planes and sensors in their order: where they are is no part of a measurement."""
     if len(job.planes) + len(job.sensors) <= 2:
         return []
-    planes, sensors = len(job.planes), len(job.sensors)
-    above = [Piece((k + 0.5) / planes, titled("plane", one.name), "plane") for k, one in enumerate(job.planes)]
-    below = [Piece((k + 0.5) / sensors, titled("sensor", one.name), "sensor") for k, one in enumerate(job.sensors)]
+    planes, sensors = beside_each_other(len(job.planes), len(job.sensors))
+    above = [Piece(at, titled("plane", one.name), "plane") for at, one in zip(planes, job.planes, strict=True)]
+    below = [Piece(at, titled("sensor", one.name), "sensor") for at, one in zip(sensors, job.sensors, strict=True)]
     note = "Planes (above) and sensors (below) in the order of the file; their places along the shaft are not to scale."
     return [Shaft(tuple(above), tuple(below), note)]
+
+
+def beside_each_other(planes: int, sensors: int) -> tuple[list[float], list[float]]:
+    """Places of planes and of sensors from 0 to 1, each evenly: where two would meet the sensor stands outside."""
+    above = [(k + 0.5) / planes for k in range(planes)]
+    gap = 0.25 / max(planes, sensors)
+    below = []
+    for at in ((k + 0.5) / sensors for k in range(sensors)):
+        near = min(above, key=lambda one: abs(one - at))
+        out = -1.0 if at < 0.5 else 1.0
+        below.append(at if abs(near - at) >= gap else near + (gap if at > near or (at == near and out > 0) else -gap))
+    return above, below
 
 
 def _circles(discs: list[Disc], dials: list[Dial]) -> list[Row]:
