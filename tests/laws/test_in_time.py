@@ -412,6 +412,38 @@ def test_a_long_load_on_a_stiff_machine_has_one_value_by_both_routes(stiffness: 
     assert static is None or by_machine == pytest.approx(static, rel=1e-2)
 
 
+@pytest.mark.parametrize("damping", ["30 kN s/m", "3 MN s/m", "1 GN s/m"])
+def test_a_heavily_damped_machine_has_one_value_by_both_routes(damping: str, tmp_path: Path) -> None:
+    """Creeping back long after the load, thousands of times slower than it is braked."""
+    file = tmp_path / "braked.toml"
+    file.write_text(
+        f'[bodies.tank]\nmass = "100 t"\n[links.columns]\nbetween = ["tank", "ground"]\nstiffness = "1 kN/m"\n'
+        f'damping = "{damping}"\n'
+        '[excitations.blast]\nkind = "pulse"\non = "tank"\nshape = "half sine"\namplitude = "10 kN"\nduration = "8 s"\n'
+        '[limits.sway]\nresponse = "peak_displacement"\nof = "tank"\nat_most = "1 m"\n'
+    )
+    scene: Any = vo.read(file)
+    limit = pose(scene).limits[0]
+    by_machine = measure(scene, {}, scene.limits["sway"]).value
+    assert by_machine == pytest.approx(limit.form.value(limit.model, np.zeros(0)), rel=1e-8)
+    if damping == "1 GN s/m":
+        assert by_machine == pytest.approx(1e4 * 8.0 * 2.0 / np.pi / 1e9, rel=1e-3)
+
+
+def test_slopes_of_a_mass_under_a_moved_base_are_differences(tmp_path: Path) -> None:
+    file = tmp_path / "base.toml"
+    file.write_text(
+        '[bases.floor]\n[bodies.box]\nmass = { from = "1 kg", to = "9 kg" }\n[links.foam]\nbetween = ["box", "floor"]\n'
+        'stiffness = "2 kN/m"\ndamping = "40 N s/m"\n[excitations.jolt]\nkind = "pulse"\non = "floor"\n'
+        'shape = "half sine"\nacceleration = "20 m/s²"\nduration = "60 ms"\n'
+        '[goal]\nminimise = "peak_velocity"\nof = "box"\n'
+    )
+    scene: Any = vo.read(file)
+    goal, x = pose(scene).aim.pieces[0], np.array([3.0])
+    up, down = (np.log(goal.form.value(goal.model, x * np.exp(step))) for step in (1e-5, -1e-5))
+    assert goal.form.slope(goal.model, x)[0] == pytest.approx((up - down) / 2e-5, rel=1e-6)
+
+
 def test_a_machine_that_is_as_good_as_rigid_is_refused_in_time(tmp_path: Path) -> None:
     file = tmp_path / "rigid.toml"
     file.write_text(
@@ -424,4 +456,22 @@ def test_a_machine_that_is_as_good_as_rigid_is_refused_in_time(tmp_path: Path) -
     assert refused.value.messages == (
         "rigid.toml line 6: excitations.blast lasts 8 s, and the machine may vibrate 4e+06 times in it, more than the "
         "20000 that are followed. Write a smaller stiffness, or leave out a link that is as good as rigid.",
+    )
+
+
+def test_a_machine_that_is_as_good_as_clamped_is_refused_in_time(tmp_path: Path) -> None:
+    file = tmp_path / "clamped.toml"
+    file.write_text(
+        '[bodies.tank]\nmass = "1 t"\n[links.columns]\nbetween = ["tank", "ground"]\nstiffness = "1 kN/m"\n'
+        'damping = { from = "1 kN s/m", to = "1 GN s/m" }\n'
+        '[excitations.blast]\nkind = "pulse"\non = "tank"\nshape = "half sine"\namplitude = "10 kN"\nduration = "8 s"\n'
+        '[limits.sway]\nresponse = "peak_displacement"\nof = "tank"\nat_most = "1 m"\n'
+        '[goal]\nminimise = "peak_velocity"\nof = "tank"\n'
+    )
+    with pytest.raises(InputError) as refused:
+        vo.read(file)
+    assert refused.value.messages == (
+        "clamped.toml line 7: excitations.blast lasts 8 s, and dampers may brake the machine 8e+06 times over in it, "
+        'more than the 100000 that are followed. Write a smaller "to" for the damping, or leave out a link that is as '
+        "good as clamped.",
     )

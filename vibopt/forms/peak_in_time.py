@@ -140,10 +140,16 @@ class PeakInTime(Form):
 
     def transient(self, model: Model, p: Numbers) -> tuple[Transient, Reading]:
         """The machine under its loads, and what is read, at coefficients p (n_terms,), real or complex."""
-        from vibopt.mechanics.transient import Transient
+        known: dict[tuple[int, bytes, bytes], tuple[PeakInTime, Transient]] = vars(model).setdefault("in_time", {})
+        key = id(self.segments), self.loads.tobytes(), p.tobytes()
+        if key not in known:
+            from vibopt.mechanics.transient import Transient
 
-        machine = Transient(*matrices(model, p), model.n_free, self.loads, self.segments)
-        return machine, reading(model, self.output, p)
+            if len(known) >= _KEPT:
+                known.pop(next(iter(known)))
+            machine = Transient(*matrices(model, p), model.n_free, self.loads, self.segments)
+            known[key] = self, machine  # the form stays, and so the number of its segments
+        return known[key][1], reading(model, self.output, p)
 
 
 def matrices(model: Model, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:

@@ -22,6 +22,10 @@ from vibopt.records import dataclass
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = np.append(0.5 + 0.5 * _PLACES, 1.0), 0.5 * _SHARES
 _ROUNDING = 1.0 + 1e-9
+_APART = 1e6
+"""Condition of modes up to which they are told apart well enough to bound by."""
+_SLIGHT = 1e-9
+"""Fall of a mode below which it stands still."""
 _POWERS = {STIFFNESS: 0, DAMPING: 1, INERTIA: 2}
 """How often the extension is differentiated that a coefficient multiplies."""
 
@@ -97,16 +101,16 @@ def nearby(machine: Transient, reading: Reading, elements: Sequence[Element], pe
     own = [Reading(*_split(one), power=0) for one in elements]
     pushes = np.array([machine.root.T @ one.vector[: machine.n_free] for one in elements])
     rows = np.array([_free(machine, machine.row(one, machine.own)) for one in (*own, reading)]) / machine.scale
-    kernels = _kernels(machine, pushes, rows, _time(machine, peak))
+    count, time = len(elements), _time(machine, peak)
+    kernels, sums = _kernels(machine, pushes, rows, time)
     direct = np.abs(
         np.array([_acceleration(one)[: machine.n_free] @ machine.root for one in (*own, reading)]) @ pushes.T
     )
-    count, time = len(elements), _time(machine, peak)
     squares, now = _along(machine, [*own, reading], peak)
     return Nearby(
         value=float(now[-1]),
         kernels=kernels[:count],
-        sums=np.sqrt(time) * kernels[:count] + direct[:count],
+        sums=sums[:count] + direct[:count],
         read=kernels[count],
         read_at_once=direct[count],
         at_once=direct[:count],
@@ -137,32 +141,42 @@ def _time(machine: Transient, peak: Peak) -> float:
     return sum(one.length for one in machine.segments[: peak.within]) + peak.part
 
 
-def _kernels(machine: Transient, pushes: FloatArray, rows: FloatArray, time: float) -> FloatArray:
-    """Root of the integral up to `time` of the squares of rows against impulses, (n_rows, n_elements)."""
+def _kernels(machine: Transient, pushes: FloatArray, rows: FloatArray, time: float) -> tuple[FloatArray, FloatArray]:
+    """Of rows against impulses up to `time`: root of the integral of squares, bound of that of sizes, (n_rows, n)."""
     half, n = len(machine.mass), machine.n_free
     index = np.r_[:n, half : half + n]
+    own, span = machine.own[np.ix_(index, index)], machine.rate * time
     starts = np.hstack([np.zeros((len(pushes), n)), pushes / machine.rate])
-    sums = _integrals(machine.own[np.ix_(index, index)], starts, machine.rate * time)
-    return np.asarray(np.sqrt(np.maximum(np.einsum("ri,eij,rj->re", rows, sums, rows), 0.0) / machine.rate))
+    squares = np.einsum("ri,eij,rj->re", rows, _integrals(own, starts, span), rows)
+    kernels = np.asarray(np.sqrt(np.maximum(squares, 0.0) / machine.rate))
+    return kernels, np.minimum(np.sqrt(time) * kernels, _sizes(own, starts, rows, span) / machine.rate)
+
+
+def _sizes(a: FloatArray, starts: FloatArray, rows: FloatArray, span: float) -> FloatArray:
+    """Bound of the integral of |row . z| over times 0 to `span` with z' = a z from each of `starts`, mode by mode."""
+    values, modes = np.linalg.eig(a)
+    if np.linalg.cond(modes) > _APART:
+        return np.full((len(rows), len(starts)), np.inf)
+    falls = -values.real * span
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        each = span * np.where(np.abs(falls) > _SLIGHT, -np.expm1(-falls) / falls, 1.0 + np.abs(falls))
+    return np.asarray(np.abs(rows @ modes) @ (each[:, None] * np.abs(np.linalg.solve(modes, starts.T))))
 
 
 def _along(machine: Transient, readings: Sequence[Reading], peak: Peak) -> tuple[FloatArray, FloatArray]:
     """Integrals of the squares of all readings but the last up to the time (or a little later), and all at the time."""
     squares, begun = np.zeros(len(readings) - 1), 0
-    state = np.zeros(machine.size)
-    for alike in machine.runs:
-        starts, after = machine.through(alike, state)
-        a, length = machine.whole(alike[0]), alike[0].length
-        rows = np.array([machine.row(one, a / (machine.rate * length)) for one in readings])
-        inside = peak.within < begun + len(alike)
-        kept = starts[: peak.within - begun + 1] if inside else starts
-        sums = _integrals(a.T, rows[:-1], 1.0)
-        squares += length * np.einsum("si,eij,sj->e", kept, sums, kept)
+    for one in machine.stretches:
+        rows = np.array([machine.row(reading, one.a / (machine.rate * one.length)) for reading in readings])
+        inside = peak.within < begun + len(one.starts)
+        kept = one.starts[: peak.within - begun + 1] if inside else one.starts
+        sums = _integrals(one.a.T, rows[:-1], 1.0)
+        squares += one.length * np.einsum("si,eij,sj->e", kept, sums, kept)
         if inside:
-            return squares, rows @ exponential(a, peak.part / length) @ kept[-1]
-        state, begun = after, begun + len(alike)
-    rows = np.array([machine.row(one, machine.own) for one in readings])
-    span = machine.rate * peak.part
+            return squares, rows @ exponential(one.a, peak.part / one.length) @ kept[-1]
+        begun += len(one.starts)
+    rows = np.array([machine.row(reading, machine.own) for reading in readings])
+    span, state = machine.rate * peak.part, machine.left
     squares += np.einsum("i,eij,j->e", state, _integrals(machine.own.T, rows[:-1], span), state) / machine.rate
     return squares, rows @ exponential(machine.own * span) @ state
 

@@ -28,6 +28,7 @@ _TERMS = 20
 """Of Taylor's series, for a matrix of norm 1."""
 _RESOLVED = 1e-13
 """Part of the greatest value that may be left over on a panel."""
+_EPSILON = 2.0**-52
 _MOST = 1 << 21
 """Panels of one piece of time at most."""
 _NEWTON = 4
@@ -78,7 +79,8 @@ def greatest(a: FloatArray, row: FloatArray, starts: FloatArray, least: float = 
         nodes, width = values[:, :-1], 0.5**level
         search.nodes(nodes, which, begin, width)
         coefficients = nodes @ _COEFFICIENTS
-        room = _RESOLVED * search.most
+        rounding = _EPSILON * 2.0 ** (len(steps) - level) * (np.abs(z) @ np.abs(row))  # each squaring doubles it
+        room = np.maximum(_RESOLVED * search.most, rounding)
         off = np.maximum(np.abs(coefficients[:, -3:]).max(axis=1), 0.25 * np.abs(coefficients @ _ODD - values[:, -1]))
         left = off > room if level < len(steps) - 1 else np.zeros(len(z), dtype=bool)
         search.panels(coefficients[~left], which[~left], begin[~left], width)

@@ -26,8 +26,9 @@ _NOTHING = 1e-12
 _SURE = 1e-13
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
-_FIRST, HORIZON = 4.0, 1000.0
-"""Periods of the slowest motion in the first window behind the load, each further one twice as long, and in all."""
+_FIRST, _QUICK, HORIZON = 4.0, 16.0 * np.pi, 1000.0
+"""Periods in the first window behind the load, of the slowest motion or of one in 1 / rate if that is shorter; each
+further one is twice as long; periods of the slowest motion in all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +59,24 @@ class Reading:
     power: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """Segments of one length and one kind, each z' = a z over times 0 to 1.
+
+    a
+        Of machine and signal together, (N, N).
+    length
+        Of each [s].
+    starts, left
+        States at the beginning of each, (n, N), and of the machine behind the last, (size,).
+    """
+
+    a: Numbers
+    length: float
+    starts: Numbers
+    left: Numbers
+
+
 @dataclass(frozen=True)
 class Transient:
     """A linear machine at rest, and the load that then comes.
@@ -82,29 +101,24 @@ class Transient:
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading from the beginning on, for ever."""
         found = Peak(0.0, 0.0)
-        begun = 0
-        state, ended = np.zeros(self.size), 0.0
-        for alike in self.runs:
-            starts, state = self.through(alike, state)
-            a, length = self.whole(alike[0]), alike[0].length
-            best = greatest(a, self.row(reading, a / (self.rate * length)), starts, abs(found.value))
+        begun, ended = 0, 0.0
+        for one in self.stretches:
+            best = greatest(one.a, self.row(reading, one.a / (self.rate * one.length)), one.starts, abs(found.value))
             if best is not None:
-                part = best.at * length
-                found = Peak(best.value, ended + best.start * length + part, begun + best.start, part)
-            begun, ended = begun + len(alike), ended + len(alike) * length
-        return _Free(self, reading, state).peak(found, begun, ended)
+                part = best.at * one.length
+                found = Peak(best.value, ended + best.start * one.length + part, begun + best.start, part)
+            begun, ended = begun + len(one.starts), ended + len(one.starts) * one.length
+        return _Free(self, reading, self.left).peak(found, begun, ended)
 
     def at(self, reading: Reading, peak: Peak) -> complex:
         """The reading where a peak of the like machine lies."""
-        state, begun = np.zeros(self.size), 0
-        for alike in self.runs:
-            starts, after = self.through(alike, state)
-            if begun <= peak.within < begun + len(alike):
-                a, length = self.whole(alike[0]), alike[0].length
-                row = self.row(reading, a / (self.rate * length))
-                return complex(row @ exponential(a, peak.part / length) @ starts[peak.within - begun])
-            state, begun = after, begun + len(alike)
-        return complex(self.row(reading, self.own) @ exponential(self.own * (self.rate * peak.part)) @ state)
+        begun = 0
+        for one in self.stretches:
+            if begun <= peak.within < begun + len(one.starts):
+                row = self.row(reading, one.a / (self.rate * one.length))
+                return complex(row @ exponential(one.a, peak.part / one.length) @ one.starts[peak.within - begun])
+            begun += len(one.starts)
+        return complex(self.row(reading, self.own) @ exponential(self.own * (self.rate * peak.part)) @ self.left)
 
     def placed(self, time: float) -> Peak:
         """A time [s] as the place of a peak."""
@@ -135,19 +149,30 @@ class Transient:
 
     def history(self, reading: Reading, times: FloatArray) -> FloatArray:
         """The reading at times [s] that rise, (n,)."""
-        found = np.zeros(len(times))
-        state, ended = np.zeros(self.size), 0.0
+        found, ended = np.zeros(len(times)), 0.0
+        for one in self.stretches:
+            row = self.row(reading, one.a / (self.rate * one.length))
+            for start in one.starts:
+                for i in np.flatnonzero((times >= ended) & (times < ended + one.length)):
+                    found[i] = row @ exponential(one.a, (times[i] - ended) / one.length) @ start
+                ended += one.length
+        for i in np.flatnonzero(times >= ended):
+            found[i] = self.row(reading, self.own) @ exponential(self.own * self.rate * (times[i] - ended)) @ self.left
+        return found
+
+    @cached_property
+    def stretches(self) -> list[Stretch]:
+        """The whole load, from rest on."""
+        found, state = [], np.zeros(self.size)
         for alike in self.runs:
             starts, state = self.through(alike, state)
-            a, length = self.whole(alike[0]), alike[0].length
-            row = self.row(reading, a / (self.rate * length))
-            for start in starts:
-                for i in np.flatnonzero((times >= ended) & (times < ended + length)):
-                    found[i] = row @ exponential(a, (times[i] - ended) / length) @ start
-                ended += length
-        for i in np.flatnonzero(times >= ended):
-            found[i] = self.row(reading, self.own) @ exponential(self.own * self.rate * (times[i] - ended)) @ state
+            found.append(Stretch(self.whole(alike[0]), alike[0].length, starts, state))
         return found
+
+    @property
+    def left(self) -> Numbers:
+        """State behind the load, (size,)."""
+        return self.stretches[-1].left if self.stretches else np.zeros(self.size)
 
     @cached_property
     def root(self) -> Numbers:
@@ -198,7 +223,7 @@ class Transient:
         n, half = self.n_free, len(self.mass)
         b = np.zeros((self.size, self.loads.shape[1]), dtype=self.root.dtype)
         b[half : half + n] = self.root.T @ (self.loads[:n] - self.mass[:n, n:] @ self.loads[n:])
-        b[half + n :] = self.loads[n:] * np.sqrt(np.trace(self.mass[:n, :n]))
+        b[half + n :] = self.loads[n:] * np.sqrt(np.trace(self.mass[:n, :n]).real)
         return b / self.rate**2
 
     @cached_property
@@ -334,7 +359,7 @@ class _Free:
         still, state = float(self.row @ self.drifting), self.drifting + self.moving
         found = found if abs(found.value) >= abs(still) else Peak(still, ended, begun)
         period, gone = 2.0 * np.pi / self._slowest, 0.0
-        length = _FIRST * period
+        length = _FIRST * min(period, _QUICK)  # what fades at once is gone before the slow part is looked at
         while gone < HORIZON * period * (1.0 - _SURE):
             if abs(still) + min(self._reach(self.moving)) <= abs(found.value) * (1.0 + _SURE):
                 return found

@@ -7,7 +7,7 @@ import numpy as np
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.excitations.excitation import Transient
-from vibopt.mechanics.model import INERTIA, STIFFNESS
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
@@ -16,7 +16,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
 from vibopt.scene.uncertain import uncertain
 
-MOST_TURNS = 20_000
+MOST_TURNS, MOST_FADES = 20_000, 100_000
 """Vibrations of the fastest mode during a load that are followed."""
 _LIGHT = 1e-9
 """Part of its greatest value at which a mass that may be nothing is counted."""
@@ -50,25 +50,33 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
 
 
 def check_turns(scene: Scene, mistakes: Mistakes) -> None:
-    """A machine is followed in time only as far as its vibrations under the load can be counted out."""
+    """A machine is followed in time only as far as its own motion under the load can be told from rounding."""
     model = model_of(scene)
     low, high = np.array([[one.low, one.high] for one in scene.variables]).reshape(-1, 2).T
     least, most = model.extent(low, np.where(np.isfinite(high), high, low))
     free = model.vectors[:, : model.n_free]
-    mass, stiffness = (
+    mass, damping, stiffness = (
         (free[model.kinds == kind].T * one[model.kinds == kind]) @ free[model.kinds == kind]
-        for kind, one in ((INERTIA, np.maximum(least, _LIGHT * most)), (STIFFNESS, most))
+        for kind, one in ((INERTIA, np.maximum(least, _LIGHT * most)), (DAMPING, most), (STIFFNESS, most))
     )
-    rate = float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness))).max(initial=0.0)))
+    fades, turns = (
+        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, one))).max(initial=0.0)) for one in (damping, stiffness)
+    )
     for name, one in scene.excitations.items():
-        if isinstance(one, Transient) and rate * one.length > 2.0 * np.pi * MOST_TURNS:
-            softer = 'Write a smaller "to" for the stiffness' if scene.variables else "Write a smaller stiffness"
-            mistakes.add(
-                ("excitations", name),
-                f"excitations.{name} lasts {one.length:.4g} s, and the machine may vibrate "
-                f"{rate * one.length / (2.0 * np.pi):.2g} times in it, more than the {MOST_TURNS} that are "
-                f"followed. {softer}, or leave out a link that is as good as rigid.",
-            )
+        if not isinstance(one, Transient):
+            continue
+        turned, faded = float(np.sqrt(turns)) * one.length / (2.0 * np.pi), fades * one.length
+        for many, known, key, how, rigid in (
+            (turned, MOST_TURNS, "stiffness", f"the machine may vibrate {turned:.2g} times in it", "rigid"),
+            (faded, MOST_FADES, "damping", f"dampers may brake the machine {faded:.2g} times over in it", "clamped"),
+        ):
+            if many > known:
+                smaller = f'Write a smaller "to" for the {key}' if scene.variables else f"Write a smaller {key}"
+                mistakes.add(
+                    ("excitations", name),
+                    f"excitations.{name} lasts {one.length:.4g} s, and {how}, more than the {known} that are "
+                    f"followed. {smaller}, or leave out a link that is as good as {rigid}.",
+                )
 
 
 def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:

@@ -32,36 +32,34 @@ def far_end(program: Program, axis: Axis) -> float:
     fixed = ~program.model.exponents.any(axis=1)
     masses = program.model.scales[fixed & (program.model.kinds == INERTIA)]
     mass = float(masses.sum()) or 1.0
-    fastest = (
-        max(
-            (
-                band.high * max(line.order for line in drive.lines)
-                for part in program.parts
-                for drive in part.form.drives
-                for band in drive.bands
-            ),
-            default=0.0,
-        )
-        or _slowest_load(program)
-        or 1e3
+    fastest = max(
+        (
+            band.high * max(line.order for line in drive.lines)
+            for part in program.parts
+            for drive in part.form.drives
+            for band in drive.bands
+        ),
+        default=0.0,
     )
+    longest = _longest_load(program)
+    fastest = fastest or (_TURNED / np.sqrt(FAR) / longest if longest else 1e3)
+    springs, dampers = FAR * mass * fastest**2, FAR * mass * fastest
+    if longest:
+        springs, dampers = min(springs, mass * (_TURNED / longest) ** 2), min(dampers, mass * _FADED / longest)
+    ends = {"stiffness": springs, "damping": dampers, "mass": FAR * mass, "inertia": FAR * mass}
+    ends |= {"frequency": FAR * fastest, "torsional_stiffness": springs, "torsional_damping": dampers}
     key = axis.path.rsplit(".", 1)[-1]
-    springs, dampers = mass * fastest**2, mass * fastest
-    scales = {"stiffness": springs, "damping": dampers, "mass": mass, "inertia": mass, "frequency": fastest}
-    scales |= {"torsional_stiffness": springs, "torsional_damping": dampers}
-    scale = scales.get(key, 1e-5)
-    return FAR * scale
+    return ends.get(key, FAR * 1e-5)
 
 
-def _slowest_load(program: Program) -> float:
-    """Rate [1/s] by which an open range under what comes once still has vibrations that can be followed."""
+def _longest_load(program: Program) -> float:
+    """Of what comes once [s]; 0 without."""
     forms = [part.form.in_time for part in program.parts]
-    longest = max((sum(one.length for one in form.segments) for form in forms if form is not None), default=0.0)
-    return _RADIANS / longest if longest else 0.0
+    return max((sum(one.length for one in form.segments) for form in forms if form is not None), default=0.0)
 
 
-_RADIANS = 2.0
-"""Over a load, by which an open range under what comes once ends: FAR of it in a stiffness are ten thousand turns."""
+_TURNED, _FADED = 6e4, 2e4
+"""Radians that a machine may turn in a load, and times that it may fade by e, at the far end of an open range."""
 FLOOR = 1e-9
 """Least value of a variable whose range begins at zero, as a part of its natural size or of its upper end."""
 _DECADES = 1e6

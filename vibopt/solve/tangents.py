@@ -219,8 +219,10 @@ class _Search:
 
     def better(self, box: _Box) -> bool:
         """Whether the middle of a box may be worth while."""
-        value = max((one.value for one in box.goals), default=-np.inf)
-        return not np.isfinite(self.best) or value < self.best - _BETTER * abs(self.best)
+        if not np.isfinite(self.best):
+            return True
+        value = max(one.value for one in box.goals) if box.goals else self.judge.goal(box.x).value
+        return value < self.best - _BETTER * abs(self.best)
 
     def found(self, frontier: Frontier) -> Found:
         boxes, name = self.budget.spent, Tangents.name
