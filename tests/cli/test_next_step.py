@@ -58,3 +58,25 @@ def test_changes_go_with_it_and_a_loosening_that_is_named_helps(
     assert words.count("--set") == 2 or words[-2] == "--set"
     assert re.match(r"limits\.\w+\.at_most=", words[-1])
     assert main(words) == 0
+
+
+@pytest.mark.parametrize(
+    ("narrow", "wider"),
+    [
+        ('links.mount.stiffness.to="5 MN/m"', 'links.mount.stiffness.to="10000 kN/m"'),
+        ('links.mount.damping.from="12 kN s/m"', 'links.mount.damping.from="6 kN s/m"'),
+    ],
+)
+def test_where_a_number_rests_at_the_end_of_its_range_a_wider_one_is_proposed(
+    narrow: str, wider: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = str(PROBLEMS / "isolation" / "rao_9_34.toml")
+    assert main(["solve", file, "--set", narrow]) == 0
+    before = capsys.readouterr().out
+    verb, *words = shlex.split(last_command(before))
+    assert verb == "vibopt"
+    assert words[-1] == wider.replace('"', "")
+    assert main(words) == 0
+    found = [float(re.search(r"mount is ([\d.]+) kN/m", one)[1]) for one in (before, capsys.readouterr().out)]  # type: ignore[index]
+    assert found[1] > found[0]

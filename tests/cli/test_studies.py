@@ -77,13 +77,32 @@ def test_the_series_of_a_sweep_are_in_the_users_units(press: str) -> None:
     from vibopt.study.sweep_series import strips
 
     drawn = strips(sweep(read(press), "limits.start_up.at_most", "5 mm..30 mm", 6))
-    assert drawn.x_label == "limits.start_up.at_most [mm pk]"
-    assert [strip.label for strip in drawn.strips] == ["stiffness of mount\n[MN/m]", "links.mount.damping\n[kN s/m]"]
+    assert drawn.x_label == "limit start_up, at most [mm pk]"
+    assert [strip.label for strip in drawn.strips] == ["stiffness of mount\n[MN/m]", "damping of mount\n[kN s/m]"]
     assert list(drawn.x) == pytest.approx([5, 10, 15, 20, 25, 30])
     assert drawn.strips[0].lines[0].y[3] == pytest.approx(6.9569172)
     ((low, high, words),) = drawn.shaded
     assert (low, words) == (5.0, "no design meets all limits")
     assert high == pytest.approx(10.86664, rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("path", "words"),
+    [
+        ("bodies.press.mass", "mass of press"),
+        ("links.mount.damping_ratio", "damping ratio of mount"),
+        ("limits.start_up.at_most", "limit start_up, at most"),
+        ("mounts.foot.at.1.x", "at 1 x of foot"),
+        ("orders.2.force", "force of order 2"),
+        ("all_orders.couple", "couple of all orders"),
+        ("counterweight_share", "counterweight share"),
+        ("planes.left.unbalance", "unbalance of left"),
+    ],
+)
+def test_a_path_is_spoken_on_an_axis(path: str, words: str) -> None:
+    from vibopt.answer.blocks import spoken_path
+
+    assert spoken_path(path) == words
 
 
 FAN = """

@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import pytest
 
 from vibopt.answer.answer import Conflict
-from vibopt.answer.answer_page import html, inline
+from vibopt.answer.answer_page import given, html, inline
 from vibopt.answer.entry import Entry
 from vibopt.scene.scene import Design
 
@@ -76,6 +76,19 @@ def test_all_evidence_is_on_the_page(solved: Solved) -> None:
         "Checked by, date",
     ):
         assert words in " ".join(text.split())
+
+
+def test_places_orders_and_pieces_stand_one_a_line() -> None:
+    at = [["0.85 m", "0.4 m", "0 m"], ["0.85 m", "-0.4 m", "0 m"]]
+    harmonics = [{"order": 1, "amplitude": "3 N"}, {"order": 2, "amplitude": "1 N"}]
+    document = {
+        "mounts": {"foot": {"between": ["set", "ground"], "at": at}},
+        "excitations": {"engine": {"harmonics": harmonics}},
+    }
+    assert given(document) == [
+        ("mounts.foot", [("between", "set; ground"), ("at", "0.85 m, 0.4 m, 0 m\n0.85 m, -0.4 m, 0 m")]),
+        ("excitations.engine", [("harmonics", "order 1, amplitude 3 N\norder 2, amplitude 1 N")]),
+    ]
 
 
 def test_a_conflict_is_told(solved: Solved) -> None:

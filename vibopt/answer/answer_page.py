@@ -170,7 +170,15 @@ def _tables(family: str, value: Any) -> list[tuple[str, list[tuple[str, str]]]]:
 
 
 def _rows(table: Mapping[str, Any]) -> list[tuple[str, str]]:
-    return [(key, _said(value)) for key, value in table.items()]
+    return [(key, _in_lines(value)) for key, value in table.items()]
+
+
+def _in_lines(value: object) -> str:
+    """A list of places, orders or pieces one a line; anything else in one."""
+    inner = value if isinstance(value, (list, tuple)) else ()
+    if len(inner) > 1 and all(isinstance(one, (list, tuple, Mapping)) for one in inner):
+        return "\n".join(_said(one).replace("; ", ", ") for one in inner)
+    return _said(value)
 
 
 def _said(value: object) -> str:

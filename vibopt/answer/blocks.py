@@ -86,6 +86,19 @@ def spoken(response: str, place: str = "") -> str:
     return f"{response.replace('_', ' ')} {place}".rstrip()
 
 
+def spoken_path(path: str) -> str:
+    """A number by its path, as one says it: "mass of press", "limit start_up, at most"."""
+    family, *steps = path.split(".")
+    words = [one.replace("_", " ") for one in steps]
+    if not words:
+        return family.replace("_", " ")
+    if len(words) == 1:
+        return f"{words[0]} of {family.replace('_', ' ')}"
+    rest = " ".join(words[1:])
+    owner = f"{family.removesuffix('s')} {steps[0]}" if steps[0].isdigit() else steps[0]
+    return f"limit {steps[0]}, {rest}" if family == "limits" else f"{rest} of {owner}"
+
+
 def at_words(worst_at: Mapping[str, Entry]) -> str:
     """Where the worst is reached: "1437 rpm"; with several excitations each by name."""
     if len(worst_at) == 1:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from math import isfinite
+from contextlib import suppress
+from math import inf, isfinite
 
 from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
+from vibopt.errors import InputError
 from vibopt.excitations import Excitation
 from vibopt.responses.response import place_of
 from vibopt.scene.open_places import asked_positions
@@ -198,6 +200,9 @@ def next_step(design: Design) -> tuple[str, str]:
     if design.status == "check_failed":
         return "", ""
     exact = any(one.values is None for one in scene.variables) and "rounded" not in design.details
+    wider = _wider(design) if design.status in ("optimal", "feasible") and exact else ""
+    if wider:
+        return f"vibopt solve FILE {wider}", "see what a wider range gives, where it rests at its end"
     if design.status in ("optimal", "feasible") and exact:
         return "vibopt solve FILE --round 3", "round the values for the drawing"
     if design.found is not None or design.status == "violated":
@@ -206,6 +211,26 @@ def next_step(design: Design) -> tuple[str, str]:
 
 
 _WHY = ("vibopt explain FILE --thorough", "learn why, with all that can be said")
+
+
+def _wider(design: Design) -> str:
+    """The range of the first number that rests at its end, half or twice as far, as a change of the file; "" if none.
+
+    What the file may not say (a ratio above its greatest) is not proposed.
+    """
+    from vibopt.scene.read import with_changes
+
+    for one in design.scene.variables:
+        chosen = design.variables.get(one.path)
+        end = chosen.at_bound if chosen is not None else ""
+        wide = {"from": 0.5 * one.low, "to": 2.0 * one.high}.get(end, 0.0)
+        if not 0.0 < wide < inf:
+            continue
+        change = show(wide, one.unit, one.dimension, digits=3)
+        with suppress(InputError):
+            with_changes(design.scene, {f"{one.path}.{end}": change})
+            return f'--set {one.path}.{end}="{change}"'
+    return ""
 
 
 def _loosened(design: Design) -> str:

@@ -7,7 +7,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from vibopt.answer.blocks import spoken
+from vibopt.answer.blocks import spoken, spoken_path
 from vibopt.answer.entry import Entry
 from vibopt.jobs import is_open, is_scene
 from vibopt.report.series import Line, Strip, Strips
@@ -36,7 +36,7 @@ def strips(sweep: Sweep) -> Strips:
     chosen = is_open(sweep.job) and not sweep.keep_design
     return Strips(
         title=sweep.job.title,
-        x_label=f"{sweep.path} [{unit}]" if unit else sweep.path,
+        x_label=f"{spoken_path(sweep.path)} [{unit}]" if unit else spoken_path(sweep.path),
         x=x,
         log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points) if chosen else _measured(points)),
@@ -60,7 +60,7 @@ def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
     for variable in scene.variables:
         if variable.path != drawn:
             values = [point.variables.get(variable.path) for point in points]
-            yield _strip(variable.path, values, variable.dimension, "")
+            yield _strip(spoken_path(variable.path), values, variable.dimension, "")
 
 
 def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> Strip:
@@ -88,7 +88,7 @@ def _numbers(values: Mapping[str, list[Entry | None]]) -> Iterable[Strip]:
     for name, entries in values.items():
         first = next((one for one in entries if one is not None), None)
         if first is not None:
-            yield _strip(name, entries, first.dimension, first.unit)
+            yield _strip(spoken_path(name), entries, first.dimension, first.unit)
 
 
 def _measured(points: list[Point]) -> Iterable[Strip]:

@@ -51,6 +51,7 @@ def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
             lw=1.6,
             zorder=4,
             label=line.name if named else None,
+            clip_on=False,
         )
     if strip.log:
         axes.set_yscale("log")  # before the span is asked for: a linear one would begin below zero
