@@ -156,6 +156,8 @@ class Segment:
         (n_signals, m): the signals.
     blows
         (n_signals,): time integral of each signal at the very beginning [s].
+    endless
+        Whether it goes on for ever; `length` is then only the time in which `rates` count.
     """
 
     length: float
@@ -163,6 +165,7 @@ class Segment:
     rates: FloatArray
     read: FloatArray
     blows: FloatArray
+    endless: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 from draw import Draw
 from machines import Drawn
+from shaking import aside
 from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError
 from vibopt.responses import KINDS
@@ -44,6 +45,8 @@ def question(draw: Draw, made: Drawn, kind: str) -> Table:
         table["mode"] = draw.pick([1, 1, 2])
     if "over" in words:
         table |= _speeds(draw, made)
+    elif "combine" in words and aside(table).chance(0.3):
+        table["combine"] = aside(table).pick(["sum", "rss"])
     return table
 
 

@@ -12,6 +12,8 @@ from vibopt.excitations import KINDS
 from vibopt.excitations.pulse import Shape
 
 Table = dict[str, Any]
+SMOOTH = ("half sine", "versed sine", "sine", "triangle", "decaying sine")
+"""Pulses that may be those of a displacement."""
 _HIGHEST = 6.0
 """Highest speed, over the one at which the machine resonates."""
 
@@ -92,9 +94,21 @@ def _way(draw: Draw, made: Drawn, on: str) -> Table:
     return {"direction": draw.pick(["x", "y", "z", "z", [0.5, 0, 0.866]]), **at}
 
 
+def aside(table: Table) -> Draw:
+    """Chances that hang on what has been drawn, and take nothing from what will be."""
+    return Draw(sum(map(ord, str(table))))
+
+
+def _begins(made: Drawn, steady: Table) -> Table:
+    """Now and then suddenly, where it has one speed, on a line."""
+    one = isinstance(steady["speed"], str) and ".." not in steady["speed"]
+    return {"begins": "suddenly"} if one and not made.spatial and aside(steady).chance(0.3) else {}
+
+
 def _force(draw: Draw, made: Drawn, on: str) -> Table:
     amplitude = draw.said(draw.size(10.0, 2000.0), "force", amplitude=True)
-    return {**_steady(draw, made), **_way(draw, made, on), "amplitude": amplitude}
+    steady = _steady(draw, made)
+    return {**steady, **_way(draw, made, on), **_begins(made, steady), "amplitude": amplitude}
 
 
 def _unbalance(draw: Draw, made: Drawn, on: str) -> Table:
@@ -129,7 +143,9 @@ def _base_motion(draw: Draw, made: Drawn, on: str) -> Table:
         [("displacement", "length", 1e-3), ("velocity", "velocity", 0.05), ("acceleration", "acceleration", 2.0)]
     )
     way = {"direction": draw.pick(["x", "y", "z"])} if made.spatial else {}
-    return {**_steady(draw, made), **way, key: draw.said(size * draw.size(0.1, 10.0), dimension, amplitude=True)}
+    steady = _steady(draw, made)
+    size_said = draw.said(size * draw.size(0.1, 10.0), dimension, amplitude=True)
+    return {**steady, **way, **_begins(made, steady), key: size_said}
 
 
 def _road(draw: Draw, made: Drawn, on: str) -> Table:
@@ -159,6 +175,8 @@ def _pulse(draw: Draw, made: Drawn, on: str) -> Table:
     key, size = _pushed(draw, made, on)
     period = 1.0 / made.frequency
     shape = draw.pick(list(get_args(Shape)))
+    if key == "acceleration" and shape in SMOOTH and (other := aside({shape: size})).chance(0.4):
+        key, size = "displacement", other.said(other.size(1e-4, 0.1), "length")
     if shape == "decaying sine":
         return {
             "shape": shape,

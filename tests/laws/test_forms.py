@@ -12,6 +12,7 @@ import pytest
 from vibopt.arrays import FloatArray
 from vibopt.forms import (
     FORMS,
+    Added,
     DecayRate,
     EnergyShare,
     Form,
@@ -180,8 +181,13 @@ _DRIVE = Drive("shaker", (Line(1.0, np.array([5.0 + 0j, 0.0]), Amplitude((Piece(
 _READ = Output(_ROW, _NONE)
 _ON = Segment(3.0, np.array([1.0]), np.zeros((1, 1)), np.eye(1), np.zeros(1))
 _RISING = Sweep((0.0, 24.0), 24.0, (np.array([0.0, 0.1 + 0j]),), (0.0, 2.4))
+_MODULUS, _PEAK = Modulus(_READ, (_DRIVE,), "sum"), PeakInTime(_READ, np.array([[5.0], [0.0]]), (_ON,))
 _FACTOR = Monomials(np.array([1.0 / _RATING]), np.array([[1.0, 0.0, 0.0]]))
 CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
+    Added: (
+        Added((_MODULUS, _PEAK), squares=True),
+        lambda x: mp.sqrt(_response(x, _SPEED) ** 2 + _peak(x) ** 2),
+    ),
     DecayRate: (DecayRate(), lambda x: min(-one.real for one in _poles(x))),
     EnergyShare: (EnergyShare(np.array([1.0, 0.0])), _share),
     FreeMotion: (FreeMotion(_ROW, np.array([0.01, 0.02]), np.array([0.0, 0.1]), 0.03), _after),
@@ -189,12 +195,12 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     ModeFrequency: (ModeFrequency(2), lambda x: _modes(x)[1][0]),
     ModeGap: (ModeGap(), lambda x: _modes(x)[1][0] - _modes(x)[0][0]),
     ModeRatio: (ModeRatio(1, _ROW, np.array([1.0, 0.0])), lambda x: _modes(x)[0][1]),
-    Modulus: (Modulus(_READ, (_DRIVE,), "sum"), lambda x: _response(x, _SPEED)),
+    Modulus: (_MODULUS, lambda x: _response(x, _SPEED)),
     Monomials: (
         Monomials(np.array([3.0, 0.2]), np.array([[0.5, 0.0, 1.0], [1.0, 1.0, -1.0]])),
         lambda x: 3 * mp.sqrt(x[0]) * x[2] + mp.mpf("0.2") * x[0] * x[1] / x[2],
     ),
-    PeakInTime: (PeakInTime(_READ, np.array([[5.0], [0.0]]), (_ON,)), _peak),
+    PeakInTime: (_PEAK, _peak),
     PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     StaticForce: (StaticForce(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])), _force),

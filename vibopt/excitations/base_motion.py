@@ -1,11 +1,11 @@
 """Harmonic motion of a base."""
 
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Excitation, Once, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number, word
 from vibopt.values.directions import AXES, Direction
@@ -22,6 +22,7 @@ class BaseMotion(Excitation):
     direction: In space the direction in which it moves: `direction = "z"`.
     varies: How the amplitude changes away from its own speed: `varies = "constant"`, "speed", "speed^2" or a table.
     amplitude_at: The speed to which the amplitude belongs: `amplitude_at = "2000 rpm"`.
+    begins: `begins = "suddenly"`: for responses in time a sine from zero at its one speed, from rest and for ever.
     """
 
     displacement: Fact | None = number("length", amplitude=True, choice=False)
@@ -30,6 +31,7 @@ class BaseMotion(Excitation):
     direction: Direction | None = None
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
+    begins: Literal["suddenly"] | None = None
     family: ClassVar[str] = "bases"
 
     @model_validator(mode="after")
@@ -38,6 +40,12 @@ class BaseMotion(Excitation):
         if len(given) != 1:
             raise word('needs one of displacement, velocity and acceleration. Write displacement = "1 mm".')
         return self
+
+    @property
+    def once(self) -> Once | None:
+        from vibopt.excitations.begun import begun
+
+        return begun(self) if self.begins is not None else None
 
     @property
     def acts(self) -> dict[str, complex]:

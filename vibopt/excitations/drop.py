@@ -9,13 +9,10 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Transient
-from vibopt.excitations.segments import line
+from vibopt.excitations.segments import AFTER, line
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
-
-_AFTER = 1e-3
-"""What is written out behind the blow [s]; nothing happens in it."""
 
 
 class Drop(Transient):
@@ -43,6 +40,7 @@ class Drop(Transient):
 
     @property
     def kick(self) -> float:
+        """Change of the velocity of the base [m/s]."""
         if self.velocity_change is not None:
             return self.velocity_change.value
         assert self.height is not None
@@ -50,15 +48,19 @@ class Drop(Transient):
         return (1.0 + back) * math.sqrt(2.0 * GRAVITY * self.height.value)
 
     @property
+    def blows(self) -> dict[float, float]:
+        return {0.0: self.kick}
+
+    @property
     def length(self) -> float:
-        return _AFTER
+        return AFTER
 
     @property
     def joints(self) -> tuple[float, ...]:
-        return (0.0, _AFTER)
+        return (0.0, AFTER)
 
     def segments(self) -> tuple[Segment, ...]:
-        return (replace(line(_AFTER, 0.0, 0.0), blows=np.array([self.kick])),)
+        return (replace(line(AFTER, 0.0, 0.0), blows=np.array([self.kick])),)
 
     def signal(self, time: FloatArray) -> FloatArray:
         return np.zeros(time.shape)

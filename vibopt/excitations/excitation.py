@@ -163,7 +163,12 @@ class Excitation(Table):
     @property
     def sorts(self) -> tuple[Sort, ...]:
         """What may be asked about it: what runs up comes once, too."""
-        return (self.sort,) if self.ramp is None else (self.sort, "transient")
+        return (self.sort, "transient") if self.ramp is not None or self.once is not None else (self.sort,)
+
+    @property
+    def once(self) -> "Once | None":
+        """What of it comes once, from rest: itself, or the vibration that begins suddenly."""
+        return None
 
     @property
     def swung(self) -> float:
@@ -216,10 +221,6 @@ class Excitation(Table):
         """What random vibration counts of it; `points` are rows of the model by name, (n_coords,) each."""
         raise NotImplementedError(f"{type(self).__name__} is no noise")
 
-    def segments(self) -> tuple[Segment, ...]:
-        """Of a transient its signal from the beginning to the end [N] or [m/s^2]; it acts along the row of `on`."""
-        raise NotImplementedError(f"{type(self).__name__} is no transient")
-
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """Harmonics of the excitation; `direction` (n_coords,) is the unit row of `on`."""
         raise NotImplementedError
@@ -270,12 +271,20 @@ class Excitation(Table):
         return grows and getattr(self, "amplitude_at", None) is None and not self.speed.is_one_speed
 
 
-class Transient(Excitation):
-    """An excitation that comes once and is over: a force on a body [N], or an acceleration of a base [m/s^2]."""
+class Once:
+    """What comes once: a force on a body [N], or an acceleration of a base [m/s^2], from rest.
 
-    speed: NoSpeed = EVERYWHERE
-    inherent: ClassVar[bool] = True
-    sort: ClassVar[Sort] = "transient"
+    on, family
+        Where it acts, as of an excitation.
+    """
+
+    if TYPE_CHECKING:
+        on: str
+        family: ClassVar[str]
+
+    def segments(self) -> tuple[Segment, ...]:
+        """Its signal from the beginning to the end [N] or [m/s^2]; it acts along the row of `on`."""
+        raise NotImplementedError
 
     @property
     def length(self) -> float:
@@ -283,9 +292,28 @@ class Transient(Excitation):
         raise NotImplementedError
 
     @property
-    def kick(self) -> float:
-        """Change of velocity of a base [m/s], or momentum of a body [N s], at the very beginning."""
-        return 0.0
+    def fastest(self) -> float:
+        """About the fastest rate of its signal [rad/s]."""
+        return 2.0 * math.pi / min(self.length, 2.0 * self.step)
+
+    @property
+    def endless(self) -> bool:
+        """Whether it goes on for ever; its length is then that of one turn."""
+        return False
+
+    @property
+    def returns(self) -> bool:
+        """Whether the base that it moves stays near the place where it began."""
+        return False
+
+    def course(self, time: float) -> tuple[float, float]:
+        """Of what `returns`: displacement [m] and velocity [m/s] of its base at a time behind its end [s]."""
+        return 0.0, 0.0
+
+    @property
+    def blows(self) -> dict[float, float]:
+        """Changes of the velocity of a base [m/s] at once, by their times, which are joints [s]."""
+        return {}
 
     def signal(self, time: FloatArray) -> FloatArray:
         """Its value at times [s], shape of `time`; another road than `segments`."""
@@ -311,6 +339,18 @@ class Transient(Excitation):
         """Whether it is given by samples that are evenly spaced."""
         return False
 
+
+class Transient(Excitation, Once):
+    """An excitation that comes once and is over."""
+
+    speed: NoSpeed = EVERYWHERE
+    inherent: ClassVar[bool] = True
+    sort: ClassVar[Sort] = "transient"
+
+    @property
+    def once(self) -> Once:
+        return self
+
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """None: what comes once has no lines."""
         return ()
@@ -321,4 +361,4 @@ def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Ampl
     return Line(order, direction * np.exp(1j * phase), amplitude)
 
 
-__all__ = ["Excitation", "NoSpeed", "OneSpeed", "Speeds", "Transient", "Varies", "unit_line"]
+__all__ = ["Excitation", "NoSpeed", "Once", "OneSpeed", "Speeds", "Transient", "Varies", "unit_line"]

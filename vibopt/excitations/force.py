@@ -1,10 +1,14 @@
 """A harmonic force on a body."""
 
+from typing import Literal
+
+from pydantic import model_validator
+
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed, RunUp
-from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Once, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
-from vibopt.values import Fact, number
+from vibopt.values import Fact, number, word
 
 
 class Force(Directed):
@@ -19,12 +23,26 @@ class Force(Directed):
         speeds: `amplitude_at = "2000 rpm"`.
     run_up: How its speed rises or falls, for responses in time: `run_up = { from = "0 rpm", to = "3000 rpm",
         acceleration = "50 rpm/s" }`.
+    begins: `begins = "suddenly"`: for responses in time a sine from zero at its one speed, from rest and for ever.
     """
 
     amplitude: Fact = number("force", amplitude=True, choice=False, required=True)
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
     run_up: RunUp | None = None
+    begins: Literal["suddenly"] | None = None
+
+    @model_validator(mode="after")
+    def _one_beginning(self) -> "Force":
+        if self.run_up is not None and self.begins is not None:
+            raise word("has run_up and begins: does it gain speed, or begin suddenly at full speed? Keep one.")
+        return self
+
+    @property
+    def once(self) -> Once | None:
+        from vibopt.excitations.begun import begun
+
+        return begun(self) if self.begins is not None else None
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)

@@ -9,13 +9,14 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Transient
-from vibopt.excitations.segments import line, sine
+from vibopt.excitations.segments import line, moved, sine
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 Shape = Literal[
     "half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth", "decaying sine"
 ]
+_SUDDEN = ("rectangle", "rising sawtooth", "falling sawtooth")
 _MOST = 1000
 _ROUNDING = 1e-12
 _FADED = 36.0
@@ -39,6 +40,13 @@ _VALUES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "falling sawtooth": lambda part: 1.0 - part,
 }
 """Against the part of its duration that is over: for the second route, without any segment."""
+_MOVED: dict[str, tuple[Callable[[FloatArray], FloatArray], dict[float, float]]] = {
+    "half sine": (lambda part: -(np.pi**2) * np.sin(np.pi * part), {0.0: np.pi, 1.0: np.pi}),
+    "versed sine": (lambda part: 2.0 * np.pi**2 * np.cos(2.0 * np.pi * part), {}),
+    "sine": (lambda part: -4.0 * np.pi**2 * np.sin(2.0 * np.pi * part), {0.0: 2.0 * np.pi, 1.0: -2.0 * np.pi}),
+    "triangle": (lambda part: 0.0 * part, {0.0: 2.0, 0.5: -4.0, 1.0: 2.0}),
+}
+"""Of a base by its displacement: acceleration against that part, and jumps of its velocity, both for a second."""
 
 
 class Pulse(Transient):
@@ -48,8 +56,10 @@ class Pulse(Transient):
     ----
     shape: How it rises and falls: `shape = "half sine"`.
     amplitude: Greatest force, on a body; of a decaying sine the factor before it, which its greatest force stays
-        below. One of `amplitude` and `acceleration`.
+        below. One of `amplitude`, `acceleration` and `displacement`.
     acceleration: The same of a base: `acceleration = "300 m/s²"`.
+    displacement: The same of a base that moves and comes back: `displacement = "20 mm"`. Refused of rectangles and
+        sawtooths, which would move it at once.
     duration: How long one pulse takes: `duration = "11 ms"`. One of `duration` and, of a decaying sine, `frequency`.
     frequency: Of a decaying sine: `frequency = "10 Hz"`.
     damping_ratio: Of a decaying sine, amplitude sin(w t) e^(-damping_ratio w t): `damping_ratio = 0.1`.
@@ -60,6 +70,7 @@ class Pulse(Transient):
     shape: Shape
     amplitude: Fact | None = number("force", choice=False)
     acceleration: Fact | None = number("acceleration", choice=False)
+    displacement: Fact | None = number("length", choice=False)
     duration: Fact | None = number("time", choice=False)
     frequency: Fact | None = number("angular_rate", choice=False)
     damping_ratio: Fact | None = number("ratio", choice=False)
@@ -68,9 +79,14 @@ class Pulse(Transient):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Pulse":
-        if (self.amplitude is None) == (self.acceleration is None):
+        if [self.amplitude, self.acceleration, self.displacement].count(None) != 2:
             raise word(
-                'needs one of amplitude, a force on a body, and acceleration, of a base. Write amplitude = "2 kN".'
+                "needs one of amplitude, a force on a body, and acceleration or displacement of a base. Write "
+                'amplitude = "2 kN".'
+            )
+        if self.displacement is not None and self.shape in _SUDDEN:
+            raise word(
+                f"is a {self.shape}, which would displace its base at once. Write another shape, or its acceleration."
             )
         fades = self.shape == "decaying sine"
         if fades and (self.frequency is None or self.damping_ratio is None or self.duration is not None):
@@ -98,9 +114,13 @@ class Pulse(Transient):
         return _FADED / (self.frequency.value * self.damping_ratio.value)
 
     @property
+    def fastest(self) -> float:
+        return super().fastest if self.frequency is None else self.frequency.value
+
+    @property
     def size(self) -> float:
-        """Greatest force [N] or acceleration [m/s^2]; of a decaying sine the factor before it."""
-        given = self.amplitude or self.acceleration
+        """Greatest force [N], acceleration [m/s^2] or displacement [m]; of a decaying sine the factor before it."""
+        given = self.amplitude or self.acceleration or self.displacement
         assert given is not None
         return given.value
 
@@ -108,6 +128,25 @@ class Pulse(Transient):
     def family(self) -> str:  # type: ignore[override]  # only the key tells force from motion
         """Where it acts: a force on bodies, an acceleration of bases."""
         return "bodies" if self.amplitude is not None else "bases"
+
+    @property
+    def returns(self) -> bool:
+        return self.displacement is not None
+
+    @property
+    def blows(self) -> dict[float, float]:
+        found: dict[float, float] = {}
+        for begin in self._begins if self.displacement is not None else ():
+            for part, jump in self._jumps.items():
+                found[begin + part * self.length] = found.get(begin + part * self.length, 0.0) + self.size * jump
+        return found
+
+    @property
+    def _jumps(self) -> dict[float, float]:
+        """Jumps of the velocity of a displacement of one [1/s], by the part of its duration."""
+        if self.frequency is not None:
+            return {0.0: self.frequency.value}
+        return {part: jump / self.length for part, jump in _MOVED[self.shape][1].items()}
 
     @property
     def _begins(self) -> list[float]:
@@ -123,7 +162,8 @@ class Pulse(Transient):
         own = _PARTS[self.shape](self.length) if self.frequency is None else (self._fading,)
         rest = self.every.value - self.length if self.every is not None else 0.0
         quiet = (line(rest, 0.0, 0.0),) if rest > _ROUNDING * self.length else ()
-        return tuple(_sized(one, self.size) for one in (*((*own, *quiet) * (self.times - 1)), *own))
+        found = tuple(_sized(one, self.size) for one in (*((*own, *quiet) * (self.times - 1)), *own))
+        return moved(found) if self.displacement is not None else found
 
     @property
     def _fading(self) -> Segment:
@@ -139,11 +179,17 @@ class Pulse(Transient):
         return self.size * total
 
     def _shape(self, time: FloatArray) -> FloatArray:
+        moves = self.displacement is not None
         if self.frequency is None:
-            return _VALUES[self.shape](time / self.length)
+            values = _MOVED[self.shape][0] if moves else _VALUES[self.shape]
+            return values(time / self.length) / (self.length**2 if moves else 1.0)
         assert self.damping_ratio is not None
-        turned = self.frequency.value * time
-        return np.asarray(np.exp(-self.damping_ratio.value * turned) * np.sin(turned))
+        rate, decay = self.frequency.value, self.damping_ratio.value
+        turned = rate * time
+        wave = np.sin(turned)
+        if moves:
+            wave = rate**2 * ((decay**2 - 1.0) * wave - 2.0 * decay * np.cos(turned))
+        return np.asarray(np.exp(-decay * turned) * wave)
 
 
 def _sized(one: Segment, size: float) -> Segment:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +11,10 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.panels import exponential
 from vibopt.signals import Segment
+
+AFTER = 1e-3
+"""What is written out behind a blow [s]; nothing happens in it."""
+_NOTHING = 1e-12
 
 
 def line(length: float, first: float, last: float) -> Segment:
@@ -19,9 +24,12 @@ def line(length: float, first: float, last: float) -> Segment:
 
 def sine(length: float, size: float, phase: float, turned: float, decay: float = 0.0, offset: float = 0.0) -> Segment:
     """offset + size e^(-decay t / length) sin(phase + turned t / length), t from 0 to `length` [s]."""
-    start = [size * np.sin(phase), size * np.cos(phase), offset]
-    rates = [[-decay, turned, 0.0], [-turned, -decay, 0.0], [0.0, 0.0, 0.0]]
-    return _segment(length, start, rates, [1.0, 0.0, 1.0])
+    start = [size * np.sin(phase), size * np.cos(phase)]
+    rates = [[-decay, turned], [-turned, -decay]]
+    if not offset:
+        return _segment(length, start, rates)
+    still = [[*one, 0.0] for one in (*rates, [0.0, 0.0])]
+    return _segment(length, [*start, offset], still, [1.0, 0.0, 1.0])
 
 
 def _segment(
@@ -32,15 +40,34 @@ def _segment(
     return Segment(length, own, np.array(rates, dtype=float), reads, np.zeros(1))
 
 
+def moved(signal: tuple[Segment, ...]) -> tuple[Segment, ...]:
+    """Accelerations of a base whose displacement is a signal without jumps; where its velocity jumps, it is struck."""
+    found, speed, size = [], 0.0, 0.0
+    for one in signal:
+        faster = one.read @ one.rates / one.length
+        first, last = (float((faster @ w)[0]) for w in (one.start, exponential(one.rates) @ one.start))
+        found.append(replace(one, read=faster @ one.rates / one.length, blows=np.array([first - speed])))
+        speed, size = last, max(size, float(np.abs(faster).max()) * float(np.abs(one.start).max()))
+    if abs(speed) > _NOTHING * size and not signal[-1].endless:
+        found.append(replace(line(AFTER, 0.0, 0.0), blows=np.array([-speed])))
+    return tuple(found)
+
+
 def together(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     """Several signals that begin at once, each of one row, as segments that read them all; cut at every joint."""
     if len(signals) == 1:
         return signals[0]
-    begins = [np.concatenate([[0.0], np.cumsum([one.length for one in signal])]) for signal in signals]
+    lengths = [[one.length for one in signal if not one.endless] for signal in signals]
+    begins = [np.concatenate([[0.0], np.cumsum(one)]) for one in lengths]
     joints = np.unique(np.concatenate(begins))
     spans = np.diff(joints)
     joints = joints[np.concatenate([[True], spans > 1e-12 * joints[-1]])]
-    return tuple(_cut(signals, begins, low, high) for low, high in pairwise(joints.tolist()))
+    found = tuple(_cut(signals, begins, low, high) for low, high in pairwise(joints.tolist()))
+    endless = [signal[-1].length for signal in signals if signal[-1].endless]
+    if endless:
+        last = float(joints[-1])
+        found += (replace(_cut(signals, begins, last, last + max(endless)), endless=True),)
+    return found
 
 
 def _cut(signals: Sequence[tuple[Segment, ...]], begins: list[FloatArray], low: float, high: float) -> Segment:
@@ -55,7 +82,7 @@ def _cut(signals: Sequence[tuple[Segment, ...]], begins: list[FloatArray], low: 
             reads.append(np.zeros((1, 0)))
             continue
         own, part = signal[which], max(low - begin[which], 0.0) / signal[which].length
-        starts.append(exponential(own.rates, part) @ own.start)
+        starts.append(exponential(own.rates * part) @ own.start)
         rates.append(own.rates * ((high - low) / own.length))
         reads.append(own.read)
         blows[row] = own.blows[0] if part * own.length <= room else 0.0

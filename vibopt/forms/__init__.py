@@ -12,6 +12,7 @@ from vibopt.values.kinds import Kinds
 FORMS: Kinds[Form] = Kinds(
     __name__,
     {
+        "Added": "added.Added",
         "DecayRate": "damped.DecayRate",
         "EnergyShare": "undamped.EnergyShare",
         "FreeMotion": "damped.FreeMotion",
@@ -32,6 +33,7 @@ FORMS: Kinds[Form] = Kinds(
 """By name; the file of a form is read when something is made of it."""
 
 if TYPE_CHECKING:
+    from vibopt.forms.added import Added
     from vibopt.forms.damped import DecayRate, FreeMotion, ModeDamping
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
@@ -50,6 +52,7 @@ else:
 
 __all__ = [
     "FORMS",
+    "Added",
     "DecayRate",
     "EnergyShare",
     "Form",

@@ -53,7 +53,7 @@ class PeakInTime(Form):
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         peak, p = self.peak(model, x), model.values(x)
-        if not 0.0 < abs(peak.value) < np.inf:
+        if not 0.0 < abs(peak.value) < np.inf or not np.isfinite(peak.time):
             return by_differences(lambda at: self.value(model, at), x)
         slope = np.zeros(model.n_vars)
         for i in range(model.n_vars):
@@ -69,7 +69,7 @@ class PeakInTime(Form):
 
     @property
     def tangents_of(self) -> tuple[float, ...]:
-        return (1.0,)
+        return () if self.segments[-1].endless else (1.0,)
 
     def tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()

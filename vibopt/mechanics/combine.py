@@ -29,7 +29,7 @@ def combined(lines: Sequence[ComplexArray] | ComplexArray, orders: tuple[float, 
 
 def _true_peak(lines: ComplexArray, orders: tuple[float, ...]) -> FloatArray:
     """Greatest |sum_h Re(A_h e^{i h s})| over one period of s, lines of shape (n_lines, ...)."""
-    numbers = _whole_orders(orders)
+    numbers = whole_orders(orders)
     if numbers is None:
         total: FloatArray = np.abs(lines).sum(axis=0)
         return total
@@ -61,7 +61,7 @@ def _refined(flat: ComplexArray, numbers: FloatArray, angle: FloatArray, size: F
     return highest
 
 
-def _whole_orders(orders: tuple[float, ...]) -> FloatArray | None:
+def whole_orders(orders: tuple[float, ...]) -> FloatArray | None:
     """Orders as whole multiples of their common base; None when there is no sensible one."""
     parts = [Fraction(order).limit_denominator(1000) for order in orders]
     if any(abs(float(part) - order) > 1e-12 * order for part, order in zip(parts, orders, strict=True)):

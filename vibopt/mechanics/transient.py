@@ -1,8 +1,9 @@
 """Motion under loads that change with time, from rest, exactly; and its greatest value.
 
 Between two joints the load itself answers a linear system (a ramp, a sine, a decaying one), so that motion and load
-together follow z' = A z.  Behind the last joint the machine vibrates freely: the search goes on until its energy
-cannot lift the reading above what was found, or over a thousand periods of what is next to undamped.
+together follow z' = A z.  Behind the last joint the machine vibrates freely, or under sines that go on for ever: the
+search goes on until the energy that is left cannot lift the reading above what was found, or only what lasts is left,
+or over a thousand periods of what is next to undamped.
 
 Displacements are counted in mass-normalised coordinates and time in the inverse of the fastest rate, so that
 exponentials keep their digits.  States and readings take complex coefficients, too: an imaginary part is a slope.
@@ -17,6 +18,7 @@ from itertools import groupby
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.combine import combined
 from vibopt.mechanics.panels import Numbers, TooLongError, exponential, greatest
 from vibopt.records import dataclass
 from vibopt.signals import Segment
@@ -24,6 +26,10 @@ from vibopt.signals import Segment
 _NOTHING = 1e-12
 """Part of its size below which a state, a reading or a damping is rounding."""
 _SURE = 1e-13
+_MET, _FADED = 1e-9, 1e-12
+"""Part of a speed by which it must miss every pole; part of a reading to which what fades is no more."""
+_STOPPED, _TOGETHER = 1e-9, 1e-10
+"""Parts to which rounding brings the speed of a base that stops, and the difference of speeds that are one."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _FIRST, _QUICK, HORIZON = 4.0, 16.0 * np.pi, 1000.0
@@ -37,7 +43,7 @@ class Peak:
 
     within, part
         Index of the segment in which it lies, one past the last in the free vibration behind, and seconds from its
-        beginning.
+        beginning.  Infinite, with `time`, where it is what lasting sines near again and again.
     open
         Whether something greater may come later: what is next to undamped is followed over `HORIZON` periods alone.
     """
@@ -101,14 +107,15 @@ class Transient:
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading from the beginning on, for ever."""
         found = Peak(0.0, 0.0)
-        begun, ended = 0, 0.0
+        begun, ended, seen = 0, 0.0, np.zeros(self.size)
         for one in self.stretches:
+            seen = np.maximum(seen, np.abs(one.starts[:, : self.size]).max(axis=0))
             best = greatest(one.a, self.row(reading, one.a / (self.rate * one.length)), one.starts, abs(found.value))
             if best is not None:
                 part = best.at * one.length
                 found = Peak(best.value, ended + best.start * one.length + part, begun + best.start, part)
             begun, ended = begun + len(one.starts), ended + len(one.starts) * one.length
-        return _Free(self, reading, self.left).peak(found, begun, ended)
+        return _Free(self, reading, self.left).peak(found, begun, ended, seen)
 
     def at(self, reading: Reading, peak: Peak) -> complex:
         """The reading where a peak of the like machine lies."""
@@ -118,27 +125,29 @@ class Transient:
                 row = self.row(reading, one.a / (self.rate * one.length))
                 return complex(row @ exponential(one.a, peak.part / one.length) @ one.starts[peak.within - begun])
             begun += len(one.starts)
-        return complex(self.row(reading, self.own) @ exponential(self.own * (self.rate * peak.part)) @ self.left)
+        a, start = self.onward(self.left)
+        return complex(self.row(reading, a) @ exponential(a * (self.rate * peak.part)) @ start)
 
     def placed(self, time: float) -> Peak:
         """A time [s] as the place of a peak."""
         begun = 0.0
-        for index, segment in enumerate(self.segments):
+        for index, segment in enumerate(self.finite):
             if time < begun + segment.length:
                 return Peak(0.0, time, index, time - begun)
             begun += segment.length
-        return Peak(0.0, time, len(self.segments), time - begun)
+        return Peak(0.0, time, len(self.finite), time - begun)
 
     def first_above(self, reading: Reading, level: float, peak: Peak) -> float:
         """About the first time [s] at which the size of the reading is `level`; that of `peak` if none is earlier."""
         state, ended = np.zeros(self.size), 0.0
-        for segment in (*self.segments[: peak.within + 1], None):
+        for segment in (*self.finite[: peak.within + 1], None):
             whole = peak.time - ended if segment is None else segment.length
             length = min(whole, peak.time - ended)
             if length <= 0.0:
                 break
-            starts, after = (state[None, :], state) if segment is None else self.through([segment], state)
-            a = self.own * (self.rate * length) if segment is None else self.whole(segment) * (length / whole)
+            behind, start = self.onward(state)
+            starts, after = (start[None, :], state) if segment is None else self.through([segment], state)
+            a = behind * (self.rate * length) if segment is None else self.whole(segment) * (length / whole)
             count = int(np.clip(_LOOKED_AT * self.rate * length, _FEW, _MANY))
             values = _steps(exponential(a / count), starts[0], count) @ self.row(reading, a / (self.rate * length))
             above = np.flatnonzero(np.abs(values) >= level)
@@ -156,8 +165,9 @@ class Transient:
                 for i in np.flatnonzero((times >= ended) & (times < ended + one.length)):
                     found[i] = row @ exponential(one.a, (times[i] - ended) / one.length) @ start
                 ended += one.length
+        a, begin = self.onward(self.left)
         for i in np.flatnonzero(times >= ended):
-            found[i] = self.row(reading, self.own) @ exponential(self.own * self.rate * (times[i] - ended)) @ self.left
+            found[i] = self.row(reading, a) @ exponential(a * (self.rate * (times[i] - ended))) @ begin
         return found
 
     @cached_property
@@ -249,13 +259,26 @@ class Transient:
             row = row @ a * self.rate
         return np.asarray(row * self.scale)
 
+    @property
+    def finite(self) -> tuple[Segment, ...]:
+        """All segments but one that goes on for ever, which is the last."""
+        return self.segments[:-1] if self.segments[-1].endless else self.segments
+
     @cached_property
     def runs(self) -> list[list[Segment]]:
-        """Segments of one length and one kind that follow each other."""
+        """Segments of one length and one kind that follow each other, as far as they end."""
         return [
             list(run)
-            for _, run in groupby(self.segments, lambda one: (one.length, one.rates.tobytes(), one.read.tobytes()))
+            for _, run in groupby(self.finite, lambda one: (one.length, one.rates.tobytes(), one.read.tobytes()))
         ]
+
+    def onward(self, state: Numbers) -> tuple[Numbers, Numbers]:
+        """A of what follows behind the last joint, time in 1 / rate, and the states there, those of signals last."""
+        last = self.segments[-1]
+        if not last.endless:
+            return self.own, state
+        struck = state + self._pushed @ last.blows * self.rate
+        return self.whole(last) / (self.rate * last.length), np.concatenate([struck, last.start])
 
     def through(self, alike: list[Segment], state: Numbers) -> tuple[Numbers, Numbers]:
         """States at the beginning of each of a run of segments, (n, N), and behind the last, (size,)."""
@@ -339,39 +362,84 @@ def _drifts(a: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     return np.hstack(right), np.hstack(left)
 
 
+class _Lasting:
+    """What signals that go on for ever leave of a reading: sines, beside which the machine vibrates freely.
+
+    state
+        (size,): what of the machine's state is their motion.
+    sum, most
+        Of the amplitudes, and the greatest of all of them together, which is as much where no period is common.
+    """
+
+    def __init__(self, machine: Transient, whole: Numbers, row: Numbers, start: Numbers) -> None:
+        size, own = machine.size, machine.own
+        rates = whole[size:, size:]
+        self.state, self.sum, self.most = np.zeros(size), 0.0, 0.0
+        if not len(rates):
+            return
+        values, vectors = np.linalg.eig(rates)
+        turns = values.imag > 0.0
+        speeds = values[turns].imag
+        near = np.abs(np.linalg.eigvals(own)[:, None] - 1j * speeds).min(axis=0)
+        if (near <= _MET * speeds).any():
+            self.sum = self.most = float("inf")
+            return
+        signals = 2.0 * (vectors * np.linalg.solve(vectors, start[size:].astype(complex)))[:, turns]
+        pairs = zip(speeds, (whole[:size, size:] @ signals).T, strict=True)
+        follows = np.array([np.linalg.solve(1j * speed * np.eye(size) - own, pushed) for speed, pushed in pairs]).T
+        self.state = follows.real.sum(axis=1)
+        waves = row[:size] @ follows + row[size:] @ signals
+        self.sum = float(np.abs(waves).sum())
+        self.most = float(combined(waves, tuple(speeds / speeds.min()), "peak"))
+
+
 class _Free:
-    """Free vibration behind the load: rigid motion apart, the rest with an energy that only falls."""
+    """What follows the last joint: rigid motion, sines that last, and the rest with an energy that only falls."""
 
     def __init__(self, machine: Transient, reading: Reading, state: FloatArray) -> None:
         self.a, self.rate, self.n = machine.own, machine.rate, len(machine.mass)
-        self.row = machine.row(reading, self.a)
+        self.whole, self.start = machine.onward(state)
+        self.reads = machine.row(reading, self.whole)
+        self.row = self.reads[: machine.size]
+        self.lasting = _Lasting(machine, self.whole, self.reads, self.start)
+        free = self.start[: machine.size] - self.lasting.state
         right, left = _drifts(self.a, machine.n_free)
         self.basis = np.linalg.svd(left)[0][:, left.shape[1] :]
-        self.drifting = right @ np.linalg.solve(left.T @ right, left.T @ state)
-        self.moving = state - self.drifting
-        self.size = float(np.abs(self.row) @ np.abs(state))
+        self.drifts = right @ np.linalg.solve(left.T @ right, left.T)
+        self.drifting = self.drifts @ free
+        self.moving = free - self.drifting
+        self.size = float(np.abs(self.row) @ np.abs(free))
 
-    def peak(self, found: Peak, begun: int, ended: float) -> Peak:
-        """The greater of what was found and of what follows."""
-        away = float(self.row @ self.a @ self.drifting)
-        if abs(away) > _NOTHING * self.size:
+    def peak(self, found: Peak, begun: int, ended: float, seen: FloatArray) -> Peak:
+        """The greater of what was found and of what follows; sizes of the states that were `seen` before (size,)."""
+        along = self.row @ self.a
+        away, cancelled = float(along @ self.drifting), float(np.abs(along) @ np.abs(self.drifting))
+        seen = np.maximum(seen, np.abs(self.start[: len(self.row)]))
+        stopped = _STOPPED * float(np.abs(along @ self.drifts) @ seen)
+        if abs(away) > max(_NOTHING * self.size, _TOGETHER * cancelled, stopped):
             return Peak(float(np.copysign(np.inf, away)), float("inf"), begun)
-        still, state = float(self.row @ self.drifting), self.drifting + self.moving
+        if not np.isfinite(self.lasting.sum):
+            return Peak(float("inf"), float("inf"), begun)
+        still, state = float(self.row @ self.drifting), self.start
         found = found if abs(found.value) >= abs(still) else Peak(still, ended, begun)
         period, gone = 2.0 * np.pi / self._slowest, 0.0
         length = _FIRST * min(period, _QUICK)  # what fades at once is gone before the slow part is looked at
         while gone < HORIZON * period * (1.0 - _SURE):
-            if abs(still) + min(self._reach(self.moving)) <= abs(found.value) * (1.0 + _SURE):
+            left = abs(still) + min(self._reach(self.moving))
+            if left + self.lasting.sum <= abs(found.value) * (1.0 + _SURE):
                 return found
+            if left <= _FADED * max(abs(found.value), self.lasting.most):
+                most = self.lasting.most
+                return found if abs(found.value) >= most else Peak(most, float("inf"), begun, float("inf"))
             try:
-                best = greatest(self.a * length, self.row, state[None, :], abs(found.value))
+                best = greatest(self.whole * length, self.reads, state[None, :], abs(found.value))
             except TooLongError:
                 break
             if best is not None:
                 part = (gone + best.at * length) / self.rate
                 found = Peak(best.value, ended + part, begun, part)
-            step = exponential(self.a * length)
-            self.moving, state, gone = step @ self.moving, step @ state, gone + length
+            state, gone = exponential(self.whole * length) @ state, gone + length
+            self.moving = exponential(self.a * length) @ self.moving
             length = min(2.0 * length, HORIZON * period - gone)
         return replace(found, open=True)
 

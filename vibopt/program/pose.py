@@ -18,7 +18,7 @@ from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
-from vibopt.scene.drives import combine_for, drives_for, noises_for, signals_for
+from vibopt.scene.drives import combine_for, drives_for, names_for, noises_for, signals_for
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
@@ -144,6 +144,9 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         return response.form(model, drives, combine_for(scene, response))
     if isinstance(response, RandomResponse):
         return response.noise_form(model, noises_for(scene, response, model.points))
+    if isinstance(response, TransientResponse) and response.combine is not None:
+        alone = (response.alone(name, scene.excitations[name].sorts) for name in names_for(scene, response))
+        return forms.Added(tuple(_form_of(scene, model, one) for one in alone), response.combine == "rss")
     if isinstance(response, TransientResponse):
         loads, signals = signals_for(scene, response, model.points, model.n_free)
         if isinstance(signals, Sweep):

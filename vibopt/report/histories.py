@@ -49,6 +49,7 @@ def histories(design: Design, model: Model) -> list[Panel]:
     ]
     if scene.goal is not None and isinstance(scene.goal.response, TransientResponse):
         asked.append(_Asked("goal", scene.goal.response, None, None))
+    asked = [one for one in asked if one.response.combine is None]  # a sum over several times has no history
     first: dict[tuple[str, str, tuple[str, ...]], _Asked] = {}
     for one in asked:
         first.setdefault((one.response.response, place_of(one.response), names_for(scene, one.response)), one)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.machine import Machine
 from vibopt.responses import RandomResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
@@ -14,6 +17,8 @@ from vibopt.verify.as_built import machine_of
 
 _NOTHING = 1e-9
 """Part of the weight that rounding may lift."""
+_HORIZON, _FADED = 1000.0, 1e-12
+"""Periods over which what lasts is followed, and the part to which all else must fade."""
 
 
 def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
@@ -132,9 +137,21 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
-    if len(damping) < 2 or damping.any():
+    lasts = any(two.once is not None and two.once.endless for two in scene.excitations.values())
+    if (len(damping) < 2 and not lasts) or (damping.any() and not (lasts and _slow(machine))):
         return []
+    if damping.any():
+        return [
+            "Some mode is hardly damped: what begins suddenly is followed over a thousand periods of the slowest mode, "
+            "and no further."
+        ]
     return ["Nothing is damped: what rings on is followed over a thousand periods of its slowest mode, and no further."]
+
+
+def _slow(machine: Machine) -> bool:
+    """Whether some mode has not faded after a thousand periods of the slowest."""
+    poles = machine.poles()
+    return bool(np.abs(poles.imag).min() * _HORIZON * 2.0 * np.pi < -np.log(_FADED) * np.abs(poles).min())
 
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

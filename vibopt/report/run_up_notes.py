@@ -31,8 +31,10 @@ def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     machine, rising = machine_of(scene, chosen), [n for n, one in scene.excitations.items() if one.ramp is not None]
     notes, told = [], set[str]()
     for where, one in once.items():
-        [name, *_] = names_for(scene, one)
-        if name in rising:
+        [name, *_] = names = names_for(scene, one)
+        if one.combine is not None:
+            told.update(names)
+        elif name in rising:
             notes += _never(scene, machine, name) if name not in told else []
             told.add(name)
             notes.append(_beside(scene, machine, where, name, one))
@@ -41,7 +43,7 @@ def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         for name in rising
         if name not in told
     ]
-    if told:
+    if told & set(rising):
         notes.append("A peak in a run-up is the greatest over every angle at which the force may begin.")
     return notes
 

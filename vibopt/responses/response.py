@@ -181,6 +181,10 @@ class Response(Table):
     def name(self) -> str:
         return self.response
 
+    def counts(self, sorts: tuple[Sort, ...]) -> bool:
+        """Whether it speaks of an excitation of some sorts."""
+        return self.sort in sorts
+
     @property
     def worst_side(self) -> str:
         """The side of a bound that its worst value would break first: "at_least" where less is worse."""
@@ -335,10 +339,31 @@ class TransientResponse(Response):
     Keys
     ----
     due_to: Only these excitations: `due_to = ["shock"]`. Without it all that come once.
+    combine: Without it all excitations act together, from one beginning. "sum" takes the greatest of each by itself,
+        whatever the time between them, steady ones as they are when they are steady, and adds these up; "rss" is
+        the root of the sum of their squares: `combine = "sum"`.
     """
 
     due_to: tuple[str, ...] | None = None
+    combine: str | None = None
     sort: ClassVar[Sort] = "transient"
+
+    @model_validator(mode="after")
+    def _combined(self) -> "TransientResponse":
+        if self.combine not in (None, "sum", "rss"):
+            raise word(
+                f'has combine = "{self.combine}". Write "sum" or "rss"; without it all act together from one beginning.'
+            )
+        return self
+
+    def counts(self, sorts: tuple[Sort, ...]) -> bool:
+        return self.sort in sorts or (self.combine is not None and "steady" in sorts)
+
+    def alone(self, name: str, sorts: tuple[Sort, ...]) -> "HarmonicResponse | TransientResponse":
+        """The same of one excitation: in time, or steady where it never begins."""
+        if self.sort in sorts:
+            return self.model_copy(update={"due_to": (name,), "combine": None})
+        return self.steady.model_copy(update={"due_to": (name,), "combine": "sum"})
 
     @model_validator(mode="before")
     @classmethod

@@ -39,6 +39,13 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
             from vibopt.scene.check_run_up import check_run_up
 
             check_run_up(scene, name, mistakes)
+        if getattr(excitation, "begins", None) is not None and not (
+            excitation.speed.is_one_speed and excitation.speed.highest > 0.0
+        ):
+            mistakes.add(
+                (*path, "begins"),
+                f'excitations.{name} begins suddenly, at which speed? Write one above zero: speed = "2000 rpm".',
+            )
         if excitation.begins_at_rest:
             mistakes.add(
                 path,

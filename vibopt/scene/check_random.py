@@ -19,7 +19,7 @@ def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistake
     if not _known(scene, path, response, mistakes, broken):
         return isinstance(response, HarmonicResponse)
     wrong = [
-        name for name in response.due_to or scene.excitations if response.sort not in scene.excitations[name].sorts
+        name for name in response.due_to or scene.excitations if not response.counts(scene.excitations[name].sorts)
     ]
     if wrong and (response.due_to or len(wrong) == len(scene.excitations)):
         _misfit(scene, path, response, wrong[0], mistakes)
@@ -129,9 +129,26 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         return
     from vibopt.scene.check_run_up import contradicts
 
-    if not reached(scene, path, response, names, mistakes) or contradicts(scene, path, names, mistakes):
+    together = response.combine is None
+    if not reached(scene, path, response, names, mistakes) or contradicts(
+        scene, path, names, mistakes, together=together
+    ):
         return
-    struck = [name for name in names if scene.excitations[name].kind == "drop"]
+    resting = [
+        name
+        for name in names
+        if response.sort not in scene.excitations[name].sorts
+        and any(band.low == 0.0 for band in scene.excitations[name].own_bands())
+    ]
+    if resting:
+        mistakes.add(
+            path,
+            f"{dotted(path)} adds the steady vibration of excitations.{resting[0]}, whose own speeds begin at "
+            "standstill. Write those at which it runs.",
+        )
+        return
+    once = {name: one for name in names if (one := scene.excitations[name].once) is not None}
+    struck = [name for name, one in once.items() if one.blows]
     wheels = [
         link
         for link, two in ends.items()
@@ -144,7 +161,7 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
             f"excitations.{struck[0]} on at once. Write a pulse with a duration instead.",
         )
         return
-    moved = [name for name in names if scene.excitations[name].family == "bases"]
+    moved = [name for name, one in once.items() if one.family == "bases" and not one.returns]
     if moved and response.response == "peak_displacement":
         mistakes.add(
             path,

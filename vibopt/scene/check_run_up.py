@@ -47,12 +47,12 @@ def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
         )
 
 
-def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mistakes) -> bool:
-    """Whether a response in time counts a run-up that it cannot answer for; adds the mistake."""
+def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mistakes, *, together: bool) -> bool:
+    """Whether a response in time counts a run-up that it cannot answer for, alone or `together`; adds the mistake."""
     rising = [name for name in names if scene.excitations[name].ramp is not None]
     if not rising:
         return False
-    if len(names) > 1:
+    if len(names) > 1 and together:
         other = next(name for name in names if name != rising[0])
         mistakes.add(
             path,

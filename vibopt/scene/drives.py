@@ -31,7 +31,7 @@ def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | Transi
     """Excitations that the response counts: those in `due_to`, else all of its sort: steady, random or transient."""
     if response.due_to is not None:
         return response.due_to
-    return tuple(name for name, one in scene.excitations.items() if response.sort in one.sorts)
+    return tuple(name for name, one in scene.excitations.items() if response.counts(one.sorts))
 
 
 def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
@@ -54,7 +54,7 @@ def signals_for(
         return loads, sweep_of(every[0])
     from vibopt.excitations.segments import together
 
-    return loads, together([one.segments() for one in every])
+    return loads, together([one.once.segments() for one in every if one.once is not None])
 
 
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:

@@ -73,6 +73,8 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
         from vibopt.verify.rms import rms_of
 
         return Measured(rms_of(scene, machine, response), {}, response)
+    if isinstance(response, TransientResponse) and response.combine is not None:
+        return _added(scene, machine, response)
     if isinstance(response, TransientResponse):
         from vibopt.verify.simulated import peak_in_time
 
@@ -81,6 +83,15 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
     if response.outside_bands:
         return Measured(_nearest_mode(machine, response.outside_bands), {}, response)
     return Measured(response.measure_static(machine), {}, response)
+
+
+def _added(scene: Scene, machine: Machine, response: TransientResponse) -> Measured:
+    """Excitations one by one, each of their greatest at a time or speed of its own."""
+    alone = [response.alone(name, scene.excitations[name].sorts) for name in names_for(scene, response)]
+    found = [_measured(scene, machine, one, "at_most") for one in alone]
+    values = [one.value for one in found]
+    total = float(np.sqrt(np.sum(np.square(values)))) if response.combine == "rss" else float(sum(values))
+    return Measured(total, {name: at for one in found for name, at in one.speeds.items()}, response)
 
 
 def _nearest_mode(machine: Machine, outside: tuple[Band, ...]) -> float:

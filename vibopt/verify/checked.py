@@ -178,13 +178,13 @@ def _checked(scene: Scene, found: Measured, name: str, response: Response, side:
         value=shown_value(response, found.value, unit),
         limit=limit,
         margin=float(margin) if np.isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
-        worst_at={key: _speed(scene, key, speed) for key, speed in found.speeds.items()},
+        worst_at={key: _speed(scene, key, speed, response) for key, speed in found.speeds.items()},
     )
 
 
-def _speed(scene: Scene, name: str, omega: float) -> Entry:
+def _speed(scene: Scene, name: str, omega: float, response: Response) -> Entry:
     excitation = scene.excitations[name]
-    if excitation.sort == "transient":
+    if excitation.once is not None and response.sort == "transient":
         return Entry(omega, "time", "")
     dimension = excitation.speed.dimension
     return Entry(excitation.from_rotation(omega), dimension, excitation.speed.unit)

@@ -2,12 +2,13 @@
 
 The other road to a peak in time: bodies and joints with their positions and velocities, and the signals as functions
 of time; no exponential of a matrix, and no segment.  Behind the load it goes on until the motion has faded, or over
-a thousand periods of what is next to undamped.
+a thousand periods of what is next to undamped; under sines that last until only these are left, which are then steady.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -15,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation, Transient
+from vibopt.excitations.excitation import Excitation, Once
+from vibopt.mechanics.combine import whole_orders
 from vibopt.mechanics.machine import Course, Machine
 from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
@@ -28,16 +30,19 @@ _STIFF = 2e5
 _LONG, _TURN, _TAYLOR = 60.0, 0.25, 14
 """Fastest rate times the time from which on steps are even, how far it turns in one of them, and terms of a series."""
 _PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
-_SAMPLES, _BEST, _POINTS = 24, 6, 100
-"""Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period."""
+_SAMPLES, _BEST, _POINTS, _NEAR = 24, 6, 100, 0.9
+"""Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period; part
+of the greatest from which an end of a stretch is looked at, too."""
 _PERIODS, _LOOKS, _HORIZON = 3.0, 6, 1000.0
 """Periods of the slowest mode in a look behind the load, how many looks there are, and periods in all."""
-_INSIDE = 1e-9
-"""Part of a stretch by which signals are read inside it: they may jump at its ends."""
+_INSIDE, _SOON = 1e-9, 1e-12
+"""Part of a stretch, and of the time in which anything changes, by which signals are read inside: ends may be jumps."""
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
 _SLOW, _AWAY = 1e-8, 1e-6
 """Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count."""
+_MET, _NONE, _GONE, _FINE = 1e-9, 1e-12, 1e-12, 400
+"""Parts: of a speed by which it misses a pole, of a frequency that is no decay, to which all fades; samples a turn."""
 _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
 """Condition beyond which modes are no use; samples at once; part to which modes fade before nothing more is seen."""
 
@@ -47,22 +52,64 @@ class Simulated:
     """A built machine, and what comes over it once; simulated as far as it is asked for."""
 
     machine: Machine
-    excitations: tuple[Transient, ...]
+    excitations: tuple[Once, ...]
 
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
         best, loaded = (0.0, 0.0), len(self._spans) - _LOOKS
-        if self._runs_away(response):
+        if self._driven_at_resonance or replace(self, excitations=self._over)._runs_away(response):
             return float("inf"), float("inf")
         for number in range(len(self._spans)):
             found = self._greatest(number, response)
-            if number >= loaded and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1)):
+            if (
+                not self._lasting
+                and number >= loaded
+                and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1))
+            ):
                 return best if best[0] >= found[0] else found  # of one body every later turn is no greater
             best = found if found[0] > best[0] * (1.0 + _EVEN) else best
+        if self._lasting:
+            steady = self._steady(response)
+            return (steady, float("inf")) if steady > best[0] * (1.0 + _EVEN) else best
         return self._ringing(best, response)
+
+    @cached_property
+    def _lasting(self) -> tuple[Once, ...]:
+        """Excitations that go on for ever."""
+        return tuple(one for one in self.excitations if one.endless)
+
+    def _steady(self, response: TransientResponse) -> float:
+        """Greatest of a response to what goes on for ever, when all else has faded."""
+        waves, speeds = [], []
+        for one in self._lasting:
+            speed, own = np.array([2.0 * np.pi / one.length]), one.blows.get(0.0, 0.0) * one.length / (2.0 * np.pi)
+            size = np.array([own or float(one.signal(np.array([0.25 * one.length]))[0])], dtype=complex)
+            acts = {one.on: size}
+            motion = self.machine.shake(speed, *((acts, {}) if one.family == "bodies" else ({}, acts)))
+            waves.append(response.steady.measure(self.machine, motion)[0])
+            speeds.append(float(speed[0]))
+        orders = whole_orders(tuple(one / min(speeds) for one in speeds))
+        if orders is None:
+            return float(np.abs(waves).sum())
+        angles = np.linspace(0.0, 2.0 * np.pi, int(_FINE * orders.max()) + 1)
+        values = np.abs(np.imag(np.array(waves) @ np.exp(1j * orders[:, None] * angles)))
+        return max(_top(values, at) for at in _tops(np.concatenate([values[-2:-1], values, values[1:2]])))
+
+    @property
+    def _over(self) -> tuple[Once, ...]:
+        """Excitations that end."""
+        return tuple(one for one in self.excitations if not one.endless)
+
+    @property
+    def _driven_at_resonance(self) -> bool:
+        """Whether what goes on for ever meets a vibration that nothing damps."""
+        poles = self.machine.poles() if self._lasting else np.zeros(0)
+        return any((np.abs(poles * one.length / (2.0 * np.pi) - 1.0) < _MET).any() for one in self._lasting)
 
     def _runs_away(self, response: TransientResponse) -> bool:
         """Whether a reading grows without end behind the load: s^2 / (s - A) of the state is what drifts, as s -> 0."""
+        if not self.excitations:
+            return False
         moved, low = self._matrices[0], self._spans[-_LOOKS][0]
         count = len(self._places)
         system = np.vstack([np.eye(count, 2 * count, count), moved])
@@ -81,9 +128,14 @@ class Simulated:
 
     @cached_property
     def _look(self) -> float:
-        """How long a look behind the load is [s]: some periods of the slowest mode."""
+        """How long a look behind the load is [s]: some periods of the slowest mode, or a part of all that fades."""
         modes = self.machine.natural_frequencies()
         slow = float(modes[modes > 1e-9 * modes.max(initial=0.0)].min(initial=np.inf))
+        if self._lasting:
+            decays = np.abs(self.machine.poles().imag)
+            moving = decays[decays > _NONE * slow]
+            faded = -np.log(_GONE) / float(moving.min()) if len(moving) == len(decays) else np.inf
+            return min(faded, _HORIZON * 2.0 * np.pi / slow) / _LOOKS + max(one.length for one in self._lasting)
         return _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else max(one.length for one in self.excitations)
 
     @cached_property
@@ -105,16 +157,12 @@ class Simulated:
 
     def _fastest(self, number: int) -> float:
         """Fastest rate on a stretch [1/s]: of the machine, and of the signals while they last."""
-        return max(self._own_rate, self._signals_rate if self._loaded(number) else 0.0)
+        acting = self.excitations if self._loaded(number) else self._lasting
+        return max([self._own_rate, *(one.fastest for one in acting)])
 
     @cached_property
     def _own_rate(self) -> float:
         return float(np.abs(self.machine.poles()).max(initial=0.0))
-
-    @cached_property
-    def _signals_rate(self) -> float:
-        shortest = min(one.length if one.step == np.inf else 2.0 * one.step for one in self.excitations)
-        return float(2.0 * np.pi / shortest)
 
     def _loaded(self, number: int) -> bool:
         return number < len(self._spans) - _LOOKS
@@ -143,11 +191,21 @@ class Simulated:
     def _signals(self, time: FloatArray) -> FloatArray:
         return np.array([one.signal(time) for one in self.excitations])
 
-    @cached_property
-    def _start(self) -> FloatArray:
-        """Positions and velocities of bodies and bases, when it begins."""
-        kicked = self._matrices[1] @ np.array([one.kick for one in self.excitations])
-        return np.concatenate([np.zeros(len(kicked)), kicked])
+    def _start(self, number: int) -> FloatArray:
+        """Positions and velocities of bodies and bases at the beginning of a stretch, as blows have left them."""
+        time = self._spans[number][0]
+        kicked = self._matrices[1] @ np.array([one.blows.get(time, 0.0) for one in self.excitations])
+        struck = np.concatenate([np.zeros(len(kicked)), kicked])
+        if number == 0:
+            return struck
+        found: FloatArray = np.asarray(self._runs[-1](time)) + struck
+        if number == len(self._spans) - _LOOKS:
+            for base in self.machine.bases:
+                every = [one for one in self.excitations if one.on == base]
+                if all(one.returns for one in every):  # back to the last digit, or rounding would carry it away
+                    at = self._places.index(base)
+                    found[[at, at + len(kicked)]] = np.sum([(0.0, 0.0), *(one.course(time) for one in every)], axis=0)
+        return found
 
     @property
     def _step(self) -> float:
@@ -171,7 +229,7 @@ class Simulated:
         while len(self._runs) <= number:
             current = len(self._runs)
             low, high = self._spans[current]
-            start = self._runs[-1](low) if self._runs else self._start
+            start = self._start(current)
             if len(self.excitations) == 1 and self.excitations[0].even and not self._runs:
                 self._runs.append(self._sampled(high, start))
                 continue
@@ -251,7 +309,7 @@ class Simulated:
         from scipy.optimize import minimize_scalar
 
         (low, high), run = self._spans[number], self._run(number)
-        edge = _INSIDE * (high - low)
+        edge = max(min(_INSIDE * (high - low), _SOON / self._fastest(number)), 8.0 * np.finfo(float).eps * high)
 
         def value(time: Any) -> FloatArray:
             at = np.clip(np.atleast_1d(time), low + edge, high - edge)
@@ -263,12 +321,14 @@ class Simulated:
         values, count = value(times), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
-        for i in tops[np.argsort(-values[tops])[:_BEST]]:
+        edges = [i for i in (0, count - 1) if values[i] > _NEAR * values.max()]  # a top may hide beside an end
+        for i in (*tops[np.argsort(-values[tops])[:_BEST]], *edges):
+            left, right = times[max(i - 1, 0)], times[min(i + 1, count - 1)]
             at = minimize_scalar(
                 lambda time: -float(value(time)[0]),
-                bounds=(times[i - 1], times[i + 1]),
+                bounds=(left, right),
                 method="bounded",
-                options={"xatol": 1e-6 * (times[i + 1] - times[i - 1])},
+                options={"xatol": 1e-6 * (right - left)},
             )
             found = max(found, (-float(at.fun), float(at.x)))
         return found
@@ -334,6 +394,12 @@ def _tops(values: FloatArray) -> list[int]:
     return [int(one) + 1 for one in inner[np.argsort(-high)[:_BEST]]]
 
 
+def _top(values: FloatArray, at: int) -> float:
+    """Height of the parabola through three samples of one turn, its ends the same."""
+    left, middle, right = (float(values[(at - 1 + step) % (len(values) - 1)]) for step in (-1, 0, 1))
+    return middle + (right - left) ** 2 / (8.0 * max(2.0 * middle - left - right, 1e-300))
+
+
 def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) -> tuple[float, dict[str, float]]:
     """Greatest size of a response of the built machine [SI], and when [s] after the beginning of its excitation.
 
@@ -352,9 +418,9 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
     return value, {names[0]: time} if len(names) == 1 and np.isfinite(time) else {}
 
 
-def _once(excitation: Excitation) -> Transient:
-    assert isinstance(excitation, Transient)
-    return excitation
+def _once(excitation: Excitation) -> Once:
+    assert excitation.once is not None
+    return excitation.once
 
 
 __all__ = ["Simulated", "peak_in_time"]

@@ -1,0 +1,217 @@
+"""What begins suddenly and lasts, bases that move and come back, and sums of what is greatest at several times."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.errors import InputError
+from vibopt.excitations.segments import together
+from vibopt.mechanics.transient import Reading, Transient
+from vibopt.verify.certify import measure
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
+MASS = 10.0
+TABLE: dict[str, Any] = {
+    "title": "instrument on a table",
+    "bases": {"floor": {}},
+    "bodies": {"table": {"mass": "10 kg"}},
+    "links": {"mount": {"between": ["table", "floor"], "stiffness": "4 kN/m", "damping": "40 N s/m"}},
+    "excitations": {
+        "fan": {"kind": "force", "on": "table", "amplitude": "30 N", "speed": "5 Hz", "begins": "suddenly"},
+        "press": {"kind": "base_motion", "on": "floor", "displacement": "2 mm", "speed": "4 Hz", "begins": "suddenly"},
+        "crane": {
+            "kind": "pulse", "on": "floor", "shape": "decaying sine", "displacement": "3 mm", "frequency": "6 Hz",
+            "damping_ratio": 0.1,
+        },
+        "pump": {"kind": "force", "on": "table", "amplitude": "10 N", "speed": "7 Hz"},
+    },
+    "measures": {
+        "place": {"response": "peak_displacement", "of": "table"},
+        "rattle": {"response": "peak_relative_displacement", "across": "mount"},
+        "force": {"response": "peak_force", "into": "floor"},
+    },
+}  # fmt: skip
+
+
+def asked(measures: dict[str, Any], **other: Any) -> dict[str, float]:
+    """Values of measures; both routes agree on them."""
+    answer = vo.solve(vo.from_dict({**TABLE, **other, "measures": measures}))
+    assert answer.status == "met", answer.claim
+    return {name: one.value.value for name, one in answer.measures.items()}
+
+
+def begun(k: float, c: float, speed: float, times: np.ndarray) -> np.ndarray:
+    """Displacement of 1 kg from rest under sin(speed t), underdamped, by the formulas of the books."""
+    decay, omega = 0.5 * c, np.sqrt(k - 0.25 * c * c)
+    steady = 1.0 / (k - speed**2 + 1j * speed * c)
+    first, second = -steady.imag, -(speed * steady.real + decay * steady.imag) / omega
+    free = np.exp(-decay * times) * (first * np.cos(omega * times) + second * np.sin(omega * times))
+    return np.asarray(np.imag(steady * np.exp(1j * speed * times)) + free)
+
+
+@few
+@given(k=st.floats(0.5, 20.0), ratio=st.floats(0.02, 0.9), speed=st.floats(0.2, 8.0))
+def test_a_sine_from_rest_is_that_of_the_books(k: float, ratio: float, speed: float) -> None:
+    c = 2.0 * ratio * np.sqrt(k)
+    sine = vo.from_dict(
+        {
+            **TABLE,
+            "excitations": {"f": {**TABLE["excitations"]["fan"], "amplitude": "1 N", "speed": f"{speed!r} rad/s"}},
+            "measures": {"place": TABLE["measures"]["place"]},
+        }
+    ).excitations["f"].once  # fmt: skip
+    assert sine is not None
+    machine = Transient(np.eye(1), np.array([[c]]), np.array([[k]]), 1, np.eye(1), sine.segments())
+    found = machine.peak(Reading(np.ones(1), np.zeros(1), np.zeros(1)))
+    fades = 30.0 / (0.5 * c)
+    times = np.linspace(0.0, fades + 20.0 / speed, 400_001)
+    assert abs(found.value) == pytest.approx(np.abs(begun(k, c, speed, times)).max(), rel=1e-5)
+    assert abs(found.value) >= np.abs(begun(k, c, speed, times)).max() * (1.0 - 1e-9)
+    if np.isfinite(found.time):
+        assert found.value == pytest.approx(begun(k, c, speed, np.array([found.time]))[0], rel=1e-8)
+
+
+def test_all_together_each_alone_and_steady() -> None:
+    """Sums of the single peaks, never less than all together; steady ones count as they are when nothing begins."""
+    every = {"response": "peak_displacement", "of": "table"}
+    names = ["fan", "press", "crane"]
+    measures = {"together": {**every, "due_to": names}, "sum": {**every, "combine": "sum", "due_to": [*names, "pump"]}}
+    measures |= {"all": {**every, "combine": "sum"}, "root": {**every, "combine": "rss", "due_to": ["fan", "pump"]}}
+    measures |= {name: {**every, "due_to": [name]} for name in names}
+    measures["pump"] = {"response": "displacement", "of": "table", "due_to": ["pump"]}
+    found = asked(measures)
+    assert found["sum"] == pytest.approx(sum(found[name] for name in [*names, "pump"]), rel=1e-12)
+    assert found["all"] == found["sum"]
+    assert found["root"] == pytest.approx(np.hypot(found["fan"], found["pump"]), rel=1e-12)
+    assert max(found[name] for name in names) < found["together"] < found["sum"] - found["pump"]
+
+
+def test_what_lasts_together_is_the_true_peak_and_nears_the_sum_without_a_common_turn() -> None:
+    """Speeds of 3 and 4 keep their phases; 3 and 3 times the root of 2 come as near to the sum as you like."""
+    mount = {"between": ["table", "floor"], "stiffness": "1 kN/m", "damping": "90 N s/m"}
+
+    def two(first: float, second: float) -> tuple[float, float]:
+        force = {"kind": "force", "on": "table", "amplitude": "10 N", "begins": "suddenly"}
+        both = {name: {**force, "speed": f"{speed!r} rad/s"} for name, speed in (("a", first), ("b", second))}
+        place = {"response": "peak_displacement", "of": "table"}
+        found = asked({"both": place, "sum": {**place, "combine": "sum"}}, links={"mount": mount}, excitations=both)
+        return found["both"], found["sum"]
+
+    both, total = two(6.0, 8.0)
+    times = np.linspace(0.0, 12.0, 100_001)
+    assert both == pytest.approx(np.abs(begun(100.0, 9.0, 6.0, times) + begun(100.0, 9.0, 8.0, times)).max(), rel=1e-6)
+    assert both < 0.999 * total
+    both, total = two(6.0, 6.0 * 2.0**0.5)
+    steady = sum(1.0 / abs(100.0 - w * w + 9j * w) for w in (6.0, 6.0 * np.sqrt(2.0)))
+    assert both == pytest.approx(steady, rel=1e-9)
+    assert total >= both * (1.0 - 1e-12)
+
+
+def test_a_resonance_that_nothing_damps_grows_without_end_on_both_routes() -> None:
+    spring = {"between": ["table", "floor"], "stiffness": "4 kN/m"}
+    fan = {**TABLE["excitations"]["fan"], "speed": "20 rad/s"}
+    found = asked({"place": TABLE["measures"]["place"]}, links={"mount": spring}, excitations={"fan": fan})
+    assert found["place"] == np.inf
+
+
+@pytest.mark.parametrize("shape", ["half sine", "versed sine", "sine", "triangle", "decaying sine"])
+def test_a_base_that_moves_and_comes_back(shape: str) -> None:
+    """Both routes; a stiff mount rides on it, and a soft one stays while the base passes by."""
+    words = {"frequency": "5 Hz", "damping_ratio": 0.2} if shape == "decaying sine" else {"duration": "0.2 s"}
+    bump = {"kind": "pulse", "on": "floor", "shape": shape, "displacement": "5 mm", **words}
+    again = {} if shape == "decaying sine" else {"times": 2, "every": "0.5 s"}
+    found = asked(TABLE["measures"], excitations={"bump": {**bump, **again}})
+    assert 0.0 < found["rattle"] < 0.05
+    angle = np.arctan(1.0 / 0.2)  # at which a decaying sine is greatest
+    most = 5e-3 * (1.0 if again else np.exp(-0.2 * angle) * np.sin(angle))
+    stiff = {"between": ["table", "floor"], "stiffness": "4 MN/m", "damping": "9 kN s/m"}
+    soft = {"between": ["table", "floor"], "stiffness": "4 N/m", "damping": "2 N s/m"}
+    rides = asked({"place": TABLE["measures"]["place"]}, excitations={"bump": bump}, links={"mount": stiff})
+    stays = asked({"rattle": TABLE["measures"]["rattle"]}, excitations={"bump": bump}, links={"mount": soft})
+    assert rides["place"] == pytest.approx(most, rel=2e-2)
+    assert stays["rattle"] == pytest.approx(most, rel=2e-2)
+
+
+def test_signals_that_last_are_cut_where_others_end() -> None:
+    scene = vo.from_dict(TABLE)
+    signals = [scene.excitations[name].once for name in ("fan", "press", "crane")]
+    whole = together([one.segments() for one in signals if one is not None])
+    assert [one.endless for one in whole] == [False] * (len(whole) - 1) + [True]
+    machine = Transient(np.eye(1), np.eye(1), 9.0 * np.eye(1), 1, np.ones((1, 3)), whole)
+    times = np.linspace(0.0, 12.0, 61)
+    place = Reading(np.ones(1), np.zeros(1), np.zeros(1))
+    alone = [
+        Transient(np.eye(1), np.eye(1), 9.0 * np.eye(1), 1, np.eye(1), one.segments()).history(place, times)
+        for one in signals
+        if one is not None
+    ]
+    assert machine.history(place, times) == pytest.approx(sum(alone), rel=1e-8, abs=1e-12)
+
+
+def test_the_goal_may_be_a_sum() -> None:
+    """What was found is the best of a grid by the second route."""
+    mount = {"between": ["table", "floor"], "stiffness": "4 kN/m", "damping": {"from": "100 N s/m", "to": "500 N s/m"}}
+    goal = {"minimise": "peak_displacement", "of": "table", "due_to": ["fan", "press"], "combine": "sum"}
+    asks = {name: table for name, table in TABLE.items() if name != "measures"}
+    scene = vo.from_dict({**asks, "links": {"mount": mount}, "goal": goal})
+    answer = vo.solve(scene, explain=False)
+    assert answer.status == "optimal"
+    assert answer.goal is not None
+    assert scene.goal is not None
+    best, response = answer.goal[1].value, scene.goal.response
+    grid = [measure(scene, {"links.mount.damping": c}, response).value for c in (120.0, 220.0, 400.0)]
+    assert best * (1.0 - 1e-9) <= min(grid) <= best * 1.2
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "combine": (
+        {"measures": {"a": {"response": "peak_displacement", "of": "table", "combine": "peak"}}},
+        'measures.a has combine = "peak". Write "sum" or "rss"; without it all act together from one beginning.',
+    ),
+    "which speed": (
+        {"excitations": {"fan": {**TABLE["excitations"]["fan"], "speed": "5..9 Hz"}}},
+        'excitations.fan begins suddenly, at which speed? Write one above zero: speed = "2000 rpm".',
+    ),
+    "both": (
+        {"excitations": {"fan": {**TABLE["excitations"]["fan"], "run_up": {"acceleration": "9 rpm/s"}}}},
+        "excitations.fan has run_up and begins: does it gain speed, or begin suddenly at full speed? Keep one.",
+    ),
+    "at once": (
+        {
+            "excitations": {
+                "bump": {
+                    "kind": "pulse", "on": "floor", "shape": "rectangle", "displacement": "5 mm", "duration": "1 s"
+                }
+            }
+        },
+        "excitations.bump is a rectangle, which would displace its base at once. Write another shape, or its "
+        "acceleration.",
+    ),
+    "none": (
+        {"excitations": {"bump": {"kind": "pulse", "on": "floor", "shape": "sine", "duration": "1 s"}}},
+        "excitations.bump needs one of amplitude, a force on a body, and acceleration or displacement of a base. Write "
+        'amplitude = "2 kN".',
+    ),
+    "standstill": (
+        {
+            "excitations": {"pump": {**TABLE["excitations"]["pump"], "speed": "0..9 Hz"}},
+            "measures": {"a": {"response": "peak_velocity", "of": "table", "combine": "sum"}},
+        },
+        "measures.a adds the steady vibration of excitations.pump, whose own speeds begin at standstill. Write those "
+        "at which it runs.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_makes_no_sense_is_refused(name: str) -> None:
+    change, message = WRONG[name]
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**TABLE, **change})
+    assert f"scene: {message}" in refused.value.messages

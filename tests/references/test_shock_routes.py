@@ -1,0 +1,77 @@
+"""Recorded answers of shock problems by a Runge-Kutta method on the printed equations of motion."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from vibopt.units import read_quantity
+
+PROBLEMS = Path(__file__).parents[2] / "problems/shock"
+HEAD, COLUMN, BASE, BLOCK = 500.0, 480e3, 1000.0, 500.0
+DAMPER = 2.0 * 0.15 * np.sqrt(COLUMN * HEAD)
+SOURCES = {"crane": (20e-6, 60.0, 20.0 * np.pi, 0.1), "press": (30e-6, 80.0, 30.0 * np.pi, 0.0)}
+SOURCES["compressor"] = (25e-6, 40.0, 40.0 * np.pi, 0.0)
+
+
+def recorded(stem: str, dimension: str) -> float:
+    document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
+    return read_quantity(document["expected"][0]["value"], dimension).value
+
+
+def ground(names: tuple[str, ...], time: float) -> complex:
+    """Displacement [m] and, as the imaginary part, velocity [m/s] of the ground (E1 to E7 of the print)."""
+    total = 0.0j
+    for name in names:
+        size, far, omega, fades = SOURCES[name]
+        wave = size * np.exp(-0.005 * far - fades * omega * time)
+        sine, cosine = np.sin(omega * time), np.cos(omega * time)
+        total += wave * (sine + 1j * omega * (cosine - fades * sine))
+    return total
+
+
+def from_rest(k: float, *names: str) -> float:
+    """Greatest displacement of the head [m] by E10 of the print."""
+    c = 0.2 * np.sqrt(BLOCK * k)
+
+    def rates(time: float, now: Any) -> Any:
+        moved = ground(names, time)
+        column = COLUMN * (now[0] - now[1]) + DAMPER * (now[2] - now[3])
+        isolator = k * (moved.real - now[0]) + c * (moved.imag - now[2])
+        return np.array([now[2], now[3], (isolator - column) / (BASE + BLOCK), column / HEAD])
+
+    run: Any = solve_ivp(rates, (0.0, 2.0), np.zeros(4), method="DOP853", rtol=1e-10, atol=1e-16, dense_output=True)
+    times = np.linspace(0.0, 2.0, 4001)
+    sizes = np.abs(run.sol(times)[1])
+    near = int(sizes.argmax()) + np.arange(-3, 4)
+    through = np.polynomial.Polynomial.fit(near, sizes[near], 6)
+    return float(through(np.linspace(near[0], near[-1], 6001)).max())
+
+
+def steady(k: float, name: str) -> float:
+    """Steady amplitude of the head [m]."""
+    size, far, w, _ = SOURCES[name]
+    support, column = k + 0.2j * w * np.sqrt(BLOCK * k), COLUMN + 1j * w * DAMPER
+    stiffness = np.array([[support + column - w * w * (BASE + BLOCK), -column], [-column, column - w * w * HEAD]])
+    return abs(size * np.exp(-0.005 * far) * np.linalg.solve(stiffness, np.array([support, 0.0]))[1])
+
+
+SUMS: dict[str, Callable[[float], float]] = {
+    "rao_9_72": lambda k: sum(from_rest(k, name) for name in SOURCES),
+    "rao_9_72_together": lambda k: from_rest(k, *SOURCES),
+    "rao_9_72_steady": lambda k: from_rest(k, "crane") + steady(k, "press") + steady(k, "compressor"),
+}
+
+
+@pytest.mark.parametrize("stem", SUMS)
+def test_the_records_of_the_milling_machine(stem: str) -> None:
+    """The cutter moves by 2.5 µm on the recorded spring, and by more on a stiffer one."""
+    k = recorded(stem, "stiffness")
+    assert SUMS[stem](k) == pytest.approx(2.5e-6, rel=1e-6)
+    assert SUMS[stem](0.99 * k) < 2.5e-6 < SUMS[stem](1.01 * k)
