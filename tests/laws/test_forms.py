@@ -26,12 +26,14 @@ from vibopt.forms import (
     PeakInRunUp,
     PeakInTime,
     RootMeanSquare,
+    Rubbing,
     StaticForce,
     StaticLoad,
     StaticRow,
 )
 from vibopt.forms.bounds import FormBounds
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
+from vibopt.mechanics.monomial import Monomial
 from vibopt.program.held import held
 from vibopt.program.program import Axis, Limit, Program
 from vibopt.signals import Amplitude, Band, Drive, Line, Noise, Output, Piece, Segment, Sweep
@@ -45,8 +47,15 @@ _ROW = np.array([0.0, 1.0])
 _NONE = np.zeros(6)
 
 
-def _model() -> Model:
-    """Two masses above each other on springs and dampers; the variables are those of `_X`."""
+def _model(kind: type[Form] | None = None) -> Model:
+    """Two masses above each other on springs and dampers; the variables are those of `_X`.  One that rubs is alone."""
+    if kind is Rubbing:
+        first, third = np.eye(3)[[0, 2]]
+        rows = [(INERTIA, _LOW, np.zeros(3)), (STIFFNESS, 1.0, first), (DAMPING, 1.0, third)]
+        terms = tuple(
+            Term(one, np.ones(1), scale, powers, "mount", scale, one != INERTIA) for one, scale, powers in rows
+        )
+        return Model({}, 1, terms, properties={("mount", "friction_force"): Monomial(1e-3, {1: 1.0})})
     lower, upper, none = np.array([1.0, 0.0]), np.array([-1.0, 1.0]), np.zeros(3)
     first, second, third = np.eye(3)
     rows = [
@@ -171,6 +180,17 @@ def _ratio(x: Any) -> Any:
     return min(-one.real / abs(one) for one in _poles(x) if abs(one.imag) > 1e-9)
 
 
+def _rubbed(x: Any) -> Any:
+    """Den Hartog's formula (1931) for a force of 5 N and a friction of a thousandth of the second number."""
+    natural = mp.sqrt(x[0] / _LOW)
+    r, ratio, f = _SPEED / natural, x[2] / (2 * _LOW * natural), x[1] / 5000
+    ring = mp.sqrt(1 - ratio**2)
+    below = mp.cosh(ratio * mp.pi / r) + mp.cos(ring * mp.pi / r)
+    g = (mp.sinh(ratio * mp.pi / r) - ratio / ring * mp.sin(ring * mp.pi / r)) / below
+    h = mp.sin(ring * mp.pi / r) / (r * ring) / below
+    return 5 / x[0] * (mp.sqrt(1 / ((1 - r**2) ** 2 + (2 * ratio * r) ** 2) - (h * f) ** 2) - g * f)
+
+
 def _force(x: Any) -> Any:
     down = _sag(x)
     return x[1] * (down[1] - down[0])
@@ -178,6 +198,8 @@ def _force(x: Any) -> Any:
 
 _DRIVE = Drive("shaker", (Line(1.0, np.array([5.0 + 0j, 0.0]), Amplitude((Piece(Band(0.0, np.inf), 1.0),))),),
                (Band(_SPEED, _SPEED),))  # fmt: skip
+_PUSH = Drive("shaker", (Line(1.0, np.array([5.0 + 0j]), Amplitude((Piece(Band(0.0, np.inf), 1.0),))),),
+              (Band(_SPEED, _SPEED),))  # fmt: skip
 _READ = Output(_ROW, _NONE)
 _ON = Segment(3.0, np.array([1.0]), np.zeros((1, 1)), np.eye(1), np.zeros(1))
 _RISING = Sweep((0.0, 24.0), 24.0, (np.array([0.0, 0.1 + 0j]),), (0.0, 2.4))
@@ -203,6 +225,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     PeakInTime: (_PEAK, _peak),
     PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
+    Rubbing: (Rubbing(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),
     StaticForce: (StaticForce(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])), _force),
     StaticLoad: (StaticLoad(np.array([1.0, 0.0]), _FACTOR), lambda x: x[0] / _RATING * _sag(x)[0]),
     StaticRow: (StaticRow(_ROW), lambda x: _sag(x)[1]),
@@ -220,7 +243,7 @@ def _digits() -> Iterator[None]:
 def test_every_form_says_what_methods_ask(kind: type[Form]) -> None:
     """A value, and for each method an answer or a reason of its own."""
     assert kind in CASES, f"{kind.__name__} has no value here that is worked out by another road"
-    model = _model()
+    model = _model(kind)
     assert kind.value is not Form.value, f"{kind.__name__} has no value"
     form, words = CASES[kind][0], (Form.rough, Form.not_convex, Form.no_bounds)
     assert form.not_smooth(model) not in words, f"{kind.__name__} has no word on CasADi"
@@ -233,7 +256,7 @@ def test_every_form_says_what_methods_ask(kind: type[Form]) -> None:
 @pytest.mark.parametrize("kind", FORMS.values(), ids=lambda kind: kind.__name__)
 def test_values_and_slopes_are_those_of_another_road(kind: type[Form]) -> None:
     form, right = CASES[kind]
-    model, x = _model(), np.array(_X)
+    model, x = _model(kind), np.array(_X)
     assert form.value(model, x) == pytest.approx(float(right([mp.mpf(one) for one in _X])), rel=1e-9)
     assert form.worst(model, x).value == form.value(model, x)
     for i, found in enumerate(form.slope(model, x)):
@@ -247,7 +270,7 @@ def test_values_and_slopes_are_those_of_another_road(kind: type[Form]) -> None:
 
 @pytest.mark.parametrize("kind", FORMS.values(), ids=lambda kind: kind.__name__)
 def test_with_variables_held_it_is_the_same_number(kind: type[Form]) -> None:
-    model, form, x = _model(), CASES[kind][0], np.array(_X)
+    model, form, x = _model(kind), CASES[kind][0], np.array(_X)
     axes = tuple(Axis(name, 0.5 * one, 2.0 * one) for name, one in zip("kuc", _X, strict=True))
     program = Program(model, axes, (Limit("asked", model, form, "at_most", 1.0),), None)
     for free in ([0], [2, 1]):
@@ -261,7 +284,7 @@ def test_with_variables_held_it_is_the_same_number(kind: type[Form]) -> None:
 def test_bounds_on_boxes_hold_all_values_in_them(kind: type[Form]) -> None:
     """Of what has bounds on such boxes; at a single design they are its value where that is exact."""
     form, right = CASES[kind]
-    model, x, rng = _model(), np.array(_X), np.random.default_rng(len(kind.__name__))
+    model, x, rng = _model(kind), np.array(_X), np.random.default_rng(len(kind.__name__))
     bounds = FormBounds(model, form, x)
     bounds.add({"shaker": _SPEED})
     assert bounds.bounded == form.bounded(model)

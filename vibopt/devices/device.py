@@ -90,6 +90,11 @@ class Device(Table):
         return ""
 
     @property
+    def rubs(self) -> bool:
+        """Whether it has dry friction."""
+        return False
+
+    @property
     def placed(self) -> bool:
         """Whether it stands at a place in space."""
         return False

@@ -32,10 +32,11 @@ def _two_ends(given: object) -> object:
 
 
 TwoEnds = Annotated[Ends, BeforeValidator(_two_ends)]
-_ALONG = ("part", "stiffness", "beam", "damping", "dynamic_to_static")
+_ALONG = ("part", "stiffness", "beam", "damping", "friction_force", "dynamic_to_static")
 _AROUND = ("torsional_stiffness", "shaft", "torsional_damping")
 _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "beam")
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
+_RUBS = "friction_force"
 
 
 class LinkTable(Device):
@@ -61,11 +62,13 @@ class LinkTable(Device):
         "press"`.
     loss_factor: Structural damping; steady harmonic vibration only: `loss_factor = 0.1`. Refused with white noise,
         `decay_rate` and free vibration.
+    friction_force: Dry friction of ONE single mount while it slips, and the most that it holds, coefficient times
+        normal force; beside a stiffness and viscous damping: `friction_force = "120 N"`. Of one body on one link.
     count: How many identical mounts stand side by side; forces and stiffnesses of the group are so many times those
         of one.
     dynamic_to_static: Dynamic over static stiffness; sag is counted with the static one: `dynamic_to_static = 1.4`.
         A fact.
-    tolerance: How far stiffness and damping may be off as built, either way: `tolerance = "20 %"`.
+    tolerance: How far stiffness, damping and friction may be off as built, either way: `tolerance = "20 %"`.
     part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
     """
 
@@ -79,6 +82,7 @@ class LinkTable(Device):
     damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
     relative_to: str | None = None
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
+    friction_force: Value | None = number("force", sign="not negative")
     count: Value | None = number("count")
     dynamic_to_static: Fact | None = number("ratio", choice=False)
     tolerance: Tolerance | None = None
@@ -109,6 +113,11 @@ class LinkTable(Device):
     @model_validator(mode="after")
     def _consistent(self) -> "LinkTable":
         springs, dampers = self._given(_SPRINGS), self._given(_DAMPERS)
+        if not springs and self.friction_force is not None:
+            raise word(
+                "has a friction_force but no stiffness that brings it back: it slips away, and where it stays nobody "
+                'knows. Add stiffness = "200 kN/m".'
+            )
         if not springs and self.damping is None and self.torsional_damping is None:
             raise word('has neither stiffness nor damping. Write stiffness = "200 kN/m".')
         if len(springs) > 1:
@@ -124,6 +133,11 @@ class LinkTable(Device):
         needs = self._given(("damping_ratio", "loss_factor", "dynamic_to_static"))
         if not springs and needs:
             raise word(f"has a {needs[0]} but no stiffness to which it belongs. Add the stiffness.")
+        if self.friction_force is not None and self.loss_factor is not None:
+            raise word(
+                "gives friction_force and loss_factor, which knows harmonic motion only, and a motion that rubs is not "
+                "harmonic. Write damping or damping_ratio beside the friction."
+            )
         if self.relative_to is not None and self.damping_ratio is None:
             raise word("has relative_to without damping_ratio. Remove it, or give the damping ratio.")
         return self
@@ -144,6 +158,10 @@ class LinkTable(Device):
     @property
     def has_spring(self) -> bool:
         return bool(self._given(_SPRINGS))
+
+    @property
+    def rubs(self) -> bool:
+        return self.friction_force is not None and getattr(self.friction_force, "value", 1.0) != 0.0
 
     @property
     def damper(self) -> str:
@@ -187,11 +205,12 @@ class LinkTable(Device):
             "torsional_damping": self.torsional_damping is not None,
             "damping_ratio": self.damping_ratio is not None or (bool(viscous) and self.has_spring and alone),
             "loss_factor": self.loss_factor is not None,
+            "friction_force": self.friction_force is not None,
         }
         return "" if there.get(word, True) else word
 
     def parts(self) -> dict[str, str]:
-        return {key: key for key in (*self._given(_SPRINGS), *self._given(_DAMPERS))}
+        return {key: key for key in (*self._given(_SPRINGS), *self._given(_DAMPERS), *self._given((_RUBS,)))}
 
     @classmethod
     def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -238,6 +257,8 @@ class LinkTable(Device):
                 damping = symbol("damping_ratio") * symbols.nominal(critical)
                 builder.ratios[name] = damping * critical**-1.0 if symbols.factors else symbol("damping_ratio")
                 builder.add_damping(name, damping)
+        if self.friction_force is not None:
+            builder.properties[name, _RUBS] = many * symbol(_RUBS)
         if getattr(self, self.damper) is not None:
             damping = many * symbol(self.damper)
             builder.add_damping(name, damping)
@@ -289,6 +310,7 @@ class LinkTable(Device):
             count=count,
             damping_ratio=ratio,
             price=count * of_part("price"),
+            friction=count * given(_RUBS),
         )
         assembly.add_joint(joint)
 

@@ -25,6 +25,7 @@ FORMS: Kinds[Form] = Kinds(
         "PeakInRunUp": "peak_in_run_up.PeakInRunUp",
         "PeakInTime": "peak_in_time.PeakInTime",
         "RootMeanSquare": "root_mean_square.RootMeanSquare",
+        "Rubbing": "rubbing.Rubbing",
         "StaticForce": "sags.StaticForce",
         "StaticLoad": "sags.StaticLoad",
         "StaticRow": "sags.StaticRow",
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_in_run_up import PeakInRunUp
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.root_mean_square import RootMeanSquare
+    from vibopt.forms.rubbing import Rubbing
     from vibopt.forms.sags import StaticForce, StaticLoad, StaticRow
     from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
 else:
@@ -66,6 +68,7 @@ __all__ = [
     "PeakInRunUp",
     "PeakInTime",
     "RootMeanSquare",
+    "Rubbing",
     "StaticForce",
     "StaticLoad",
     "StaticRow",

@@ -83,6 +83,11 @@ class Form:
         return ()
 
     @property
+    def shaken(self) -> tuple[Drive, ...]:
+        """Every excitation that it counts, its drives or others that move the machine at speeds."""
+        return self.drives
+
+    @property
     def harmonic(self) -> Modulus | None:
         """Itself where it is a response over speeds."""
         return None
@@ -96,6 +101,15 @@ class Form:
     def in_time(self) -> PeakInTime | None:
         """Itself where it is the greatest in time."""
         return None
+
+    @property
+    def screened(self) -> bool:
+        """Whether a search begins at the best of many designs: it has plains where nothing moves."""
+        return False
+
+    def push(self, mass: float, speed: float) -> float:
+        """Size of the force [N] that moves a mass [kg] at a speed [rad/s]: of a friction that matters."""
+        return 1.0
 
     @property
     def one_line(self) -> bool:

@@ -15,8 +15,8 @@ from vibopt.manual.topic import Section, Topic
 GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
     "Guides": (
-        "isolators", "absorbers", "space", "catalogues", "structures", "noise", "shock", "run_up", "tolerances",
-        "studies", "balancing", "known_masses", "engines", "methods", "verification", "charts", "python", "formats",
+        "isolators", "absorbers", "space", "catalogues", "structures", "noise", "shock", "run_up", "friction",
+        "tolerances", "studies", "balancing", "known_masses", "engines", "methods", "verification", "charts", "python", "formats",
     ),
     "Reference": ("excitations", "responses", "units", "refusals"),
     "About": ("contributing", "changelog"),

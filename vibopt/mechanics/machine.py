@@ -37,6 +37,8 @@ class Joint:
         Under weights alone [N/m].
     count, damping_ratio, price
         Number of mounts; of critical; of all of them.
+    friction
+        Dry friction against any slip [N].
     """
 
     name: str
@@ -49,6 +51,7 @@ class Joint:
     damping_ratio: float = 0.0
     price: float = 0.0
     inertance: float = 0.0
+    friction: float = 0.0
 
     def dynamic(self, omega: FloatArray) -> ComplexArray:
         """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""
@@ -89,10 +92,13 @@ class Course:
         Displacement, velocity and acceleration of bodies and bases at each time, (3, n_times) [m, m/s, m/s^2].
     forces
         External force per body [N], (n_times,).
+    rubbing
+        Dry friction per joint that has some, against a slip of its second end forward [N], (n_times,).
     """
 
     points: Mapping[str, FloatArray]
     forces: Mapping[str, FloatArray]
+    rubbing: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +149,11 @@ class Machine:
         `read` is the modulus under a unit amplitude at frequencies of any shape.
         """
         return None
+
+    @property
+    def rubs(self) -> bool:
+        """Whether a joint has dry friction."""
+        return any(one.friction for one in self.joints)
 
     def joint(self, name: str) -> Joint:
         """The joint of a name."""
@@ -305,7 +316,19 @@ class Machine:
         """Force of the whole joint on its second end in time [N], (n_times,); positive along the coordinate."""
         first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
         apart = second - first
-        return np.asarray(-(joint.stiffness * apart[0] + joint.damping * apart[1] + joint.inertance * apart[2]))
+        pulled = joint.stiffness * apart[0] + joint.damping * apart[1] + joint.inertance * apart[2]
+        return np.asarray(-(pulled + course.rubbing.get(joint.name, 0.0)))
+
+    def force_course(self, place: str, course: Course) -> FloatArray:
+        """Dynamic force of all joints into a body, base or the ground in time [N], (n_times,).
+
+        Into a body: its inertia force less what acts on it from outside.
+        """
+        if place in self.masses:
+            return np.asarray(self.masses[place] * course.points[place][2] - course.forces.get(place, np.zeros(1)))
+        into = [one for one in self.joints if place in one.ends]
+        forces = [(1.0 if one.ends[1] == place else -1.0) * self.joint_course(one, course) for one in into]
+        return np.asarray(sum(forces, np.zeros(1)))
 
     def force_into(self, place: str, motion: Motion) -> ComplexArray:
         """Dynamic force of all joints into a body, base or the ground [N].

@@ -191,6 +191,12 @@ class Model:
         return total
 
     @property
+    def rubbing(self) -> tuple[str, Monomial] | None:
+        """The link that has dry friction, and how much [N]; None where none has."""
+        found = ((name, one) for (name, word), one in self.properties.items() if word == "friction_force" and one.scale)
+        return next(found, None)
+
+    @property
     def n_coords(self) -> int:
         """Free coordinates and those of moving bases."""
         return int(self.terms[0].vector.shape[0])

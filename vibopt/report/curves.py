@@ -18,6 +18,7 @@ from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
 from vibopt.records import dataclass
 from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
+from vibopt.report.friction_views import friction_panels
 from vibopt.report.histories import histories
 from vibopt.report.series import Curve, Mark, Panel, Zone, heights
 from vibopt.responses import HarmonicResponse
@@ -56,6 +57,8 @@ def panels(design: Design) -> list[Panel]:
     if len(design.x) != len(scene.variables):
         return []
     model, without = pose(scene).model, model_without(scene)
+    if model.rubbing is not None:
+        return friction_panels(design, model)
     drawn = []
     for excitation, entries in _groups(design):
         panel = _Drawing(design, model, without, excitation, entries).panel()

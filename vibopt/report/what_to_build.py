@@ -27,7 +27,17 @@ ROUNDING = 1e-7
 Shown = Callable[[float, str, str], str]
 """A value [SI], its unit and its dimension as text."""
 _DEVICES = ("mounts", "links", "absorbers")
-_WORDS = ("stiffness", "damping", "loss_factor", "dynamic_to_static", "part", "count", "shear_ratio", "damping_ratio")
+_WORDS = (
+    "stiffness",
+    "damping",
+    "loss_factor",
+    "friction_force",
+    "dynamic_to_static",
+    "part",
+    "count",
+    "shear_ratio",
+    "damping_ratio",
+)
 
 
 def verified(value: float, unit: str, dimension: str) -> str:
@@ -152,6 +162,9 @@ def _link(table: LinkTable, joint: Joint, exact: Shown) -> list[str]:
                 words.append(f"{many}{one} each, {all_} together")
     if joint.loss_factor:
         words.append(f"loss factor {exact(joint.loss_factor, '', 'ratio')}")
+    if joint.friction:
+        one = exact(joint.friction / joint.count, _unit(table, "friction_force"), "force")
+        words.append(f"friction {one}{' each' if joint.count > 1 else ''}")
     return [*words, f"between {table.between[0]} and {table.between[1]}"]
 
 

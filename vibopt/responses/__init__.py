@@ -39,6 +39,7 @@ KINDS: Kinds[Response] = Kinds(
         "stiffness": "parameters.Stiffness",
         "damping": "parameters.Damping",
         "loss_factor": "damping.LossFactor",
+        "friction_force": "parameters.FrictionForce",
         "count": "parameters.Count",
         "price": "price.TotalPrice",
         "rotation": "torsion.Rotation",

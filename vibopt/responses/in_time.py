@@ -2,11 +2,8 @@
 
 from typing import ClassVar
 
-import numpy as np
 from pydantic import model_validator
 
-from vibopt.arrays import FloatArray
-from vibopt.mechanics.machine import Course, Machine
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
 from vibopt.responses.response import HarmonicResponse, TransientResponse
 from vibopt.responses.transmitted import TransmittedForce
@@ -24,14 +21,10 @@ class PeakDisplacement(TransientResponse):
     of: str
     dimension: ClassVar[str] = "length"
     moves: ClassVar[str] = "line"
-    power: ClassVar[int] = 0
 
     @property
     def steady(self) -> HarmonicResponse:
         return Displacement(response="displacement", of=self.of)
-
-    def trace(self, machine: Machine, course: Course) -> FloatArray:
-        return np.asarray(course.points[self.of][self.power])
 
 
 class PeakVelocity(PeakDisplacement):
@@ -43,7 +36,6 @@ class PeakVelocity(PeakDisplacement):
     """
 
     dimension: ClassVar[str] = "velocity"
-    power: ClassVar[int] = 1
 
     @property
     def steady(self) -> HarmonicResponse:
@@ -59,7 +51,6 @@ class PeakAcceleration(PeakDisplacement):
     """
 
     dimension: ClassVar[str] = "acceleration"
-    power: ClassVar[int] = 2
 
     @property
     def steady(self) -> HarmonicResponse:
@@ -81,10 +72,6 @@ class PeakRelativeDisplacement(TransientResponse):
     @property
     def steady(self) -> HarmonicResponse:
         return RelativeDisplacement(response="relative_displacement", across=self.across)
-
-    def trace(self, machine: Machine, course: Course) -> FloatArray:
-        first, second = (course.points.get(end, np.zeros((3, 1))) for end in machine.joint(self.across).ends)
-        return np.asarray((second - first)[0])
 
 
 class PeakForce(TransientResponse):
@@ -112,18 +99,6 @@ class PeakForce(TransientResponse):
     @property
     def steady(self) -> HarmonicResponse:
         return TransmittedForce(response="transmitted_force", into=self.into, through=self.through)
-
-    def trace(self, machine: Machine, course: Course) -> FloatArray:
-        if self.through is not None:
-            joint = machine.joint(self.through)
-            return machine.joint_course(joint, course) / joint.count
-        if self.into is not None and self.into in machine.masses:
-            outside = course.forces.get(self.into, np.zeros(1))
-            return np.asarray(machine.masses[self.into] * course.points[self.into][2] - outside)
-        signs = {True: 1.0, False: -1.0}
-        into = [one for one in machine.joints if self.into in one.ends]
-        forces = [signs[one.ends[1] == self.into] * machine.joint_course(one, course) for one in into]
-        return np.asarray(sum(forces, np.zeros(1)))
 
 
 __all__ = ["PeakAcceleration", "PeakDisplacement", "PeakForce", "PeakRelativeDisplacement", "PeakVelocity"]

@@ -12,6 +12,7 @@ class Jerk(Displacement):
     """`response = "jerk"`: of a body, absolute [m/s^3] peak; in space along `direction`."""
 
     dimension: ClassVar[str] = "jerk"
+    against_friction: ClassVar[str] = "is infinite, for friction turns at once where the slip does"
     power: ClassVar[int] = 3
     twin: ClassVar[str] = "angular_jerk"
     noise_twin: ClassVar[str] = ""

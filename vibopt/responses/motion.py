@@ -2,8 +2,10 @@
 
 from typing import ClassVar
 
-from vibopt.arrays import ComplexArray
-from vibopt.mechanics.machine import Machine, Motion
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.machine import Course, Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import across_link, along, at_point
@@ -35,6 +37,9 @@ class MotionOf(HarmonicResponse):
         value: ComplexArray = motion.points[self.of] * (1j * motion.omega) ** self.power
         return value
 
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        return np.asarray(course.points[self.of][self.power])
+
 
 class Displacement(MotionOf):
     """`response = "displacement"`: of a body, absolute [m] peak; in space along `direction`.
@@ -45,6 +50,7 @@ class Displacement(MotionOf):
     """
 
     direction: Direction | None = None
+    against_friction: ClassVar[str] = ""
     in_space: ClassVar[str] = "direction"
     twin: ClassVar[str] = "rotation"
     noise_twin: ClassVar[str] = "rms_displacement"
@@ -91,6 +97,7 @@ class RelativeDisplacement(HarmonicResponse):
     """
 
     across: str
+    against_friction: ClassVar[str] = ""
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
@@ -106,3 +113,7 @@ class RelativeDisplacement(HarmonicResponse):
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         return machine.stretch_of(machine.joint(self.across), motion)
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        first, second = (course.points.get(end, np.zeros((3, 1))) for end in machine.joint(self.across).ends)
+        return np.asarray((second - first)[0])

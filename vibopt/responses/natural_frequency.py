@@ -69,6 +69,7 @@ class NaturalFrequency(Response):
     mode: int = 1
     outside: Any = None
     dimension: ClassVar[str] = "angular_rate"
+    against_friction: ClassVar[str] = ""
     other_bound: ClassVar[str] = " (or outside)"
     unit_without: ClassVar[str] = "Hz"
 

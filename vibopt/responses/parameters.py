@@ -29,6 +29,7 @@ class TotalMass(Response):
 
     dimension: ClassVar[str] = "mass"
     sums: ClassVar[tuple[str, ...]] = ("bodies", "absorbers")
+    against_friction: ClassVar[str] = ""
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return sum_of(model, [term for term in model.terms if term.kind == INERTIA and term.static_scale])
@@ -46,6 +47,7 @@ class Mass(Response):
     """
 
     of: str
+    against_friction: ClassVar[str] = ""
     dimension: ClassVar[str] = "mass"
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "inertia"
@@ -70,6 +72,7 @@ class OfLink(Response):
     """
 
     of: str
+    against_friction: ClassVar[str] = ""
     of_link: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
@@ -106,6 +109,21 @@ class Damping(OfLink):
     def measure_static(self, machine: Machine) -> float:
         joint = machine.joint(self.of)
         return joint.damping / joint.count
+
+
+class FrictionForce(OfLink):
+    """`response = "friction_force"`: dry friction of one single mount [N]."""
+
+    dimension: ClassVar[str] = "force"
+    moves: ClassVar[str] = "line"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        force = model.properties[self.of, "friction_force"]
+        return _single(model, self.of, Monomials(np.array([force.scale]), force.row(model.n_vars)[None, :]))
+
+    def measure_static(self, machine: Machine) -> float:
+        joint = machine.joint(self.of)
+        return joint.friction / joint.count
 
 
 class Count(OfLink):

@@ -16,6 +16,7 @@ class TotalPrice(Response):
 
     dimension: ClassVar[str] = "price"
     priced: ClassVar[bool] = True
+    against_friction: ClassVar[str] = ""
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         prices = [one for (_, word), one in model.properties.items() if word == "price"]

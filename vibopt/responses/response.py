@@ -90,6 +90,8 @@ class Response(Table):
         Whether it asks for a static deflection, for which springs must carry the weights.
     priced
         Whether it asks what is bought costs.
+    against_friction
+        Why it is not asked of a machine with dry friction, behind its name; "" where it is.
     sums
         Families whose members that move along a line it adds up; the first is what messages call them.
     refers_to
@@ -127,6 +129,7 @@ class Response(Table):
     other_bound: ClassVar[str] = ""
     sags: ClassVar[bool] = False
     priced: ClassVar[bool] = False
+    against_friction: ClassVar[str] = "speaks of linear motion, and what rubs does not move linearly"
     sums: ClassVar[tuple[str, ...]] = ()
     refers_to: ClassVar[str] = ""
 
@@ -272,7 +275,13 @@ class HarmonicResponse(Response):
         raise NotImplementedError
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        if model.rubbing:
+            return forms.Rubbing(self.output(model), drives, self.normalised)
         return Modulus(self.output(model), drives, combine)
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        """The response of the built machine at the times of a course; another road than `output`."""
+        raise NotImplementedError(f"{type(self).__name__} is not followed through time")
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         """Complex amplitude of the built machine in a given motion; another road than `output`."""
@@ -292,6 +301,7 @@ class RandomResponse(Response):
 
     due_to: tuple[str, ...] | None = None
     sort: ClassVar[Sort] = "random"
+    against_friction: ClassVar[str] = "is a root mean square of linear motion, and what rubs does not move linearly"
 
     @model_validator(mode="before")
     @classmethod
@@ -347,6 +357,9 @@ class TransientResponse(Response):
     due_to: tuple[str, ...] | None = None
     combine: str | None = None
     sort: ClassVar[Sort] = "transient"
+    against_friction: ClassVar[str] = (
+        "is the greatest in time of linear motion: dry friction is answered in steady vibration only"
+    )
 
     @model_validator(mode="after")
     def _combined(self) -> "TransientResponse":
@@ -390,7 +403,7 @@ class TransientResponse(Response):
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
         """The response of the built machine at the times of a course; another road than `output`."""
-        raise NotImplementedError
+        return self.steady.trace(machine, course)
 
 
 def _without_rms(key: str, given: object) -> object:

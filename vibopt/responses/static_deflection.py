@@ -26,6 +26,7 @@ class StaticDeflection(Response):
     of: str
     direction: Direction = (0.0, 0.0, 1.0)
     dimension: ClassVar[str] = "length"
+    against_friction: ClassVar[str] = "is not known, for friction holds the weight anywhere near where the spring would"
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "rotation"
     in_space: ClassVar[str] = "place"

@@ -3,10 +3,11 @@
 from dataclasses import replace
 from typing import ClassVar
 
+import numpy as np
 from pydantic import model_validator
 
-from vibopt.arrays import ComplexArray
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.machine import Course, Machine, Motion
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point, forces_along, link_forces
@@ -61,6 +62,12 @@ class Transmitted(HarmonicResponse):
         joint = machine.joint(self.through or "")
         return machine.joint_force(joint, motion) / joint.count
 
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        if self.into is not None:
+            return machine.force_course(self.into, course)
+        joint = machine.joint(self.through or "")
+        return machine.joint_course(joint, course) / joint.count
+
 
 class TransmittedForce(Transmitted):
     """`response = "transmitted_force"`: total over all links `into` a place, or in one mount `through` a link.
@@ -73,6 +80,7 @@ class TransmittedForce(Transmitted):
     """
 
     direction: Direction | None = None
+    against_friction: ClassVar[str] = ""
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "transmitted_moment"
     noise_twin: ClassVar[str] = "rms_force"
@@ -111,6 +119,7 @@ class Transmissibility(HarmonicResponse):
     into: str | None = None
     of: str | None = None
     normalised: ClassVar[bool] = True
+    against_friction: ClassVar[str] = ""
 
     @model_validator(mode="after")
     def _one_place(self) -> "Transmissibility":
@@ -137,6 +146,11 @@ class Transmissibility(HarmonicResponse):
         if self.into is not None:
             return machine.force_into(self.into, motion)
         return motion.points[self.of or ""]
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        if self.into is not None:
+            return machine.force_course(self.into, course)
+        return np.asarray(course.points[self.of or ""][0])
 
 
 class Isolation(Transmissibility):

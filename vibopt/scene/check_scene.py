@@ -10,6 +10,7 @@ from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
+from vibopt.scene.check_friction import check_friction, rubs_in
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_lossy, check_random
 from vibopt.scene.check_space import check_space
@@ -28,7 +29,10 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_tolerances(scene, mistakes)
     check_space(scene, mistakes)
     check_excitations(scene, mistakes)
+    check_friction(scene, mistakes)
     for path, response in _responses(scene):
+        if rubs_in(scene, path, response, mistakes):
+            continue
         if response.signed and not _free(scene, path, response, mistakes):
             continue
         if response.free_vibration:

@@ -64,7 +64,7 @@ def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[s
                 f"but excitations.{one} counts "
                 f"{'vehicle speeds' if excitation.of_vehicle else 'speeds of rotation'}. Write it the same way.",
             )
-        elif speeds is not None and not response.normalised:
+        elif speeds is not None and (not response.normalised or places.rubbing(scene)):
             _known(scene, path, response, one, mistakes)
 
 

@@ -13,7 +13,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
-from vibopt.scene.places import devices
+from vibopt.scene.places import devices, rubbing
 from vibopt.scene.scene import Scene
 from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment, Sweep
 from vibopt.units import Quantity
@@ -84,7 +84,7 @@ def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, Fl
     for name in names_for(scene, response):
         excitation = scene.excitations[name]
         lines = excitation.lines(row_of(excitation, points))
-        if response.normalised:
+        if response.normalised and not rubbing(scene):  # friction makes a ratio hang on the amplitude
             lines = tuple(replace(line, amplitude=UNIT) for line in lines)
         drives.append(Drive(name, lines, bands_for(scene, response, name)))
     return tuple(drives)

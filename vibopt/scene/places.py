@@ -103,6 +103,12 @@ def springs(scene: Scene) -> set[str]:
 
 
 @once
+def rubbing(scene: Scene) -> list[str]:
+    """Links that have dry friction."""
+    return [name for _, name, table in devices(scene) if table.rubs]
+
+
+@once
 def neighbours(scene: Scene) -> dict[str, set[str]]:
     """Per point those that it moves along: over a link, or within one structure."""
     found: dict[str, set[str]] = {}

@@ -17,6 +17,8 @@ _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
 _MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS = 1e-4, 20_000, 400, 300
 """Gap, boxes, boxes with tangents and exact measurements of a search for what an answer says beside itself."""
+_VALLEY = 80
+"""Exact measurements of designs of which each takes long."""
 _FEW = 2
 """Starts beside a design that is known to be near."""
 
@@ -40,7 +42,7 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     for exact in (OneVariable(), StiffnessAndDamping()):
         if exact.refuses(program) is None:
             return exact
-    from vibopt.solve.nlp import Nlp, blind
+    from vibopt.solve.nlp import blind
     from vibopt.solve.one_range import OneRange
 
     if blind(program):
@@ -50,7 +52,7 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
         from vibopt.solve.tangents import Tangents
 
         tangents = Tangents(near=near)
-        return tangents if tangents.refuses(program) is None else _begun(Nlp(), near)
+        return tangents if tangents.refuses(program) is None else _begun(_of_starts(program), near)
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
     discs = DiscsOfOneLink()
@@ -104,6 +106,13 @@ def _begun(method: Method, near: Sequence[float] | None) -> Method:
     if near is None or not isinstance(method, Nlp):
         return method
     return replace(method, given=(np.array(near, dtype=float),), count=_FEW, brief=True)
+
+
+def _of_starts(program: Program) -> Method:
+    """Few starts of the most promising designs where each takes long and leads along a flat valley."""
+    from vibopt.solve.nlp import Nlp
+
+    return Nlp(count=3, most=_VALLEY) if any(part.form.screened for part in program.parts) else Nlp()
 
 
 def _of_parts(program: Program, name: str | Method | None) -> Method:

@@ -33,8 +33,8 @@ _SAME = 1e-6
 _ROUNDING, _PLACES = 1e-9, 6
 _IPOPT = 50.0
 """Work of one run of IPOPT, in exact measurements."""
-_MANY = 128
-"""Points to measure where no start led anywhere."""
+_MANY, _SCREENED, _BY_LIMITS = 128, 48, 10.0
+"""Points to measure where no start led anywhere, and before any where most of them lead nowhere; weight of a limit."""
 _AGREED, _BATCHES = 4, 3
 """Starts that should agree on the best, and how many batches of them there may be."""
 _MEASUREMENTS = 5000
@@ -217,8 +217,23 @@ class _Run:
 
     def _starts(self) -> list[FloatArray]:
         spread = [*starts(self.program, self.method.count), *corners(self.low, self.high)]
+        if any(part.form.screened for part in self.program.parts):
+            spread = self._screened(spread)
         given = [np.log(np.maximum(x, np.exp(self.low))) for x in self.method.given]
         return [np.clip(one, self.low, self.high) for one in [*given, *spread]]
+
+    def _screened(self, spread: list[FloatArray]) -> list[FloatArray]:
+        """The most promising of many designs, where some lie on plains on which nothing leads anywhere."""
+        points = [np.clip(y, self.low, self.high) for y in [*spread, *starts(self.program, _SCREENED)]]
+        merit = [self._merit(self._x(y)) for y in points]
+        return [points[i] for i in np.argsort(merit, kind="stable")[: self.method.count]]
+
+    def _merit(self, x: FloatArray) -> float:
+        """Log of the goal and what limits are missed by, the less the better."""
+        missed = max((self.judge.limit(one, x)[0] for one in self.program.limits), default=0.0)
+        goal = self.judge.goal(x).value
+        level = np.sign(goal) * np.log(abs(goal)) if goal and np.isfinite(goal) else 0.0
+        return float(level + _BY_LIMITS * np.log1p(max(missed, 0.0))) if np.isfinite(goal) else np.inf
 
     def _sampled(self, begun: list[FloatArray], *, elastic: bool = False) -> list[FloatArray]:
         """Where IPOPT leads from every start, the worst speeds added and solved again a few times."""

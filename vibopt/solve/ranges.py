@@ -36,7 +36,7 @@ def far_end(program: Program, axis: Axis) -> float:
         (
             band.high * max(line.order for line in drive.lines)
             for part in program.parts
-            for drive in part.form.drives
+            for drive in part.form.shaken
             for band in drive.bands
         ),
         default=0.0,
@@ -62,7 +62,7 @@ _TURNED, _FADED = 6e4, 2e4
 """Radians that a machine may turn in a load, and times that it may fade by e, at the far end of an open range."""
 FLOOR = 1e-9
 """Least value of a variable whose range begins at zero, as a part of its natural size or of its upper end."""
-_DECADES = 1e6
+_DECADES, _NARROW = 1e6, 30.0
 _BESIDE = 0.02
 
 
@@ -79,11 +79,11 @@ def log_box(program: Program) -> tuple[FloatArray, FloatArray]:
 def starts(program: Program, count: int) -> FloatArray:
     """Points of a low-discrepancy sequence over the log box, the middle first, shape (count, n_vars).
 
-    Half of them lie within three decades of the natural size of each variable.
+    Half of them lie within three decades of the natural size of each variable, of a friction closer to it.
     """
     low, high = log_box(program)
     size = np.log([natural_size(program, axis) for axis in program.axes]).reshape(-1)
-    reach = 0.5 * np.log(_DECADES)
+    reach = 0.5 * np.log([_NARROW if axis.path.endswith(".friction_force") else _DECADES for axis in program.axes])
     near_low = np.clip(size - reach, low, high)
     near_high = np.clip(size + reach, low, high)
     narrow = near_high > near_low
@@ -125,6 +125,7 @@ def natural_size(program: Program, axis: Axis) -> float:
     word = steps[-2] if steps[-1] in ("x", "y", "z") else steps[-1]
     mass, speed = _typical_mass(program), _typical_speed(program)
     sizes = {"stiffness": mass * speed**2, "damping": mass * speed, "mass": mass, "inertance": mass}
+    sizes |= {"friction_force": max((part.form.push(mass, speed) for part in program.parts), default=1.0)}
     sizes |= {f"torsional_{word}": size for word, size in sizes.items()} | {"inertia": mass}
     sizes |= {"damping_ratio": 0.1, "loss_factor": 0.1, "mass_ratio": 0.1, "tuning": 1.0, "frequency": speed}
     sizes |= {"length": GRAVITY / speed**2} if axis.path.count(".") == 2 else {"length": 1.0, "diameter": 0.1}
@@ -143,7 +144,7 @@ def _typical_speed(program: Program) -> float:
     ends = [
         line.order * band.high
         for form in forms
-        for drive in form.drives
+        for drive in form.shaken
         for line in drive.lines
         for band in drive.bands
         if 0.0 < band.high < np.inf

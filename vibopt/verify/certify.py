@@ -113,8 +113,12 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
 
 
 def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:
-    shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     bands = bands_for(scene, response, name)
+    if machine.rubs:
+        from vibopt.verify.stick_slip import rubbing
+
+        return rubbing(machine, response, scene.excitations[name], bands, least=want_least)
+    shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     between = any(not band.is_point for band in bands)
     singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
     turning = shaken.turning if between else None

@@ -1,0 +1,307 @@
+"""Dry friction: Den Hartog's formula, an integration from event to event, energy, limits, units, words of refusal."""
+
+from __future__ import annotations
+
+from math import cos, cosh, pi, sin, sinh, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.errors import InputError
+from vibopt.mechanics.dry_friction import Rub
+from vibopt.report.curves import panels
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=40)
+ratios = st.one_of(st.just(0.0), st.floats(1e-3, 3.0))
+
+
+def den_hartog(r: float, ratio: float, f: float) -> float:
+    """Amplitude over the static deflection of a motion without stops (1931), the damper beside."""
+    ring = sqrt(1.0 - ratio**2)
+    below = cosh(ratio * pi / r) + cos(ring * pi / r)
+    g = (sinh(ratio * pi / r) - ratio / ring * sin(ring * pi / r)) / below
+    h = sin(ring * pi / r) / (r * ring) / below
+    return sqrt(1.0 / ((1.0 - r**2) ** 2 + (2.0 * ratio * r) ** 2) - (h * f) ** 2) - g * f
+
+
+@few
+@given(r=st.floats(0.7, 4.0), ratio=st.one_of(st.just(0.0), st.floats(1e-3, 0.95)), f=st.floats(0.01, 0.6))
+def test_without_stops_it_is_den_hartogs_formula(r: float, ratio: float, f: float) -> None:
+    assume(abs(r - 1.0) > 1e-3)
+    rub = Rub(r, ratio, f)
+    half = rub.half_cycle
+    assert half is not None
+    if len(half) == 1:
+        assert rub.greatest(0, 1.0, 0j) == pytest.approx(den_hartog(r, ratio, f), rel=1e-9)
+
+
+@pytest.mark.parametrize(("r", "f", "printed"), [(0.5, 0.0, 4 / 3), (2.0, 0.5, 0.2205), (1.0, 0.8, 0.2994)])
+def test_undamped_examples(r: float, f: float, printed: float) -> None:
+    """Den Hartog's V and U: sqrt(V^2 - (f U)^2) with V = 1 / (1 - r^2), U = tan(pi / 2 r) / r; at 1 it stops."""
+    found = Rub(r, 0.0, max(f, 1e-12)).greatest(0, 1.0, 0j)
+    assert found == pytest.approx(printed, rel=1e-3)
+    if r > 1.0:
+        assert found == pytest.approx(sqrt((1 - r * r) ** -2 - (f / r * np.tan(pi / 2 / r)) ** 2), rel=1e-12)
+
+
+@few
+@given(r=st.floats(0.06, 5.0), ratio=ratios, f=st.floats(0.02, 0.98))
+def test_in_a_cycle_the_force_does_what_friction_and_the_damper_take(r: float, ratio: float, f: float) -> None:
+    """And it closes: every piece begins where the one before ends, and the last at the negative of the first."""
+    assume(ratio > 0.0 or abs(1.0 / r - round(1.0 / r)) > 1e-3)
+    rub = Rub(r, ratio, f)
+    half = rub.half_cycle
+    assert half is not None
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    work = lost = size = 0.0
+    for piece in half:
+        for low, high in zip(rub._edges(piece.length)[:-1], rub._edges(piece.length)[1:], strict=True):
+            tau = low + 0.5 * (high - low) * (nodes + 1.0)
+            _, v, _ = rub.at(piece, tau)
+            part = 0.5 * (high - low) * weights
+            work += float(part @ (v * np.cos(piece.begin + tau)))
+            lost += float(part @ (f * np.abs(v) + 2.0 * ratio * r * v**2))
+            size = max(size, float(np.abs(v).max()))
+            assert (piece.side * v >= -1e-10 * max(size, 1e-3)).all()
+    assert work == pytest.approx(lost, rel=1e-9, abs=1e-12)
+    ends = [rub.at(one, np.array([one.length])) for one in half]
+    for (z, v, _), following in zip(ends, half[1:], strict=False):
+        assert (z[0], v[0]) == (pytest.approx(following.z, abs=1e-11), pytest.approx(following.v, abs=1e-9))
+    assert ends[-1][0][0] == pytest.approx(-half[0].z, rel=1e-9, abs=1e-11)
+    for one in half:
+        if one.side == 0:
+            held = np.cos(one.begin + np.linspace(0.0, one.length, 50)) - one.z
+            assert (np.abs(held) <= f * (1.0 + 1e-9)).all()
+
+
+@few
+@given(r=st.floats(0.1, 4.0), ratio=st.floats(0.01, 2.0))
+def test_without_friction_it_is_linear_and_from_the_force_on_it_holds(r: float, ratio: float) -> None:
+    linear = 1.0 / abs(1.0 - r**2 + 2j * ratio * r)
+    assert Rub(r, ratio, 1e-9).greatest(0, 1.0, 0j) == pytest.approx(linear, rel=1e-6)
+    assert Rub(r, ratio, 1e-9).equivalent(0, 1.0, 0j) == pytest.approx(linear, rel=1e-6)
+    assert Rub(r, ratio, 1.0).greatest(0, 1.0, 0j) == 0.0
+    assert Rub(r, ratio, 1.0).greatest(2, -(r**2), 1.0) == pytest.approx(1.0)
+    assert Rub(r, ratio, 1.0 - 1e-6).greatest(0, 1.0, 0j) < 1e-5
+
+
+def test_an_undamped_resonance_has_an_end_above_a_quarter_of_pi_alone() -> None:
+    assert Rub(1.0, 0.0, 0.25 * pi).greatest(0, 1.0, 0j) == np.inf
+    assert Rub(1.0, 0.0, 0.25 * pi + 1e-3).greatest(0, 1.0, 0j) < 1.0
+    assert Rub(1.0, 1e-3, 0.25 * pi).greatest(0, 1.0, 0j) < 40.0
+    near = [Rub(1.0 + gap, 0.0, 0.7).greatest(0, 1.0, 0j) for gap in (1e-3, 1e-5, 1e-7)]
+    assert near[0] < near[1] / 50.0 < near[2] / 2500.0
+
+
+PRESS: dict[str, Any] = {
+    "title": "press that rubs",
+    "bodies": {"press": {"mass": "300 kg"}},
+    "links": {
+        "mount": {"between": ["press", "ground"], "stiffness": "300 kN/m", "damping": "500 N s/m",
+                  "friction_force": "800 N"},
+    },
+    "excitations": {
+        "load": {"kind": "force", "on": "press", "amplitude": "2 kN", "speed": "5 Hz", "varies": "constant"},
+    },
+    "measures": {
+        "displacement": {"response": "displacement", "of": "press"},
+        "velocity": {"response": "velocity", "of": "press"},
+        "acceleration": {"response": "acceleration", "of": "press"},
+        "travel": {"response": "relative_displacement", "across": "mount"},
+        "force": {"response": "transmitted_force", "into": "ground"},
+        "through": {"response": "transmitted_force", "through": "mount"},
+        "ratio": {"response": "transmissibility", "into": "ground"},
+        "friction": {"response": "friction_force", "of": "mount"},
+    },
+}  # fmt: skip
+
+
+def changed(*, base: bool = False, load: dict[str, Any] | None = None, **mount: Any) -> dict[str, Any]:
+    """The press with another mount or load, on a base that moves by 5 mm."""
+    document = {**PRESS, "links": {"mount": {**PRESS["links"]["mount"], **mount}}}
+    shaken = PRESS["excitations"]["load"]
+    if base:
+        document["links"]["mount"]["between"] = ["press", "floor"]
+        document["bases"] = {"floor": {}}
+        shaken = {"kind": "base_motion", "on": "floor", "displacement": "5 mm", "speed": "5 Hz", "varies": "constant"}
+        asked = {**PRESS["measures"], "ratio": {"response": "transmissibility", "of": "press"}}
+        document["measures"] = {**asked, "force": {"response": "transmitted_force", "into": "floor"}}
+    document["excitations"] = {"load": {**shaken, **(load or {})}}
+    return document
+
+
+def told(document: dict[str, Any]) -> dict[str, float]:
+    """Values of the measures; both routes agree on them."""
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    return {name: one.value.value for name, one in answer.measures.items()}
+
+
+@pytest.mark.parametrize("base", [False, True])
+@pytest.mark.parametrize("speed", ["0.6 Hz", "3.5 Hz", "5.03 Hz", "9 Hz"])
+@pytest.mark.parametrize("mount", [{}, {"damping": "30 N s/m"}, {"damping": "30 kN s/m", "friction_force": "1.7 kN"}])
+def test_every_response_has_one_value_by_both_routes(base: bool, speed: str, mount: dict[str, str]) -> None:
+    """The second integrates place and speed from event to event (1e-7), and reads forces off spring and friction."""
+    found = told(changed(base=base, load={"speed": speed}, **mount))
+    assert found["force"] == pytest.approx(found["through"], rel=1e-9)
+    if base:
+        assert found["ratio"] == pytest.approx(found["displacement"] / 5e-3, rel=1e-9)
+        assert found["force"] == pytest.approx(300.0 * found["acceleration"], rel=1e-7)
+    else:
+        assert found["ratio"] == pytest.approx(found["force"] / 2000.0, rel=1e-9)
+        assert found["travel"] == pytest.approx(found["displacement"], rel=1e-12)
+
+
+@pytest.mark.slow
+@settings(few, max_examples=100)
+@given(r=st.floats(0.15, 4.0), ratio=ratios, f=st.floats(0.02, 0.98))
+def test_no_integration_finds_another_motion(r: float, ratio: float, f: float) -> None:
+    assume(ratio > 1e-3 or abs(1.0 / r - round(1.0 / r)) > 1e-2)
+    mount = {"stiffness": "1 N/m", "damping": f"{2.0 * ratio!r} N s/m", "friction_force": f"{f!r} N"}
+    document = changed(load={"amplitude": "1 N", "speed": f"{r!r} rad/s"}, **mount)
+    told({**document, "bodies": {"press": {"mass": "1 kg"}}})
+
+
+def test_units_counts_and_scales_change_nothing() -> None:
+    """Twice the force with twice the friction is twice the motion; four mounts of a quarter are one."""
+    first = told(PRESS)
+    four = changed(count=4, stiffness="75 kN/m", damping="125 N s/m", friction_force="200 N")
+    found = told(four)
+    assert found["displacement"] == pytest.approx(first["displacement"], rel=1e-9)
+    assert (4.0 * found["through"], 4.0 * found["friction"]) == pytest.approx((first["through"], first["friction"]))
+    twice = told(changed(load={"amplitude": "4 kN"}, friction_force="1.6 kN"))
+    assert twice["displacement"] == pytest.approx(2.0 * first["displacement"], rel=1e-9)
+    assert twice["ratio"] == pytest.approx(first["ratio"], rel=1e-9)
+    same = told(changed(load={"speed": "300 rpm", "amplitude": "2000 N"}, stiffness="300 N/mm"))
+    assert same == pytest.approx(first, rel=1e-12)
+
+
+def test_a_range_is_no_less_than_any_speed_in_it_and_notes_say_what_equivalent_damping_would() -> None:
+    document = changed(load={"speed": "12 Hz"})
+    document["measures"] = {"worst": {"response": "displacement", "of": "press", "over": "1..12 Hz"}}
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    worst = answer.measures["worst"].value.value
+    for speed in np.linspace(1.0, 12.0, 60):
+        push = 2000.0 / 3e5
+        rub = Rub(speed * 2.0 * pi / sqrt(1000.0), 500.0 / (2.0 * sqrt(300.0 * 3e5)), 0.4)
+        assert rub.greatest(0, push, 0j) <= worst * (1.0 + 1e-9)
+    assert any(one.startswith("measures.worst: equivalent viscous damping would say ") for one in answer.notes)
+
+
+def test_an_undamped_resonance_says_what_would_bound_it() -> None:
+    document = changed(load={"speed": "300 rpm"})
+    del document["links"]["mount"]["damping"]
+    document["measures"] = {"d": {"response": "displacement", "of": "press", "over": "100..400 rpm"}}
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.measures["d"].value.value == np.inf
+    assert (
+        "At the resonance, 302 rpm, the motion has no end: without viscous damping friction bounds it only above π/4 "
+        "of the force, 1.571 kN, and there are 800 N." in answer.notes
+    )
+
+
+def test_the_best_friction_of_one_mount_is_found_and_confirmed() -> None:
+    """Base motion at 8 Hz: least transmissibility; every other friction passes on more."""
+    document = changed(base=True, load={"speed": "8 Hz"}, friction_force={"from": "50 N", "to": "5 kN"})
+    document["limits"] = {"travel": {"response": "relative_displacement", "across": "mount", "at_most": "7 mm"}}
+    document["goal"] = {"minimise": "transmissibility", "of": "press"}
+    del document["measures"]
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status in ("optimal", "feasible"), answer.claim
+    assert answer.limits["travel"].margin == pytest.approx(0.0, abs=1e-6)
+    assert answer.goal is not None
+    for friction in (900.0, 1500.0, 2500.0, 4000.0):
+        other = told(changed(base=True, load={"speed": "8 Hz"}, friction_force=f"{friction} N"))
+        assert other["travel"] > 7e-3 or other["ratio"] >= answer.goal[1].value * (1.0 - 1e-6)
+
+
+def test_the_figure_has_both_curves_and_the_holds() -> None:
+    document = changed(load={"speed": "2 Hz"})
+    document["measures"] = {"d": PRESS["measures"]["displacement"]}
+    against, over = panels(vo.solve(vo.from_dict(document)))
+    assert [one.label for one in against.curves] == ["dry friction", "equivalent viscous"]
+    assert [one.label for one in over.curves] == ["slips", "held by friction"]
+    assert np.isfinite(over.curves[1].y).any()
+    assert np.isnan(over.curves[1].y).any()
+    assert np.nanmax(over.curves[0].y) == pytest.approx(against.marks[0].y, rel=1e-9)
+
+
+LINK = {"between": ["press", "ground"], "stiffness": "300 kN/m", "friction_force": "800 N"}
+LOAD = PRESS["excitations"]["load"]
+_OTHERS = "Ask for a steady displacement, force or transmissibility, or write damping instead of the friction."
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "no stiffness": (
+        {"links": {"mount": {"between": ["press", "ground"], "friction_force": "800 N"}}},
+        "links.mount has a friction_force but no stiffness that brings it back: it slips away, and where it stays "
+        'nobody knows. Add stiffness = "200 kN/m".',
+    ),
+    "loss factor": (
+        {"links": {"mount": {**LINK, "loss_factor": 0.1}}},
+        "links.mount gives friction_force and loss_factor, which knows harmonic motion only, and a motion that rubs is "
+        "not harmonic. Write damping or damping_ratio beside the friction.",
+    ),
+    "two links": (
+        {"links": {"mount": LINK, "other": {**LINK, "friction_force": "1 N"}}},
+        "links.mount.friction_force rubs beside links.other: where friction holds, what it joins moves as one, and "
+        "which links hold changes in every cycle. Dry friction is answered for one body on one link, along a line.",
+    ),
+    "two loads": (
+        {"excitations": {"load": LOAD, "second": LOAD}},
+        "links.mount.friction_force rubs under excitations.load and excitations.second. The sum of both decides when "
+        "it slips, so that their motions do not add. Keep one of them.",
+    ),
+    "harmonics": (
+        {"excitations": {"load": {"kind": "harmonics", "on": "press", "speed": "5 Hz", "harmonics": [
+            {"order": 1, "amplitude": "1 kN"}, {"order": 2, "amplitude": "1 kN"}]}}},
+        "links.mount.friction_force rubs under the harmonics of excitations.load. All of them together decide when it "
+        'slips, so that their motions do not add. Write the greatest alone: kind = "force".',
+    ),
+    "noise": (
+        {"excitations": {"load": {"kind": "white_noise", "on": "press", "density": "1 N²/Hz"}}},
+        "links.mount.friction_force rubs under the white noise of excitations.load. Dry friction is answered in steady "
+        "vibration under one harmonic. Write damping or damping_ratio, or another excitation.",
+    ),
+    "decay": (
+        {"measures": {"d": {"response": "decay_rate"}}},
+        "measures.d: with links.mount.friction_force, decay_rate speaks of linear motion, and what rubs does not move "
+        f"linearly. {_OTHERS}",
+    ),
+    "jerk": (
+        {"measures": {"d": {"response": "jerk", "of": "press"}}},
+        "measures.d: with links.mount.friction_force, jerk is infinite, for friction turns at once where the slip "
+        f"does. {_OTHERS}",
+    ),
+    "sag": (
+        {"measures": {"d": {"response": "static_deflection", "of": "press"}}},
+        "measures.d: with links.mount.friction_force, static_deflection is not known, for friction holds the weight "
+        f"anywhere near where the spring would. {_OTHERS}",
+    ),
+    "unknown amplitude": (
+        {
+            "excitations": {"load": {"kind": "force", "on": "press", "amplitude": "2 kN", "speed": "5 Hz"}},
+            "measures": {"d": {"response": "transmissibility", "into": "ground", "over": "1..9 Hz"}},
+        },
+        "measures.d looks at speeds other than those of excitations.load: how does its amplitude vary? Add varies = "
+        '"constant" or varies = "speed^2" to excitations.load.',
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_has_no_answer_with_friction_is_refused(name: str) -> None:
+    change, message = WRONG[name]
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**PRESS, **change})
+    assert f"scene: {message}" in refused.value.messages
+
+
+def test_no_friction_is_a_linear_machine() -> None:
+    linear = changed()
+    del linear["links"]["mount"]["friction_force"], linear["measures"]["friction"]
+    rest = {**linear, "links": {"mount": {**linear["links"]["mount"], "friction_force": "0 N"}}}
+    assert told(rest) == pytest.approx(told(linear), rel=1e-14)

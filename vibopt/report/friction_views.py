@@ -1,0 +1,214 @@
+"""A machine with dry friction beside its equivalent viscous damping: in words, against speed, and over a cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import isfinite, pi
+from typing import cast
+
+import numpy as np
+
+from vibopt.answer.blocks import spoken, value_at
+from vibopt.answer.entry import Checked
+from vibopt.arrays import FloatArray
+from vibopt.forms import Rubbing
+from vibopt.forms.rubbing import friction_of, natural_frequency
+from vibopt.mechanics.model import Model
+from vibopt.program.pose import form_of
+from vibopt.records import dataclass
+from vibopt.report.series import Curve, Mark, Panel, Zone
+from vibopt.responses import HarmonicResponse
+from vibopt.responses.response import place_of
+from vibopt.scene.assemble import model_of
+from vibopt.scene.drives import bands_for
+from vibopt.scene.places import rubbing
+from vibopt.scene.scene import Design, Scene
+from vibopt.units import best_unit, show, to_unit
+from vibopt.values.speeds import ROTATION
+
+_SPEEDS, _TIMES, _SAME = 160, 400, 5e-3
+"""Points of a curve; part by which two values must differ to be told apart in words."""
+_DEGENERATE = 1e-6
+"""How near a natural frequency is to a whole multiple of that of the force, to be one."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A steady response of a limit, a measure or the goal, and its row in the answer where it has one."""
+
+    where: str
+    response: HarmonicResponse
+    form: Rubbing
+    row: Checked | None = None
+
+
+def _asked(scene: Scene, model: Model, rows: Mapping[str, Checked]) -> Iterator[_Asked]:
+    responses = {f"limits.{name}": one for name, one in scene.limits.items()}
+    responses |= {f"measures.{name}": one for name, one in scene.measures.items()}
+    if scene.goal is not None:
+        responses["goal"] = scene.goal.response
+    for where, one in responses.items():
+        if isinstance(one, HarmonicResponse):
+            form = cast("Rubbing", form_of(scene, model, one))
+            yield _Asked(where, one, form, rows.get(where.partition(".")[2]))
+
+
+def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """What equivalent viscous damping would say, where friction bounds a resonance, and where the start decides."""
+    if not rubbing(scene):
+        return []
+    model, x, notes = model_of(scene), np.array([chosen[one.path] for one in scene.variables]), list[str]()
+    endless: set[float] = set()
+    for one in _asked(scene, model, {}):
+        worst = one.form.worst(model, x)
+        [(name, speed)] = worst.speeds.items()
+        unit = scene.excitations[name].speed.unit
+        if not isfinite(worst.value):
+            endless.add(speed)
+            continue
+        notes.append(f"{one.where}: {_beside(one, worst.value, one.form.at(model, x, speed, rough=True))}")
+        if _left_to_the_start(one.form, model, x, speed):
+            notes.append(
+                f"{one.where}: at {show(speed, unit, ROTATION)} the natural frequency is a whole multiple of that of "
+                "the force and nothing is damped: what it began with swings on, and the greatest may be more."
+            )
+    for speed in sorted(endless):
+        push = one.form.motion(model, x, speed)[1]
+        notes.append(
+            f"At the resonance, {show(speed, unit, ROTATION)}, the motion has no end: without viscous damping friction "
+            f"bounds it only above π/4 of the force, {show(0.25 * pi * push, '', 'force')}, and there are "
+            f"{show(friction_of(model, x), '', 'force')}."
+        )
+    return notes
+
+
+def _beside(asked: _Asked, value: float, other: float) -> str:
+    """The equivalent viscous value, and how far it is off."""
+    if asked.response.complement:
+        value, other = 1.0 - value, 1.0 - other
+    kind = asked.response.dimension
+    said = show(other, best_unit(other, kind) if kind != "ratio" else "", kind)
+    part = (other - value) / abs(value) if value else 0.0
+    size = 100.0 * abs(part)
+    much = f"{size:.0f}" if size > 10.0 else f"{size:.2g}"
+    much += f" % too {'much' if part > 0.0 else 'little'}"
+    return f"equivalent viscous damping would say {said}, {'which is right' if abs(part) < _SAME else much}."
+
+
+def _left_to_the_start(form: Rubbing, model: Model, x: FloatArray, speed: float) -> bool:
+    rub = form.motion(model, x, speed)[0]
+    order = 1.0 / rub.r if rub.r else 0.0
+    pieces = rub.half_cycle or ()
+    return rub.ratio == 0.0 and order > 1.5 and abs(order - round(order)) < _DEGENERATE and all(p.side for p in pieces)
+
+
+def friction_panels(design: Design, model: Model) -> list[Panel]:
+    """Each response against speed, the equivalent viscous one beside, and over one cycle at its worst speed."""
+    x = np.array(design.x)
+    first: dict[tuple[str, str], _Asked] = {}
+    for one in _asked(design.scene, model, {**design.measures, **design.limits}):
+        first.setdefault((one.response.response.replace("isolation", "transmissibility"), place_of(one.response)), one)
+    panels = []
+    for one in first.values():
+        panels.append(_against_speed(design, model, x, one))
+        if isfinite(one.form.value(model, x)):
+            panels.append(_over_cycle(design, model, x, one))
+    return panels
+
+
+def _against_speed(design: Design, model: Model, x: FloatArray, one: _Asked) -> Panel:
+    scene, name = design.scene, one.form.shaken[0].name
+    bands, natural = bands_for(scene, one.response, name), natural_frequency(model, x) / _order(one.form)
+    known = scene.excitations[name].known_bands[0]
+    low = max(known.low, 0.1 * natural, 1e-3 * bands[-1].high)
+    high = min(known.high, max(1.2 * max(band.high for band in bands), 2.0 * natural))
+    value, speed = one.form.tops(model, x)[0]
+    speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, _SPEEDS), [speed, natural][: 1 + (natural < high)])
+    exact, other = (np.array([one.form.at(model, x, w, rough=rough) for w in speeds]) for rough in (False, True))
+    unit, factor = _unit(one, value)
+    per = to_unit(1.0, scene.excitations[name].speed.unit, ROTATION)
+    bound = one.response.at_most
+    limit = (1.0 - bound.value if one.response.complement else bound.value) if bound is not None else 0.0
+    top = factor * max(4.0 * float(np.median(exact)), limit, value if isfinite(value) else 0.0)
+    every = np.ones(len(speeds), dtype=bool)
+    said = "" if bound is None else show(bound.value, bound.unit, one.response.dimension)
+    zones = [
+        Zone(one.where, f"{one.where.partition('.')[2]}: at most {said}",
+             per * band.low, per * band.high, factor * limit, True)
+        for band in (bands if bound is not None else ())
+    ]  # fmt: skip
+    words = f"{one.where.rpartition('.')[2]} {value_at(one.row)}" if one.row is not None else one.where
+    return Panel(
+        title=_title(one), x_label=f"speed of {name} [{scene.excitations[name].speed.unit}]", y_label=_label(one, unit),
+        curves=(
+            Curve("dry friction", per * speeds, np.minimum(factor * exact, 1e3 * top), every),
+            Curve("equivalent viscous", per * speeds, np.minimum(factor * other, 1e3 * top), every, before=True),
+        ),
+        zones=tuple(zones), marks=(Mark(one.where, words, per * speed, factor * value),), own=(), excitation=name,
+        log_x=False, log_y=False, x_span=(per * speeds[0], per * speeds[-1]), y_span=(0.0, 1.25 * top),
+    )  # fmt: skip
+
+
+def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Panel:
+    """Two cycles, with the times at which friction holds."""
+    value, speed = one.form.tops(model, x)[0]
+    rub, _, (order, part, phasor) = one.form.motion(model, x, speed)
+    count = one.form.per(model, x, speed)
+    theta, read, held = list[float](), list[float](), list[bool]()
+    for half in range(4):
+        for piece in rub.half_cycle or ():
+            tau = np.linspace(0.0, piece.length, max(3, round(_TIMES * piece.length / (4.0 * pi))))
+            sign = (-1.0) ** half
+            theta += (half * pi + piece.begin + tau).tolist()
+            turned = (phasor * np.exp(1j * (piece.begin + tau))).real
+            read += (sign * (part * rub.at(piece, tau)[order] + turned) / count).tolist()
+            held += [piece.side == 0] * len(tau)
+    times = (np.array(theta) - theta[0]) / (speed * _order(one.form))
+    unit, factor = _unit(one, value)
+    slow = "ms" if times[-1] < 1.0 else "s"
+    per, y = to_unit(1.0, slow, "time"), factor * np.array(read)
+    every, top = np.ones(len(y), dtype=bool), factor * value
+    at = int(np.abs(y).argmax())
+    shown = show(design.scene.excitations[one.form.shaken[0].name].from_rotation(speed),
+                 design.scene.excitations[one.form.shaken[0].name].speed.unit, ROTATION)  # fmt: skip
+    curves = [Curve("slips", per * times, y, every)]
+    if any(held):
+        curves.append(Curve("held by friction", per * times, np.where(held, y, np.nan), every, worst=True))
+    panel = _against_nothing(one, f"{_title(one)}, two cycles at {shown}", slow, unit)
+    return replace(
+        panel, curves=tuple(curves), marks=(Mark(one.where, "greatest", per * times[at], float(y[at])),),
+        x_span=(0.0, per * float(times[-1])), y_span=(-1.35 * top, 1.35 * top),
+    )  # fmt: skip
+
+
+def _against_nothing(one: _Asked, title: str, slow: str, unit: str) -> Panel:
+    return Panel(
+        title=title, x_label=f"time [{slow}]", y_label=_label(one, unit), curves=(), zones=(), marks=(), own=(),
+        excitation=one.form.shaken[0].name, log_x=False, log_y=False, x_span=(0.0, 1.0), y_span=(0.0, 1.0),
+    )  # fmt: skip
+
+
+def _order(form: Rubbing) -> float:
+    return form.shaken[0].lines[0].order
+
+
+def _title(one: _Asked) -> str:
+    quantity = "transmissibility" if one.response.complement else one.response.response
+    return f"{spoken(quantity).capitalize()} {place_of(one.response)}"
+
+
+def _label(one: _Asked, unit: str) -> str:
+    quantity = "transmissibility" if one.response.complement else one.response.response
+    return spoken(quantity) + (f" [{unit}]" if unit else "")
+
+
+def _unit(one: _Asked, value: float) -> tuple[str, float]:
+    kind = one.response.dimension
+    if kind == "ratio":
+        return "", 1.0
+    unit = best_unit(value if isfinite(value) else 1.0, kind)
+    return unit, to_unit(1.0, unit, kind)
+
+
+__all__ = ["friction_notes", "friction_panels"]

@@ -1,0 +1,71 @@
+"""Whether dry friction is asked of what can be answered: one body on one link, under one harmonic."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.responses import Response
+from vibopt.scene import places
+from vibopt.scene.scene import Scene
+
+_BESIDE = (
+    "where friction holds, what it joins moves as one, and which links hold changes in every cycle. Dry friction is "
+    "answered for one body on one link, along a line."
+)
+
+
+def check_friction(scene: Scene, mistakes: Mistakes) -> None:
+    """Add what stands beside a link with dry friction and what shakes it, where that has no answer."""
+    if not places.rubbing(scene):
+        return
+    name, path = places.rubbing(scene)[0], ("links", places.rubbing(scene)[0], "friction_force")
+    where, supports = ".".join(path), places.supports(scene)
+    others = [f"{family}.{one}" for family, one, _ in places.devices(scene) if one != name and one not in supports]
+    bodies = [one for one in others if one.startswith("bodies.")]
+    others = [one for one in others if one not in bodies[:1]]
+    if others:
+        mistakes.add(path, f"{where} rubs beside {others[0]}: {_BESIDE}")
+    shaking = [f"excitations.{one}" for one in scene.excitations]
+    if len(shaking) > 1:
+        mistakes.add(
+            path,
+            f"{where} rubs under {shaking[0]} and {shaking[1]}. The sum of both decides when it slips, so that "
+            "their motions do not add. Keep one of them.",
+        )
+    for one, table in scene.excitations.items():
+        if table.sort != "steady" or table.ramp is not None:
+            what = "run-up" if table.ramp is not None else "white noise" if table.sort == "random" else "load once"
+            mistakes.add(
+                path,
+                f"{where} rubs under the {what} of excitations.{one}. Dry friction is answered in steady vibration "
+                "under one harmonic. Write damping or damping_ratio, or another excitation.",
+            )
+        elif not table.direction_known and len(table.lines(np.ones(1))) > 1:
+            mistakes.add(
+                path,
+                f"{where} rubs under the harmonics of excitations.{one}. All of them together decide when it slips, so "
+                'that their motions do not add. Write the greatest alone: kind = "force".',
+            )
+    if scene.find_all is not None:
+        mistakes.add(
+            ("goal", "find_all"),
+            f"goal.find_all finds every speed at which a linear machine crosses a limit, but {where} rubs. Limit the "
+            "response over ranges of speeds, and look at their margins.",
+        )
+
+
+def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    """Whether a response has no meaning with the dry friction of the scene; adds the mistake."""
+    rubbing = places.rubbing(scene)
+    if not rubbing or not response.against_friction:
+        return False
+    mistakes.add(
+        path,
+        f"{dotted(path)}: with links.{rubbing[0]}.friction_force, {response.response} {response.against_friction}. "
+        "Ask for a steady displacement, force or transmissibility, or write damping instead of the friction.",
+    )
+    return True
+
+
+__all__ = ["check_friction", "rubs_in"]
