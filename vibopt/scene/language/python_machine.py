@@ -60,6 +60,7 @@ class LinkWords(TypedDict, total=False):
     damping_ratio: Given
     relative_to: str
     loss_factor: Given
+    friction_force: Given
     count: Given
     dynamic_to_static: Bound
     tolerance: Bound
@@ -288,8 +289,9 @@ class Machine(Responses):
     def link(self, name: str, *, between: Sequence[str], **words: Unpack[LinkWords]) -> None:
         """Springs and dampers, alike and in parallel, `between` two points.
 
-        Words: stiffness (or beam) and one of damping, damping_ratio (with relative_to), loss_factor; count;
-        dynamic_to_static; between bodies that turn torsional_stiffness (or shaft) and torsional_damping.
+        Words: stiffness (or beam) and one of damping, damping_ratio (with relative_to), loss_factor;
+        friction_force; count; dynamic_to_static; between bodies that turn torsional_stiffness (or shaft) and
+        torsional_damping.
         """
         self._add("links", name, dict(between=between, **words))
 

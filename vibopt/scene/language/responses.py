@@ -202,6 +202,10 @@ class Responses:
         """Loss factor of a link."""
         return Measure("loss_factor", of=of, **words)
 
+    def friction_force(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Dry friction of one single mount of a link [N]."""
+        return Measure("friction_force", of=of, **words)
+
     def count(self, *, of: str, **words: Unpack[Shown]) -> Measure:
         """Number of mounts in a link."""
         return Measure("count", of=of, **words)
