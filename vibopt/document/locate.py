@@ -2,6 +2,7 @@
 
 import re
 from functools import cached_property, lru_cache
+from operator import methodcaller
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def may_be_too_deep(text: str) -> bool:
 
     No other key has so many between signs of equality, or one behind a quotation mark.
     """
-    if any(one.count(".") >= DEEPEST for one in re.split(r"[\n=@]", text)):
+    if max(map(methodcaller("count", "."), re.split(r"[\n=@]", text))) >= DEEPEST:
         return True
     return re.search(r"""["'][ \t]*\.""", text) is not None
 

@@ -18,10 +18,11 @@ _Asked = TypeVar("_Asked", bound=Callable[..., Any])
 
 def once(of: _Asked) -> _Asked:
     """What a scene says is gathered when it is first asked for: a scene does not change."""
+    name = f"once.{of.__name__}"
 
     @wraps(of)
     def kept(scene: Scene, *more: Any) -> Any:
-        known, key = vars(scene), ".".join(("once", of.__name__, *more))
+        known, key = vars(scene), f"{name}.{'.'.join(more)}" if more else name
         if key not in known:
             known[key] = of(scene, *more)
         return known[key]
