@@ -313,6 +313,12 @@ radius = "100 mm"
             'at = "50 mm"\ndrill = { diameter = "5 mm", density = "7850 kg/m³" }',
             "shaft.toml line 14: planes.P has a drill, but adds weights. Write remove = true, or leave the drill out.",
         ),
+        (
+            "[planes.P]",
+            '[bearings.left]\nat = "0 mm"\n[planes.P]',
+            'shaft.toml line 12: unknown key "bearings" at the top level. Bearings stand in [shaft], of a measured '
+            'rotor in [quality]: bearings = { A = "0 mm", B = "900 mm" }.',
+        ),
         ("[planes.P]", "[plane.P]", 'shaft.toml line 12: unknown key "plane" at the top level. Did you mean "planes"?'),
         (
             "[planes.P]",

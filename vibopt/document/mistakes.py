@@ -22,6 +22,10 @@ _RUN_UP = (
 )
 _WHY_NOT = dict.fromkeys(("acceleration", "angular_acceleration", "run_up_time", "ramp", "sweep_rate"), _RUN_UP)
 """Keys that nobody needs, and why."""
+_ELSEWHERE = {
+    "bearings": ' Bearings stand in [shaft], of a measured rotor in [quality]: bearings = { A = "0 mm", B = "900 mm" }.'
+}
+"""Tables that are a key of another one."""
 MOST_SAID = 200
 """Most mistakes of one file that are said at once."""
 
@@ -83,7 +87,8 @@ class Mistakes:
         if self.full:
             return
         where = f" in {dotted(path[:-1])}" if len(path) > 1 else " at the top level"
-        way = _WHY_NOT.get(str(path[-1])) or way_out(str(path[-1]), known)
+        inner = _ELSEWHERE.get(str(path[-1])) if len(path) == 1 else None
+        way = inner or _WHY_NOT.get(str(path[-1])) or way_out(str(path[-1]), known)
         self.add(path, f'unknown key "{path[-1]}"{where}.{way}')
 
     def unknown_name(self, path: Path, given: str, what: str, known: list[str]) -> None:

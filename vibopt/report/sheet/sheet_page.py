@@ -197,9 +197,11 @@ def _mode_rows(scene: Scene, machine: Machine) -> list[dict[str, str]]:
 
 
 def _isolators(design: Design, machine: Machine) -> Block:
-    """As in the answer, with names as short as those of the mounts."""
+    """As in the answer, with names as short as those of the mounts, and without their modes, which stand beside it."""
     block = isolators.isolator_block(design, machine)
-    return replace(block, rows=tuple((short(row[0], NAME), *row[1:]) for row in block.rows))
+    kept = [k for k, head in enumerate(block.heads) if k and not head.startswith("Strained")]
+    rows = tuple((short(row[0], NAME), *(row[k] for k in kept)) for row in block.rows)
+    return replace(block, heads=("", *(block.heads[k] for k in kept)), rows=rows)
 
 
 def _mount_rows(design: Design, machine: Machine | None) -> tuple[list[dict[str, str]], list[str]]:
