@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from io import StringIO
 from typing import Any
 
@@ -72,3 +73,18 @@ def test_colour_is_written_only_where_it_is_wanted() -> None:
     console.print("optimal", style="bold green")
     console.print(Grid([("a", "b")], ("x", "y")))
     assert console.text == "\x1b[1;32moptimal\x1b[0m\n\x1b[2mx  y\x1b[0m\na  b\n"
+
+
+NAMES = st.text("abcdefgh_.", min_size=1, max_size=70)
+
+
+@given(
+    rows=st.integers(2, 4).flatmap(lambda count: st.lists(st.tuples(*[NAMES] * count), min_size=1, max_size=3)),
+    whole=st.sets(st.integers(0, 3)),
+    width=st.integers(40, 120),
+)
+def test_no_letter_of_a_long_name_is_lost(rows: list[tuple[str, ...]], whole: set[int], width: int) -> None:
+    """Columns that are not to be broken are, before they cut a text or leave the others no room."""
+    lines = ours(Grid(rows, (), tuple(sorted(whole))), "", width, 0)
+    assert all(len(one) <= width for one in lines.splitlines())
+    assert Counter("".join(lines.split())) == Counter("".join(map("".join, rows)))

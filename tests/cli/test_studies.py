@@ -182,3 +182,15 @@ def test_the_columns_of_a_table_say_decibels_where_the_user_does(
 def test_a_range_that_is_replaced_is_said_by_its_ends(run: Run, press: str) -> None:
     done = run("whatif", press, "--set", "links.mount.stiffness=7 MN/m")
     assert "links.mount.stiffness  10 kN/m to 1 GN/m -> 7 MN/m" in done.out
+
+
+def test_long_names_leave_room_for_the_numbers_beside_them(run: Run, press: str, tmp_path: Path) -> None:
+    """In what-if, thresholds included: every value stands in one piece."""
+    name = "the_rubber_mount_under_the_drive_side_of_the_press"
+    text = Path(press).read_text(encoding="utf-8").partition("[[expected]]")[0]
+    text = text.replace("[links.mount]", f"[links.{name}]").replace('of = "mount"', f'of = "{name}"')
+    file = tmp_path / "long.toml"
+    file.write_text(text, encoding="utf-8")
+    done = run("whatif", str(file), "--set", "bodies.press.mass=301 kg", "--keep-design")
+    for words in ("6957 kN/m   at once", "9909 N s/m  at once", "excitations.press.speed", "300 kg "):
+        assert words in done.out

@@ -59,6 +59,10 @@ class Console:
         return "".join(f"{line.rstrip()}\n" for line in self.lines)
 
 
+_MOST_WHOLE = 0.8
+"""Part of a line that columns which are not broken may take together."""
+
+
 def wrapped(text: str, width: int, *, whole: bool = False) -> list[str]:
     """A text in lines of at most `width` columns: broken between words, in words only where one is longer than a line.
 
@@ -128,10 +132,11 @@ def _grid(grid: Grid, width: int, styled: Callable[[str, str], str]) -> list[str
     gaps = [grid.gap] * (count - 1) + [0]
     natural = [max((columns(line) for row in rows for line in row[k].split("\n")), default=0) for k in range(count)]
     wide = [min((grid.widths[k] if grid.widths else natural[k]) + gaps[k], width) or 1 for k in range(count)]
-    wide = fitted(wide, [not grid.widths and k not in grid.whole for k in range(count)], width)
+    whole = set(grid.whole) if grid.widths else _kept_whole(grid.whole, wide, width)
+    wide = fitted(wide, [not grid.widths and k not in whole for k in range(count)], width)
     lines = []
     for number, row in enumerate(rows):
-        cells = [wrapped(row[k], max(wide[k] - gaps[k], 1), whole=k in grid.whole) for k in range(count)]
+        cells = [wrapped(row[k], max(wide[k] - gaps[k], 1), whole=k in whole) for k in range(count)]
         high = max(map(len, cells))
         head = bool(grid.heads) and not number  # headings stand on the rows below them
         for level in range(high):
@@ -140,6 +145,14 @@ def _grid(grid: Grid, width: int, styled: Callable[[str, str], str]) -> list[str
             line = "".join(part + " " * (wide[k] - columns(part)) for k, part in enumerate(parts))
             lines.append(styled(line, "dim") if head else line)
     return lines
+
+
+def _kept_whole(whole: Sequence[int], wide: Sequence[int], room: int) -> set[int]:
+    """Columns that are not broken: the widest are where all together would leave the others no room."""
+    kept = sorted((k for k in whole if k < len(wide)), key=lambda k: wide[k])
+    while kept and sum(wide[k] for k in kept) > (_MOST_WHOLE * room if len(kept) < len(wide) else room):
+        kept.pop()
+    return set(kept)
 
 
 def fitted(widths: Sequence[int], may_shrink: Sequence[bool], room: int) -> list[int]:

@@ -160,6 +160,10 @@ def _cell(checked: Checked, *, told: bool) -> str:
     return f"{value_at(checked)}{f', {state}' if state else ''}"
 
 
+_LONG = 40
+"""Letters of a path up to which it is not broken beside its numbers."""
+
+
 def _say_thresholds(result: WhatIf, console: Console) -> None:
     """Facts that can break a limit, then those that cannot, then how that was found."""
     from vibopt.answer.text import grid, paragraph, section
@@ -167,9 +171,10 @@ def _say_thresholds(result: WhatIf, console: Console) -> None:
 
     heads = ("Fact", "Now", "Fails below", "Fails above")
     rows = _thresholds(result)
+    kept = (0,) if max((len(row[0]) for row in rows), default=0) <= _LONG else (1,)  # long paths give way to numbers
     when = "" if result.after.status == "met" else ", from the facts as they were before the change"
     section(
-        console, f"How far each fact may go{when}", grid(rows, heads, whole=(0,)) if rows else "as far as was looked"
+        console, f"How far each fact may go{when}", grid(rows, heads, whole=kept) if rows else "as far as was looked"
     )
     free = [one.path for one in result.thresholds if one.free]
     if free:
