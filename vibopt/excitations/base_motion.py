@@ -43,9 +43,11 @@ class BaseMotion(Excitation):
 
     @property
     def once(self) -> Once | None:
+        if self.begins is None:
+            return None
         from vibopt.excitations.begun import begun
 
-        return begun(self) if self.begins is not None else None
+        return begun(self)
 
     @property
     def acts(self) -> dict[str, complex]:

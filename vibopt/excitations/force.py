@@ -40,9 +40,11 @@ class Force(Directed):
 
     @property
     def once(self) -> Once | None:
+        if self.begins is None:
+            return None
         from vibopt.excitations.begun import begun
 
-        return begun(self) if self.begins is not None else None
+        return begun(self)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)

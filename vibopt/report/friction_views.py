@@ -22,7 +22,6 @@ from vibopt.responses import HarmonicResponse
 from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import bands_for
-from vibopt.scene.places import rubbing
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import best_unit, show, to_unit
 from vibopt.values.speeds import ROTATION
@@ -56,8 +55,6 @@ def _asked(scene: Scene, model: Model, rows: Mapping[str, Checked]) -> Iterator[
 
 def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """What equivalent viscous damping would say, where friction bounds a resonance, and where the start decides."""
-    if not rubbing(scene):
-        return []
     model, x, notes = model_of(scene), np.array([chosen[one.path] for one in scene.variables]), list[str]()
     endless: set[float] = set()
     for one in _asked(scene, model, {}):

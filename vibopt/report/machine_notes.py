@@ -8,9 +8,9 @@ import numpy as np
 
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
-from vibopt.report.friction_views import friction_notes
 from vibopt.responses import RandomResponse
 from vibopt.scene.drives import names_for
+from vibopt.scene.places import rubbing
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import show
@@ -35,7 +35,10 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
     notes += ringing_notes(scene, chosen)
-    notes += friction_notes(scene, chosen)
+    if rubbing(scene):
+        from vibopt.report.friction_views import friction_notes
+
+        notes += friction_notes(scene, chosen)
     if any(one.ramp is not None for one in scene.excitations.values()):
         from vibopt.report.run_up_notes import run_up_notes
 
