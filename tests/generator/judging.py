@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, replace
 from io import StringIO
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -53,8 +54,11 @@ def _no_json(word: str) -> None:
     raise AssertionError(f"the answer holds {word}, which is no JSON")
 
 
-def judged(made: Drawn, seed: int) -> str:
-    """The status of a scene, if everything said about it agrees; an assertion fails where it does not."""
+def judged(made: Drawn, seed: int, tried: int = 10) -> str:
+    """The status of a scene, if everything said about it agrees; an assertion fails where it does not.
+
+    So many designs are `tried` against what is said of the best.
+    """
     file = made.folder / "scene.toml"
     file.write_text(document_toml(made.document), encoding="utf-8")
     checked = said("check", str(file))
@@ -68,7 +72,7 @@ def judged(made: Drawn, seed: int) -> str:
     if status in _DESIGN and not find_all:
         _measured_again(answer.data, saved)
     if status in _OPEN and made.document.get("goal") and not find_all:
-        _sampled(made, answer.data, Draw(seed))
+        _sampled(made, answer.data, Draw(seed), tried)
     return str(status)
 
 
@@ -91,10 +95,10 @@ def _same(what: str, one: Any, other: Any, bound: Any) -> None:
     assert abs(one - other) <= AGAIN * size + 1e-12, f"{what} is {one!r}, and {other!r} measured again"
 
 
-def _sampled(made: Drawn, answer: dict[str, Any], draw: Draw) -> None:
+def _sampled(made: Drawn, answer: dict[str, Any], draw: Draw, tried: int) -> None:
     """No sampled design meets all limits where none should, nor beats one that is proven best."""
     status = answer["status"]
-    for typed in samples(made, answer, draw):
+    for typed in islice(samples(made, answer, draw), tried):
         found = typed_in(made, typed)
         if found is None or found[0] != "met":
             continue

@@ -49,7 +49,7 @@ def _all_agree(block: range, folder: Path, monkeypatch: pytest.MonkeyPatch, *, s
             continue
         own = folder / str(seed)
         own.mkdir()
-        judged(scene(seed, own, small=small), seed)
+        judged(scene(seed, own, small=small), seed, 4 if small else 10)
 
 
 @cache

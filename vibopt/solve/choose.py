@@ -19,6 +19,8 @@ _MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS = 1e-4, 20_00
 """Gap, boxes, boxes with tangents and exact measurements of a search for what an answer says beside itself."""
 _VALLEY = 80
 """Exact measurements of designs of which each takes long."""
+_LINE_BOXES = 5_000
+"""Boxes of a search over one variable: what they leave open is followed along its range."""
 _FEW = 2
 """Starts beside a design that is known to be near."""
 
@@ -62,6 +64,8 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     from vibopt.solve.global_search import BranchAndBound, provable
 
     search = BranchAndBound() if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES)
+    if OneRange().refuses(program) is None:
+        search = BranchAndBound(most=_LINE_BOXES)
     each = EachListed()
     if each.refuses(program) is None and (search.refuses(program) is not None or not provable(program)):
         return each
