@@ -21,7 +21,8 @@ _SLOW, _QUASI = 0.03, 2e-3
 """Frequency over the natural one up to which a range is looked at by its limit at rest; below which a speed is."""
 _EVEN, _NEAR = 12, (0.34, 0.6, 0.75, 0.86, 0.93, 0.97, 0.99, 1.0, 1.01, 1.03, 1.07, 1.15, 1.3, 1.5)
 """Speeds looked at in a range, and more of them as parts of the natural frequency."""
-_STEP = 1e-4
+_STEP, _WITHIN = 1e-4, 0.8
+"""Of differences, in logs; part of the greatest that another extreme has that may overtake it, each taking long."""
 _HOPE, _BEST, _LEFT = 0.6, 2, 1e-7
 """Part by which a rough look may be off; local extremes looked at more closely, and what may be left of their speed."""
 
@@ -65,7 +66,8 @@ class Rubbing(Form):
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
         """Local extremes over the speeds; moving one changes nothing to first order, and an end stays."""
         tops = self.tops(model, x, least_wanted)
-        return [self._local(model, x, *one) for one in tops if one[0] >= within * tops[0][0]]
+        near = max(within, _WITHIN)
+        return [self._local(model, x, *one) for one in tops if least_wanted or one[0] >= near * tops[0][0]]
 
     def _local(self, model: Model, x: FloatArray, value: float, speed: float) -> Local:
         """Slope and bend of the log by differences, in the logs of the design and, inside a band, of the speed."""

@@ -17,7 +17,7 @@ _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
 _MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS = 1e-4, 20_000, 400, 300
 """Gap, boxes, boxes with tangents and exact measurements of a search for what an answer says beside itself."""
-_VALLEY = 80
+_VALLEY = 50
 """Exact measurements of designs of which each takes long."""
 _LINE_BOXES = 5_000
 """Boxes of a search over one variable: what they leave open is followed along its range."""
@@ -116,7 +116,7 @@ def _of_starts(program: Program) -> Method:
     """Few starts of the most promising designs where each takes long and leads along a flat valley."""
     from vibopt.solve.nlp import Nlp
 
-    return Nlp(count=3, most=_VALLEY) if any(part.form.screened for part in program.parts) else Nlp()
+    return Nlp(count=2, most=_VALLEY) if any(part.form.screened for part in program.parts) else Nlp()
 
 
 def _of_parts(program: Program, name: str | Method | None) -> Method:

@@ -33,7 +33,7 @@ _SAME = 1e-6
 _ROUNDING, _PLACES = 1e-9, 6
 _IPOPT = 50.0
 """Work of one run of IPOPT, in exact measurements."""
-_MANY, _SCREENED, _BY_LIMITS = 128, 48, 10.0
+_MANY, _SCREENED, _BY_LIMITS = 128, 32, 10.0
 """Points to measure where no start led anywhere, and before any where most of them lead nowhere; weight of a limit."""
 _AGREED, _BATCHES = 4, 3
 """Starts that should agree on the best, and how many batches of them there may be."""
