@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import mpmath as mp
@@ -25,6 +26,7 @@ from vibopt.forms import (
     Monomials,
     PeakInRunUp,
     PeakInTime,
+    PeakOverDurations,
     RootMeanSquare,
     Rubbing,
     StaticForce,
@@ -223,6 +225,10 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
         lambda x: 3 * mp.sqrt(x[0]) * x[2] + mp.mpf("0.2") * x[0] * x[1] / x[2],
     ),
     PeakInTime: (_PEAK, _peak),
+    PeakOverDurations: (
+        PeakOverDurations(_READ, np.array([[5.0], [0.0]]), lambda lasts: (replace(_ON, length=lasts),), 2.9, 3.0),
+        _peak,  # which comes first, and of the longest there is as of the shortest
+    ),
     PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     Rubbing: (Rubbing(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),

@@ -75,3 +75,10 @@ def test_the_records_of_the_milling_machine(stem: str) -> None:
     k = recorded(stem, "stiffness")
     assert SUMS[stem](k) == pytest.approx(2.5e-6, rel=1e-6)
     assert SUMS[stem](0.99 * k) < 2.5e-6 < SUMS[stem](1.01 * k)
+
+
+def test_the_record_of_the_tower_under_a_blast_of_any_length() -> None:
+    """Undamped, the first peak under a half sine, over its static value, at its greatest over the length."""
+    r = 0.5 / np.linspace(0.75, 0.9, 400_001)
+    factor = (np.sin(2.0 * np.pi * r / (1.0 + r)) / (1.0 - r)).max()
+    assert recorded("rao_9_50_any_length", "stiffness") == pytest.approx(factor * 10e3 / 0.5, rel=1e-7)

@@ -302,6 +302,15 @@ class Once:
         return False
 
     @property
+    def durations(self) -> tuple[float, float] | None:
+        """Shortest and longest of a pulse whose duration nobody knows [s], its `length` then the longest."""
+        return None
+
+    def lasting(self, duration: float) -> "Once":
+        """Of a pulse whose duration nobody knows, the one of such a duration [s]."""
+        return self
+
+    @property
     def returns(self) -> bool:
         """Whether the base that it moves stays near the place where it began."""
         return False

@@ -60,7 +60,11 @@ class Pulse(Transient):
     acceleration: The same of a base: `acceleration = "300 m/s²"`.
     displacement: The same of a base that moves and comes back: `displacement = "20 mm"`. Refused of rectangles and
         sawtooths, which would move it at once.
-    duration: How long one pulse takes: `duration = "11 ms"`. One of `duration` and, of a decaying sine, `frequency`.
+    duration: How long one pulse takes: `duration = "11 ms"`. One of `duration`, `duration_up_to` and, of a decaying
+        sine, `frequency`.
+    duration_up_to: How long it may take, where nobody knows: a response is then the greatest over every duration up to
+        this: `duration_up_to = "20 ms"`.
+    duration_from: The shortest that it may take; any without it: `duration_from = "5 ms"`.
     frequency: Of a decaying sine: `frequency = "10 Hz"`.
     damping_ratio: Of a decaying sine, amplitude sin(w t) e^(-damping_ratio w t): `damping_ratio = 0.1`.
     times: How often it comes: `times = 3`.
@@ -72,6 +76,8 @@ class Pulse(Transient):
     acceleration: Fact | None = number("acceleration", choice=False)
     displacement: Fact | None = number("length", choice=False)
     duration: Fact | None = number("time", choice=False)
+    duration_up_to: Fact | None = number("time", choice=False)
+    duration_from: Fact | None = number("time", choice=False)
     frequency: Fact | None = number("angular_rate", choice=False)
     damping_ratio: Fact | None = number("ratio", choice=False)
     times: int = 1
@@ -89,12 +95,19 @@ class Pulse(Transient):
                 f"is a {self.shape}, which would displace its base at once. Write another shape, or its acceleration."
             )
         fades = self.shape == "decaying sine"
-        if fades and (self.frequency is None or self.damping_ratio is None or self.duration is not None):
+        lasts = [self.duration, self.duration_up_to].count(None)
+        if self.duration_from is not None and (
+            self.duration_up_to is None or self.duration_from.value >= self.duration_up_to.value
+        ):
+            raise word('has a duration_from, which needs a longer duration_up_to. Write duration_up_to = "20 ms".')
+        if fades and (self.frequency is None or self.damping_ratio is None or lasts < 2):
             raise word(
                 "is a decaying sine, which has a frequency and a damping_ratio, and no duration. Write "
                 'frequency = "10 Hz" and damping_ratio = 0.1.'
             )
-        if not fades and (self.duration is None or self.frequency is not None or self.damping_ratio is not None):
+        if not fades and lasts == 0:
+            raise word("has a duration and duration_up_to. Keep one: is the duration known or not?")
+        if not fades and (lasts == 2 or self.frequency is not None or self.damping_ratio is not None):
             raise word(f'is a {self.shape}, which has a duration alone. Write duration = "11 ms".')
         if not 1 <= self.times <= _MOST:
             raise word(f"comes {self.times} times. Write a whole number from 1 to {_MOST}.")
@@ -106,12 +119,23 @@ class Pulse(Transient):
 
     @property
     def length(self) -> float:
-        """How long one pulse takes [s]."""
-        if self.duration is not None:
-            return self.duration.value
+        """How long one pulse takes [s], at most."""
+        given = self.duration or self.duration_up_to
+        if given is not None:
+            return given.value
         assert self.frequency is not None
         assert self.damping_ratio is not None
         return _FADED / (self.frequency.value * self.damping_ratio.value)
+
+    @property
+    def durations(self) -> tuple[float, float] | None:
+        if self.duration_up_to is None:
+            return None
+        return self.duration_from.value if self.duration_from is not None else 0.0, self.duration_up_to.value
+
+    def lasting(self, duration: float) -> "Pulse":
+        given = Fact(duration, "s")
+        return self.model_copy(update={"duration": given, "duration_up_to": None, "duration_from": None})
 
     @property
     def fastest(self) -> float:

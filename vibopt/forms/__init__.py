@@ -24,6 +24,7 @@ FORMS: Kinds[Form] = Kinds(
         "Monomials": "monomials.Monomials",
         "PeakInRunUp": "peak_in_run_up.PeakInRunUp",
         "PeakInTime": "peak_in_time.PeakInTime",
+        "PeakOverDurations": "any_duration.PeakOverDurations",
         "RootMeanSquare": "root_mean_square.RootMeanSquare",
         "Rubbing": "rubbing.Rubbing",
         "StaticForce": "sags.StaticForce",
@@ -35,6 +36,7 @@ FORMS: Kinds[Form] = Kinds(
 
 if TYPE_CHECKING:
     from vibopt.forms.added import Added
+    from vibopt.forms.any_duration import PeakOverDurations
     from vibopt.forms.damped import DecayRate, FreeMotion, ModeDamping
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
@@ -67,6 +69,7 @@ __all__ = [
     "Monomials",
     "PeakInRunUp",
     "PeakInTime",
+    "PeakOverDurations",
     "RootMeanSquare",
     "Rubbing",
     "StaticForce",

@@ -117,6 +117,18 @@ class Transient:
             begun, ended = begun + len(one.starts), ended + len(one.starts) * one.length
         return _Free(self, reading, self.left).peak(found, begun, ended, seen)
 
+    def glimpse(self, reading: Reading, behind: float) -> float:
+        """Greatest size of a reading at many times of the load and so long behind it [s]: no more than the peak."""
+        found = 0.0
+        for one in self.stretches:
+            count = int(np.clip(_LOOKED_AT * self.rate * one.length, _FEW, _MANY))
+            step, row = exponential(one.a / count), self.row(reading, one.a / (self.rate * one.length))
+            found = max(found, *(float(np.abs(_steps(step, start, count) @ row).max()) for start in one.starts))
+        a, start = self.onward(self.left)
+        count = int(np.clip(_LOOKED_AT * self.rate * behind, _FEW, _MANY))
+        values = _steps(exponential(a * (self.rate * behind / count)), start, count) @ self.row(reading, a)
+        return max(found, float(np.abs(values).max()))
+
     def at(self, reading: Reading, peak: Peak) -> complex:
         """The reading where a peak of the like machine lies."""
         begun = 0

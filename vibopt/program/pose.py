@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,15 @@ from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
-from vibopt.scene.drives import combine_for, drives_for, names_for, noises_for, signals_for
+from vibopt.scene.drives import (
+    combine_for,
+    drives_for,
+    durations_of,
+    names_for,
+    noises_for,
+    signals_for,
+    signals_lasting,
+)
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
@@ -151,6 +160,10 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         loads, signals = signals_for(scene, response, model.points, model.n_free)
         if isinstance(signals, Sweep):
             return forms.PeakInRunUp(response.output(model), loads[:, 0], signals)
+        between = durations_of(scene, response)
+        if between is not None:
+            lasting = partial(signals_lasting, scene, response)
+            return forms.PeakOverDurations(response.output(model), loads, lasting, *between)
         return forms.PeakInTime(response.output(model), loads, signals)
     return response.form(model, (), "sum")
 

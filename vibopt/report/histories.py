@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.answer.blocks import spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
-from vibopt.forms import PeakInRunUp, PeakInTime
+from vibopt.forms import PeakInRunUp, PeakInTime, PeakOverDurations
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
@@ -20,7 +20,7 @@ from vibopt.records import dataclass
 from vibopt.report.series import Curve, Mark, Panel, Zone
 from vibopt.responses import TransientResponse
 from vibopt.responses.response import place_of
-from vibopt.scene.drives import names_for
+from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.scene import Design
 from vibopt.units import best_unit, show, to_unit
 
@@ -61,6 +61,11 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     x, form = np.array(design.x), form_of(design.scene, model, asked.response)
     if design.scene.excitations[names_for(design.scene, asked.response)[0]].ramp is not None:
         return _against_speed(design, model, asked, cast("PeakInRunUp", form))
+    lasts = ""
+    if durations_of(design.scene, asked.response) is not None:
+        of_any = cast("PeakOverDurations", form)
+        duration = of_any.worst_of(model, x)[1]
+        form, lasts = of_any.lasting(duration), f", pulse of {show(duration, best_unit(duration, 'time'), 'time')}"
     assert isinstance(form, PeakInTime)
     peak = form.peak(model, x)
     if not isfinite(peak.value):
@@ -81,7 +86,7 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     marks = [Mark(asked.name, f"{asked.name} {words}", per * peak.time, float(np.copysign(factor * most, peak.value)))]
     span = (0.0, per * float(times[-1]))
     return Panel(
-        title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}",
+        title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}{lasts}",
         x_label=f"time [{slow}]",
         y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
         curves=(Curve("", per * times, factor * values, np.ones(len(times), dtype=bool)),),

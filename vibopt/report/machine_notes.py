@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
-from vibopt.responses import RandomResponse
-from vibopt.scene.drives import names_for
+from vibopt.responses import RandomResponse, Response, TransientResponse
+from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.places import rubbing
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.units import show
+from vibopt.units import best_unit, show
 from vibopt.verify.as_built import machine_of
+
+if TYPE_CHECKING:
+    from vibopt.forms import PeakOverDurations
 
 _NOTHING = 1e-9
 """Part of the weight that rounding may lift."""
@@ -35,6 +39,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += soft_floor(scene, chosen)
     notes += random_notes(scene, chosen)
     notes += ringing_notes(scene, chosen)
+    notes += duration_notes(scene, chosen)
     if rubbing(scene):
         from vibopt.report.friction_views import friction_notes
 
@@ -151,6 +156,30 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
             "and no further."
         ]
     return ["Nothing is damped: what rings on is followed over a thousand periods of its slowest mode, and no further."]
+
+
+def duration_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """At which duration each response to a pulse of unknown duration is greatest, and how that is known."""
+    asked: dict[str, Response] = {f"limits.{name}": one for name, one in scene.limits.items()}
+    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
+    if scene.goal is not None:
+        asked["goal"] = scene.goal.response
+    notes = []
+    for where, one in asked.items():
+        between = durations_of(scene, one) if isinstance(one, TransientResponse) and one.combine is None else None
+        if between is None:
+            continue
+        from vibopt.program.pose import form_of
+        from vibopt.scene.assemble import model_of
+
+        model = model_of(scene)
+        form = cast("PeakOverDurations", form_of(scene, model, one))
+        value, found = form.worst_of(model, np.array([chosen[each.path] for each in scene.variables]))
+        if np.isfinite(value):
+            low, high, at = (show(each, best_unit(each, "time"), "time") for each in (*between, found))
+            over = f"from {low} to {high}" if between[0] > 0.0 else f"up to {high}"
+            notes.append(f"{where} is greatest at a duration of {at}, found by a search over all {over}, not proven.")
+    return notes
 
 
 def _slow(machine: Machine) -> bool:

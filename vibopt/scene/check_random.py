@@ -148,6 +148,15 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         )
         return
     once = {name: one for name in names if (one := scene.excitations[name].once) is not None}
+    unknown = [name for name, one in once.items() if one.durations is not None]
+    if len(unknown) > 1 and response.combine is None:
+        mistakes.add(
+            path,
+            f"{dotted(path)} counts {len(unknown)} pulses of unknown duration, excitations.{unknown[0]} and "
+            f'excitations.{unknown[1]}. Name one: due_to = ["{unknown[0]}"], or add up the greatest of each: combine = '
+            '"sum".',
+        )
+        return
     struck = [name for name, one in once.items() if one.blows]
     wheels = [
         link

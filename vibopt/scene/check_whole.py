@@ -16,8 +16,8 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
 from vibopt.scene.uncertain import uncertain
 
-MOST_TURNS, MOST_FADES = 20_000, 100_000
-"""Vibrations of the fastest mode during a load that are followed."""
+MOST_TURNS, MOST_FADES, MOST_SEARCHED = 20_000, 100_000, 50
+"""Vibrations of the fastest mode during a load that are followed, and over which durations are searched."""
 _LIGHT = 1e-9
 """Part of its greatest value at which a mass that may be nothing is counted."""
 
@@ -66,6 +66,14 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
         if not isinstance(one, Transient):
             continue
         turned, faded = float(np.sqrt(turns)) * one.length / (2.0 * np.pi), fades * one.length
+        if one.durations is not None and max(turned, faded) > MOST_SEARCHED:
+            mistakes.add(
+                ("excitations", name, "duration_up_to"),
+                f"excitations.{name} may last {one.length:.4g} s, in which the machine may move to and fro "
+                f"{max(turned, faded):.2g} times, more than the {MOST_SEARCHED} over which durations are searched. "
+                "Write a shorter duration_up_to: pulses much longer than a period are all alike.",
+            )
+            continue
         for many, known, key, how, rigid in (
             (turned, MOST_TURNS, "stiffness", f"the machine may vibrate {turned:.2g} times in it", "rigid"),
             (faded, MOST_FADES, "damping", f"dampers may brake the machine {faded:.2g} times over in it", "clamped"),

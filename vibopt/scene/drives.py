@@ -54,7 +54,22 @@ def signals_for(
         return loads, sweep_of(every[0])
     from vibopt.excitations.segments import together
 
-    return loads, together([one.once.segments() for one in every if one.once is not None])
+    once = [one.once for one in every if one.once is not None]
+    return loads, together([one.segments() for one in once])
+
+
+def signals_lasting(scene: Scene, response: TransientResponse, duration: float) -> tuple[Segment, ...]:
+    """The signals that the response counts, where a pulse that may have any duration has this one [s]."""
+    from vibopt.excitations.segments import together
+
+    every = [scene.excitations[name].once for name in names_for(scene, response)]
+    return together([one.lasting(duration).segments() for one in every if one is not None])
+
+
+def durations_of(scene: Scene, response: TransientResponse) -> tuple[float, float] | None:
+    """Shortest and longest duration of the pulse among what it counts that may have any [s]; None without one."""
+    every = (scene.excitations[name].once for name in names_for(scene, response))
+    return next((one.durations for one in every if one is not None and one.durations is not None), None)
 
 
 def speeds_for(scene: Scene, response: HarmonicResponse, name: str) -> SpeedRange | str | None:

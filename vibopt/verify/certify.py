@@ -21,7 +21,7 @@ from vibopt.mechanics.modal import WORTH
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
-from vibopt.scene.drives import UNIT, bands_for, combine_for, names_for
+from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.signals import Band, Combine, Line
@@ -76,6 +76,12 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
     if isinstance(response, TransientResponse) and response.combine is not None:
         return _added(scene, machine, response)
     if isinstance(response, TransientResponse):
+        between = durations_of(scene, response)
+        if between is not None:
+            from vibopt.verify.unknown_duration import peak_over_durations
+
+            once = [one for name in names_for(scene, response) if (one := scene.excitations[name].once) is not None]
+            return Measured(peak_over_durations(machine, once, response, *between), {}, response)
         from vibopt.verify.simulated import peak_in_time
 
         value, times = peak_in_time(scene, machine, response)

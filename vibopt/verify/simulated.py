@@ -49,10 +49,11 @@ _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
 
 @dataclass(frozen=True)
 class Simulated:
-    """A built machine, and what comes over it once; simulated as far as it is asked for."""
+    """A built machine, and what comes over it once; simulated as far as it is asked for, `loose`: to a few digits."""
 
     machine: Machine
     excitations: tuple[Once, ...]
+    loose: bool = False
 
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
@@ -241,8 +242,17 @@ class Simulated:
             rates = self._rates(low, high)
             way: Any = "Radau" if self._fastest(current) * (high - low) > _STIFF else "DOP853"
             rough: Any = integrate.solve_ivp(
-                rates, (low, high), start, method=way, rtol=_ROUGH, atol=_ROUGH**2 * (np.abs(start).max() or 1e-6)
+                rates,
+                (low, high),
+                start,
+                method=way,
+                rtol=_ROUGH,
+                atol=_ROUGH**2 * (np.abs(start).max() or 1e-6),
+                dense_output=self.loose,
             )
+            if self.loose:
+                self._runs.append(rough.sol)
+                continue
             size = np.abs(rough.y).reshape(2, -1).max(axis=1).repeat(len(start) // 2)
             exact: Any = integrate.solve_ivp(
                 rates, (low, high), start, method=way, rtol=_RELATIVE if way == "DOP853" else _IMPLICIT,
