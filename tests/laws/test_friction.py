@@ -281,6 +281,12 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "measures.d: with links.mount.friction_force, static_deflection is not known, for friction holds the weight "
         f"anywhere near where the spring would. {_OTHERS}",
     ),
+    "tolerance": (
+        {"links": {"mount": {**LINK, "tolerance": "20 %"}}},
+        "links.mount.friction_force rubs, and links.mount.stiffness has a tolerance: what holds, slips or stops may be "
+        "worst anywhere within it, not at its ends. Leave the tolerance out, and look at values within it with vibopt "
+        "sweep.",
+    ),
     "unknown amplitude": (
         {
             "excitations": {"load": {"kind": "force", "on": "press", "amplitude": "2 kN", "speed": "5 Hz"}},

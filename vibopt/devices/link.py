@@ -68,7 +68,8 @@ class LinkTable(Device):
         of one.
     dynamic_to_static: Dynamic over static stiffness; sag is counted with the static one: `dynamic_to_static = 1.4`.
         A fact.
-    tolerance: How far stiffness, damping and friction may be off as built, either way: `tolerance = "20 %"`.
+    tolerance: How far stiffness and damping may be off as built, either way: `tolerance = "20 %"`. Refused beside a
+        friction.
     part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
     """
 

@@ -101,6 +101,10 @@ class Rubbing(Form):
         along = max(self._amplitude(end) for end in ends) if model.n_coords > model.n_free else 0.0
         return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + 1e-12 * along
 
+    def acting(self, model: Model) -> FloatArray:
+        assert model.rubbing is not None
+        return np.vstack([model.exponents, model.rubbing[1].row(model.n_vars)])
+
     def cost(self, model: Model) -> float:
         return sum(4.0 if band.is_point else 150.0 for band in self.shaken[0].bands)
 

@@ -8,6 +8,7 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
 
 _BESIDE = (
     "where friction holds, what it joins moves as one, and which links hold changes in every cycle. Dry friction is "
@@ -47,6 +48,13 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
                 f"{where} rubs under the harmonics of excitations.{one}. All of them together decide when it slips, so "
                 'that their motions do not add. Write the greatest alone: kind = "force".',
             )
+    doubts = uncertain(scene)
+    if doubts:
+        mistakes.add(
+            path,
+            f"{where} rubs, and {doubts[0].path} has a tolerance: what holds, slips or stops may be worst anywhere "
+            "within it, not at its ends. Leave the tolerance out, and look at values within it with vibopt sweep.",
+        )
     if scene.find_all is not None:
         mistakes.add(
             ("goal", "find_all"),
