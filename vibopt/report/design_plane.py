@@ -83,7 +83,7 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
         return None
     program = pose(design.scene)
     slow = any(one.form.harmonic is not None and one.form.harmonic.rigid_link for one in program.limits)
-    slow |= program.model.n_free >= LARGE
+    slow |= program.model.n_free >= LARGE or any(part.form.screened for part in program.parts)
     whole = np.array(design.x) if len(design.x) == len(design.scene.variables) else None
     variables = [design.scene.variables[i] for i in pair]
     best = None if whole is None else (float(whole[pair[0]]), float(whole[pair[1]]))
