@@ -166,6 +166,13 @@ def test_no_integration_finds_another_motion(r: float, ratio: float, f: float) -
     told({**document, "bodies": {"press": {"mass": "1 kg"}}})
 
 
+@pytest.mark.parametrize("base", [False, True])
+def test_at_rest_the_spring_carries_what_friction_leaves(base: bool) -> None:
+    found = told(changed(base=base, load={"speed": "0 Hz"}))
+    assert found["displacement"] == pytest.approx(5e-3 if base else 1200.0 / 3e5)
+    assert (found["velocity"], found["force"]) == (0.0, pytest.approx(0.0 if base else 2000.0))
+
+
 def test_units_counts_and_scales_change_nothing() -> None:
     """Twice the force with twice the friction is twice the motion; four mounts of a quarter are one."""
     first = told(PRESS)

@@ -151,8 +151,8 @@ class Rubbing(Form):
 
     def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
         """Greatest size in a cycle at one speed [rad/s]; `rough` by equivalent damping alone."""
-        if not self._amplitude(speed):
-            return float(self.normalised)
+        if not 0.0 < self._amplitude(speed) < np.inf:
+            return 1.0 if self.normalised else self._amplitude(speed)
         rub, _, (order, part, phasor) = self.motion(model, x, speed)
         count = self.per(model, x, speed)
         if rough and rub.r:

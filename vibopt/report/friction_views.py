@@ -96,7 +96,7 @@ def _beside(asked: _Asked, value: float, other: float) -> str:
 def _left_to_the_start(form: Rubbing, model: Model, x: FloatArray, speed: float) -> bool:
     rub = form.motion(model, x, speed)[0]
     order = 1.0 / rub.r if rub.r else 0.0
-    pieces = rub.half_cycle or ()
+    pieces = (rub.half_cycle if rub.r else None) or ()
     return rub.ratio == 0.0 and order > 1.5 and abs(order - round(order)) < _DEGENERATE and all(p.side for p in pieces)
 
 
@@ -109,7 +109,8 @@ def friction_panels(design: Design, model: Model) -> list[Panel]:
     panels = []
     for one in first.values():
         panels.append(_against_speed(design, model, x, one))
-        if isfinite(one.form.value(model, x)):
+        value, speed = one.form.tops(model, x)[0]
+        if isfinite(value) and speed > 0.0:
             panels.append(_over_cycle(design, model, x, one))
     return panels
 

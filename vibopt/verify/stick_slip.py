@@ -189,6 +189,17 @@ class Rubbed:
         stretches = known[key]
         return float("nan") if stretches is None else max(self._most(one, response) for one in stretches)
 
+    def at_rest(self, response: HarmonicResponse) -> float:
+        """Size of a response to a force or a place that never changes."""
+        joint, body = self.joint, next(iter(self.machine.masses))
+        apart = max(self.force - joint.friction, 0.0) / joint.stiffness
+        carried = np.array([self.force - joint.stiffness * apart])
+        points = {body: np.array([[apart + self.base], [0.0], [0.0]])}
+        points |= dict.fromkeys(self.machine.bases, np.array([[self.base], [0.0], [0.0]]))
+        held = {joint.name: carried if joint.ends[1] == body else -carried}
+        course = Course(points, {body: np.array([self.force])}, held)
+        return float(np.abs(response.trace(self.machine, course)).max())
+
     @property
     def _key(self) -> tuple[float, ...]:
         return self.force, self.base, self.omega, self.part
@@ -249,11 +260,13 @@ def rubbing(
     def at(speed: float, part: float = 1e-11) -> float:
         amplitude = float(abs(line.vector[0] * line.amplitude.at(np.array([speed]))[0]))
         ratio = amplitude if response.normalised else 1.0
-        if not amplitude:
-            return 1.0 if response.normalised else 0.0
+        if not 0.0 < amplitude < np.inf:
+            return 1.0 if response.normalised else amplitude
         on_body = excitation.family == "bodies"
         sizes: Mapping[str, float] = {"force": amplitude * on_body, "base": amplitude * (not on_body)}
         rubbed = Rubbed(machine, **sizes, omega=line.order * speed, part=part, begin=last[0])
+        if not speed:
+            return rubbed.at_rest(response) / ratio
         if _endless(rubbed):
             return float("inf")
         value = rubbed.greatest(response) / ratio
