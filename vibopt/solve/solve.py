@@ -197,7 +197,15 @@ def answer(
         from vibopt.solve.impasse import hopeless_words
 
         return found, partial(hopeless_words, scene, program)
-    return found, str
+    return _not_proven(finite, found), str
+
+
+def _not_proven(program: Program, found: Found) -> Found:
+    """The answer without the word where a limit or the goal might be worse than was seen."""
+    doubts = sorted({part.form.searched for part in program.parts} - {""})
+    if found.status != "optimal" or not doubts:
+        return found
+    return replace(found, status="feasible", claim=f"{found.claim}; {', '.join(doubts)} and not proven")
 
 
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
