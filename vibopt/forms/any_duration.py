@@ -48,8 +48,11 @@ class PeakOverDurations(Form):
     high: float
     no_bounds = "is greatest at a duration that is found by a search: it has no bounds on boxes of designs"
     not_convex = "is a peak in time, which is not convex in stiffness and damping"
-    searched = "the greatest over every duration is found by a search"
     rough = "is greatest at a duration that is found by a search, and jumps from one to another"
+
+    @property
+    def searched(self) -> str:
+        return "the greatest over every duration is found by a search"
 
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst_of(model, x)[0]

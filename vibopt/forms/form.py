@@ -72,12 +72,15 @@ class Form:
     """Whether no polynomials in the variables stand for it."""
     rank: ClassVar[int] = 3
     """Of what is asked of many designs: first what is cheap and telling."""
-    searched: ClassVar[str] = ""
-    """What of its value is found by a search that could miss something greater, where there is such."""
     not_convex: ClassVar[str] = "is not convex in the design"
     rough: ClassVar[str] = "is no smooth function of the design"
     no_bounds: ClassVar[str] = "has no bounds on boxes of designs"
     """Why it has no statement in cvxpy, none in CasADi, or no bounds on boxes of designs, behind its name."""
+
+    @property
+    def searched(self) -> str:
+        """What of its value is found by a search that could miss something greater, in words; else empty."""
+        return ""
 
     @property
     def drives(self) -> tuple[Drive, ...]:

@@ -45,6 +45,11 @@ class Rubbing(Form):
     rough = "is a motion with dry friction, which slips, stops or holds: no smooth function of the design"
 
     @property
+    def searched(self) -> str:
+        at_speeds = all(band.is_point for band in self.shaken[0].bands)
+        return "" if at_speeds else "the greatest over a range of speeds with dry friction is found by a search"
+
+    @property
     def screened(self) -> bool:
         return True
 
