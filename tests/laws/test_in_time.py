@@ -310,6 +310,17 @@ def test_a_history_stays_below_the_mark_of_its_greatest_value_and_reaches_it() -
     assert [(zone.bound, zone.above) for zone in drawn[0].zones] == [(50.0, True), (-50.0, False)]
 
 
+def test_of_peaks_that_are_as_great_the_one_that_is_named_is_marked() -> None:
+    """Without damping every turn behind a fall reaches as far."""
+    foam = {"between": ["instrument", "box"], "stiffness": "23.5 kN/m"}
+    limits = {"room": {**BOX["measures"]["rattle"], "at_most": "50 mm"}}
+    design = vo.solve(vo.from_dict({**BOX, "links": {"foam": foam}, "limits": limits, "measures": {}}))
+    [panel] = panels(design)
+    [mark] = panel.marks
+    [named] = design.limits["room"].worst_at.values()
+    assert mark.x * (1e-3 if "[ms]" in panel.x_label else 1.0) == pytest.approx(named.value, rel=1e-9)
+
+
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "steady": (
         {"measures": {"a": {"response": "displacement", "of": "instrument"}}},

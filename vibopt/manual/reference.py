@@ -185,7 +185,8 @@ def _family(kind: type[Response]) -> str:
 
 def _facts(kind: type[Response]) -> str:
     dimension = DIMENSIONS[kind.dimension]
-    units = f" ({', '.join(dimension.units[:5])})" if dimension.units else ""
+    known = [one for one in dimension.units[:5] if not (kind.complement and one == "dB")]
+    units = f" ({', '.join(known)})" if known else ""
     size = f"It is {dimension.noun}{units}"
     size += ", an amplitude: peak unless `pp` or `rms` stands behind its unit." if kind.amplitude else "."
     facts = [size]

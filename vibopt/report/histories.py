@@ -24,8 +24,9 @@ from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.scene import Design
 from vibopt.units import best_unit, show, to_unit
 
-_POINTS, _FINE, _PERIODS = 600, 2500, 4.0
-"""Points of a curve, and of one that beats; periods of the slowest mode that are shown behind the load."""
+_POINTS, _FINE, _PERIODS, _EVEN = 600, 2500, 4.0, 1e-6
+"""Points of a curve, and of one that beats; periods of the slowest mode that are shown behind the load; part by which
+two peaks that are as great may differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,11 +72,16 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     if not isfinite(peak.value):
         return None
     machine, reading = form.transient(model, model.values(x))
-    times = np.linspace(0.0, _end(model, form, peak, x), _POINTS)
+    count = mount_count(model, form.output, x)
+    most, at, there = abs(peak.value) / count, peak.time, peak.value / count
+    if asked.row is not None and isfinite(peak.time):
+        for one in asked.row.worst_at.values():  # of several that are as great, the one that the answer names
+            other = float(machine.history(reading, np.array([one.value]))[0]) / count
+            at, there = (one.value, other) if abs(other) >= (1.0 - _EVEN) * most else (at, there)
+    times = np.linspace(0.0, max(_end(model, form, peak, x), at if isfinite(at) else 0.0), _POINTS)
     if isfinite(peak.time):
-        times = np.sort(np.append(times, peak.time))
-    values = machine.history(reading, times) / mount_count(model, form.output, x)
-    most = abs(peak.value) / mount_count(model, form.output, x)
+        times = np.sort(np.append(times, at))
+    values = machine.history(reading, times) / count
     dimension = asked.response.dimension
     unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
     slow = "ms" if times[-1] < 1.0 else "s"
@@ -83,7 +89,7 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     top = factor * max(most, asked.bound or 0.0)
     found = f"{show(most, unit, dimension)} at {show(peak.time, best_unit(peak.time, 'time'), 'time')}"
     words = value_at(asked.row) if asked.row is not None else found
-    marks = [Mark(asked.name, f"{asked.name} {words}", per * peak.time, float(np.copysign(factor * most, peak.value)))]
+    marks = [Mark(asked.name, f"{asked.name} {words}", per * at, float(np.copysign(factor * most, there)))]
     span = (0.0, per * float(times[-1]))
     return Panel(
         title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}{lasts}",

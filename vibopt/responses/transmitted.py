@@ -1,7 +1,8 @@
 """Dynamic force handed on by links, and its ratio to what shakes the machine."""
 
 from dataclasses import replace
-from typing import ClassVar
+from math import log10
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import model_validator
@@ -12,8 +13,10 @@ from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point, forces_along, link_forces
 from vibopt.signals import Output
+from vibopt.units import Quantity
 from vibopt.values import word
 from vibopt.values.directions import AXES, Direction
+from vibopt.values.fields import KeyedError
 
 
 def _into(model: Model, place: str) -> Output:
@@ -154,7 +157,32 @@ class Transmissibility(HarmonicResponse):
 
 
 class Isolation(Transmissibility):
-    """`response = "isolation"`: one minus the transmissibility; negative where it amplifies."""
+    """`response = "isolation"`: one minus the transmissibility, a share below 1; negative where it amplifies."""
 
     complement: ClassVar[bool] = True
     less_is_worse: ClassVar[bool] = True
+
+    @classmethod
+    def _check_unit(cls, unit: object) -> None:
+        if unit == "dB":
+            raise KeyedError("unit", unit, 'is of levels, but isolation is a share. Write "%".')
+        super()._check_unit(unit)
+
+    @classmethod
+    def _read_bounds(cls, given: dict[str, Any]) -> dict[str, Quantity]:
+        """Shares below 1: a level of them could mean what is handed on as well as what is kept back."""
+        read = super()._read_bounds(given)
+        for key, one in read.items():
+            if one.unit == "dB":
+                level = abs(20.0 * log10(one.value))
+                share = f"{100.0 * (1.0 - 10.0 ** (-level / 20.0)):.4g} %"
+                other = "at_most" if key == "at_least" else "at_least"
+                raise KeyedError(
+                    key, given[key],
+                    f'is a level, but isolation is a share of 1. Write "{share}", or response = '
+                    f'"transmissibility" with {other} = "{-level:.4g} dB".',
+                )  # fmt: skip
+            if one.value >= 1.0:
+                meant = f'"{one.value:g} %"' if not one.unit and one.value < 100.0 else "less than 100 %"
+                raise KeyedError(key, given[key], f"is as much as nothing coming through, or more. Write {meant}.")
+        return read
