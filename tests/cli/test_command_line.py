@@ -75,6 +75,52 @@ def test_check_tells_what_a_file_asks(run: Run, press: str) -> None:
     )
 
 
+def test_check_calls_a_part_to_be_bought_one_choice(run: Run, file: Callable[..., str], tmp_path: Path) -> None:
+    (tmp_path / "feet.csv").write_text(
+        "part,rated load max [N],stiffness [N/mm],loss factor,price [EUR]\nA,700,80,0.08,12\nB,1100,150,0.1,14\n"
+    )
+    bought = file(
+        '[bodies.comp]\nmass = { from = "200 kg", to = "300 kg" }\n[links.feet]\nbetween = ["comp", "ground"]\n'
+        'part = { catalogue = "feet.csv" }\ncount = 4\n[goal]\nminimise = "price"\n'
+    )
+    assert run("check", bought).out == (
+        f"{bought}: no mistakes. 1 body, 1 link, 1 variable, 1 choice; goal: minimise price.\n"
+        "  links.feet.part: one of 2 parts of feet.csv\n"
+        "  bodies.comp.mass: 200 kg to 300 kg\n"
+    )
+    plain = run("check", "--json", bought).data["files"][0]
+    assert (plain["variables"], len(plain["choices"])) == (5, 5)
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "said"),
+    [
+        (
+            'mass = "100 kg"',
+            'mass = "260 kgf"',
+            'bodies.fan.mass = "260 kgf" is a force, but a mass is needed here. Write weight = "260 kgf".',
+        ),
+        (
+            'unbalance = "',
+            'varies = "constant"\nunbalance = "',
+            'excitations.fan.varies = "constant" is for kind = "force"; the force of an unbalance grows with the '
+            'square of the speed by its nature. Leave it out, or write kind = "force" with an amplitude.',
+        ),
+        (
+            'unbalance = "',
+            'amplitude = "',
+            'excitations.fan.amplitude = "1 kg mm" is for kind = "force"; an unbalance gives its mass times its '
+            'distance from the axis. Write unbalance = "20 kg mm", or kind = "force".',
+        ),
+    ],
+)
+def test_a_key_or_unit_of_another_quantity_is_refused_with_the_way_out(
+    run: Run, file: Callable[..., str], was: str, now: str, said: str
+) -> None:
+    lines = run("check", file(FAN.replace(was, now))).err.splitlines()
+    assert [line.split(": ", 1)[1] for line in lines] == [said]
+
+
 def test_check_goes_on_after_a_bad_file_and_tells_all_mistakes(run: Run, press: str, file: Callable[..., str]) -> None:
     bad = file(FAN.replace('mass = "100 kg"', "mass = 100").replace("stiffness", "stifness"))
     done = run("check", bad, press)

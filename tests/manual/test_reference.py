@@ -192,3 +192,10 @@ def test_what_a_table_refuses_stands_on_its_page() -> None:
     assert 'has neither stiffness nor damping. Write stiffness = "200 kN/m".' in said
     for name, (kind, _) in FILES.items():
         assert all(one in BOOK.topics[name].text for one in refusals_of(kind))
+
+
+def test_what_is_asked_of_the_whole_machine_may_be_asked_in_space() -> None:
+    assert (
+        "It is asked of the whole machine, also of one with bodies in space." in BOOK.topics["natural_frequency"].text
+    )
+    assert "Bodies in space have no such response." in BOOK.topics["own_frequency"].text

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from importlib import import_module
-from math import inf
+from math import inf, isfinite
+from pathlib import Path
 
 import pytest
 
@@ -56,6 +57,23 @@ UNDAMPED = 'stiffness = { from = "1 kN/m", to = "100 MN/m" }'
 
 FLAT = ("sag",)
 """Here the peak is level with a limit at speed zero: rounding alone leaves the damping free in its fifth digit."""
+
+BOUGHT = """
+[bodies.comp]
+mass = "260 kg"
+[links.feet]
+between = ["comp", "ground"]
+part = { catalogue = "feet.csv" }
+count = 4
+[excitations.rotor]
+kind = "unbalance"
+on = "comp"
+unbalance = "20 kg mm"
+speed = "1480 rpm"
+[goal]
+minimise = "transmitted_force"
+into = "ground"
+"""
 
 
 def limit(name: str, response: str, bound: str) -> str:
@@ -287,6 +305,18 @@ unit = "dB"
     for point, y in zip(found.points, strip.lines[0].y, strict=True):
         assert point.goal is not None
         assert float(point.goal.shown.removesuffix(" dB")) == pytest.approx(y, rel=1e-3)
+
+
+def test_of_a_bought_part_only_numbers_of_the_machine_are_drawn(tmp_path: Path) -> None:
+    (tmp_path / "feet.csv").write_text(
+        "part,rated load min [N],rated load max [N],stiffness [N/mm],dynamic to static,loss factor,price [EUR]\n"
+        "C40,200,700,80,1.3,0.08,12.50\nC55,300,1100,150,1.4,0.10,14.00\n"
+    )
+    (tmp_path / "iso.toml").write_text(BOUGHT)
+    found = sweep(read(tmp_path / "iso.toml"), "excitations.rotor.speed", "1200 rpm..1800 rpm", 2)
+    labels = [one.label.split("\n")[0] for one in strips(found).strips]
+    assert labels == ["transmitted force into ground", "stiffness of feet", "loss factor of feet"]
+    assert all(isfinite(y) for one in strips(found).strips for line in one.lines for y in line.y)
 
 
 def test_an_unreadable_range_is_refused_in_words() -> None:

@@ -32,6 +32,11 @@ COMPLAINTS: list[tuple[object, str, str]] = [
             'Write a speed of rotation or a frequency, for example "3000 rpm".'
         ),
     ),
+    (
+        "1480 1/min",
+        "angular_rate",
+        'is a decay rate, but a speed of rotation or a frequency is needed here. Did you mean "rpm"?',
+    ),
     ("8 mil", "angle", 'is a length, but an angle is needed here. Write an angle, for example "30 deg".'),
     ("5 rad", "ratio", 'is an angle, but a ratio is needed here. Write a ratio, for example "20 %".'),
     (

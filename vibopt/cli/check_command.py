@@ -8,9 +8,10 @@ import click
 
 from vibopt.cli.options import Once, as_json, files
 from vibopt.cli.output import complain, say, say_json
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 
 if TYPE_CHECKING:
+    from vibopt.devices.part import Bound
     from vibopt.scene.scene import Scene
 
 _COUNTED = {
@@ -45,29 +46,32 @@ def check(files: tuple[str, ...], as_json: bool) -> int:
 
     Nothing is solved.  Exit code 2 if there is any mistake.
     """
-    found = [_checked(file) for file in files]
+    read = [_checked(file) for file in files]
+    found = [one for one, _ in read]
     messages = [message for one in found for message in one["messages"]]
     if as_json:
         say_json({"status": "input_error" if messages else "ok", "messages": messages, "files": found})
     else:
-        for one in found:
-            _tell(one)
+        for one, bought in read:
+            _tell(one, bought)
     return 2 if messages else 0
 
 
-def _checked(file: str) -> dict[str, Any]:
-    """What one file says, as plain data."""
+def _checked(file: str) -> tuple[dict[str, Any], tuple[Bound, ...]]:
+    """What one file says, as plain data, and the parts of catalogues that it leaves to choose."""
     from vibopt.jobs import is_scene, open_job
 
     try:
         job = open_job(file)
     except InputError as error:
-        return {"file": file, "status": "input_error", "messages": list(error.messages)}
+        return {"file": file, "status": "input_error", "messages": list(error.messages)}, ()
     if is_scene(job):
-        return _checked_scene(file, job)
+        from vibopt.scene.places import bound_parts
+
+        return _checked_scene(file, job), tuple(bound_parts(job))
     from vibopt.balancing.explained import said_by
 
-    return {"file": file, "status": "ok", "messages": [], **said_by(job)}
+    return {"file": file, "status": "ok", "messages": [], **said_by(job)}, ()
 
 
 def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:
@@ -98,13 +102,20 @@ def asked(scene: Scene) -> str:
     return f"goal: {scene.goal.sense} {spoken(response.response, place_of(response))}"
 
 
-def _tell(one: dict[str, Any]) -> None:
+def _tell(one: dict[str, Any], bought: tuple[Bound, ...]) -> None:
+    """A part to be bought is one choice, not a variable for each column of its catalogue."""
     if one["messages"]:
         complain("\n".join(one["messages"]))
         return
-    counts = [f"{one[key]} {words[one[key] != 1]}" for key, words in _COUNTED.items() if one.get(key)]
-    say(f"{one['file']}: no mistakes. {'; '.join(filter(None, [', '.join(counts), one['asked']]))}.")
+    columns = {path for part in bought for path in part.paths}
+    numbers = {**one, "variables": one["variables"] - len(columns)} if columns else one
+    counts = [f"{numbers[key]} {words[numbers[key] != 1]}" for key, words in _COUNTED.items() if numbers.get(key)]
+    chosen = [counted(len(bought), "choices")] if bought else []
+    say(f"{one['file']}: no mistakes. {'; '.join(filter(None, [', '.join([*counts, *chosen]), one['asked']]))}.")
+    for part in bought:
+        say(f"  {part.path}: one of {len(part.names)} parts of {part.catalogue.file}")
     for path, choice in one["choices"].items():
-        say(f"  {path}: {choice}")
+        if path not in columns:
+            say(f"  {path}: {choice}")
     for note in one["notes"]:
         say(f"  {note}")

@@ -9,11 +9,13 @@ from pydantic import field_validator, model_validator
 from vibopt.devices.device import Device
 from vibopt.devices.offset import SPAN, add_offset, offset_of
 from vibopt.devices.symbols import Numbers, Symbols
+from vibopt.errors import QuantityError
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
+from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.directions import AXES, Place, Reach, is_tensor
 from vibopt.values.fields import Choice, Later, complaint
@@ -32,6 +34,13 @@ else:
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
 """Coordinates of a body by the word for its motion; of any other it is the one along its line."""
 _SPATIAL = ("centre", "centre_tolerance", "shape", "made_of")
+
+
+def _reads(given: str, dimension: str) -> bool:
+    try:
+        return bool(read_quantity(given, dimension))
+    except QuantityError:
+        return False
 
 
 class Rolling(Table):
@@ -88,6 +97,13 @@ class BodyTable(Device):
     centre_tolerance: Reach | None = None
     shape: Shape | None = None
     made_of: tuple[Piece, ...] | None = None
+
+    @field_validator("mass", mode="before")
+    @classmethod
+    def _weighed(cls, given: Any) -> Any:
+        if isinstance(given, str) and not _reads(given, "mass") and _reads(given, "force"):
+            raise complaint(f'is a force, but a mass is needed here. Write weight = "{given}".')
+        return given
 
     @field_validator("inertia", mode="before")
     @classmethod

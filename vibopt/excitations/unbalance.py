@@ -1,7 +1,8 @@
 """A rotating unbalance on a body."""
 
 import math
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -11,6 +12,15 @@ from vibopt.excitations.excitation import unit_line
 from vibopt.signals import Amplitude, Band, Line, Piece
 from vibopt.values import Fact, number, word
 from vibopt.values.directions import AXES, Direction
+from vibopt.values.fields import KeyedError
+
+_OF_A_FORCE = {
+    "amplitude": 'is for kind = "force"; an unbalance gives its mass times its distance from the axis. Write unbalance '
+    '= "20 kg mm", or kind = "force".',
+    "varies": 'is for kind = "force"; the force of an unbalance grows with the square of the speed by its nature. '
+    'Leave it out, or write kind = "force" with an amplitude.',
+}
+"""Keys that only a force has, and why."""
 
 
 class Unbalance(Directed):
@@ -34,6 +44,14 @@ class Unbalance(Directed):
     axis: Direction | None = None
     run_up: RunUp | None = None
     inherent: ClassVar[bool] = True
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_force(cls, given: Any) -> Any:
+        for key in _OF_A_FORCE if isinstance(given, Mapping) else ():
+            if key in given:
+                raise KeyedError(key, given[key], _OF_A_FORCE[key])
+        return given
 
     @model_validator(mode="after")
     def _one_of_two(self) -> "Unbalance":

@@ -31,6 +31,7 @@ IN_SPACE = {
     "place": "It may be asked of a body in space, or of a point on it.",
     "body": "It is asked of bodies in space.",
     "": "Bodies in space have no such response.",
+    "machine": "It is asked of the whole machine, also of one with bodies in space.",
 }
 _MODELS = {"base": Response, "harmonic": HarmonicResponse, "random": RandomResponse}
 _ONES = {"bodies": "a body", "bases": "a base"}
@@ -205,7 +206,8 @@ def _facts(kind: type[Response]) -> str:
     if kind.transient_twin:
         facts.append(f"Of what comes once ask `{kind.transient_twin}`.")
     if not kind.of_mount:
-        facts.append(IN_SPACE[kind.in_space])
+        names_place = {"of", "through", "across", "into"} & set(kind.model_fields)
+        facts.append(IN_SPACE[kind.in_space or ("" if names_place else "machine")])
     return " ".join(facts)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from vibopt.answer.blocks import spoken, spoken_path
 from vibopt.answer.entry import Entry
 from vibopt.jobs import is_open, is_scene
+from vibopt.report.catalogue_choices import tied
 from vibopt.report.series import Line, Strip, Strips
 from vibopt.responses.response import place_of
 from vibopt.study.edges import stretches
@@ -57,8 +58,10 @@ def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
         response = scene.goal.response
         drawn = f"links.{getattr(response, 'of', '')}.{response.response}"
         yield _strip(spoken(response.response, place_of(response)), goal, response.dimension, response.unit or "")
+    part_of = tied(scene)
     for variable in scene.variables:
-        if variable.path != drawn:
+        column = variable.path.startswith(f"{part_of.get(variable.path)}.")  # a price or rating, of no device
+        if variable.path != drawn and not column:
             values = [point.variables.get(variable.path) for point in points]
             yield _strip(spoken_path(variable.path), values, variable.dimension, "")
 

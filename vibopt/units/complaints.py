@@ -78,6 +78,8 @@ def wrong_dimension(unit: str, given: str | None, dimension: str, place: str | N
     """`given` is the dimension that `unit` has, None if it has no name; `meant` is the unit with weights for masses."""
     what = f"is {DIMENSIONS[given].noun}" if given else f'has the unit "{unit}"'
     wanted = needs(dimension, place)
+    if dimension == "angular_rate" and unit.replace(" ", "") == "1/min":
+        return f'{what}, but {wanted.removesuffix(DIMENSIONS[dimension].way_out)}Did you mean "rpm"?'
     if meant:
         wanted = wanted.removesuffix(DIMENSIONS[dimension].way_out)
         return f'{what}, but {wanted}Did you mean "{meant}", with the weight of a kilogram (9.80665 N)?'
