@@ -30,7 +30,7 @@ from vibopt.report.sheet.printing import pages_of, pdf
 from vibopt.report.sheet.sheet_page import machine_in
 from vibopt.report.space_views import machine_figure
 from vibopt.report.what_to_build import verified
-from vibopt.scene.read import from_dict, read
+from vibopt.scene.read import from_dict, from_text, read
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
 from vibopt.units import show
@@ -389,6 +389,55 @@ def test_a_long_list_of_notes_is_cut_and_says_so() -> None:
     assert len(notes) == 9
     assert notes[-1] == "And 27 more notes in the report."
     assert max(map(len, notes)) <= 200
+
+
+CRATE = """
+[bases.crate]
+[bodies.camera]
+mass = "6 kg"
+[links.foam]
+between = ["camera", "crate"]
+stiffness = "20 kN/m"
+damping_ratio = {ratio}
+[excitations.fall]
+kind = "drop"
+on = "crate"
+height = "0.5 m"
+[measures.peak]
+response = "peak_acceleration"
+of = "camera"
+"""
+STEADY = """
+[excitations.shaker]
+kind = "base_motion"
+on = "crate"
+displacement = "1 mm"
+speed = "5 Hz"
+[measures.shaken]
+response = "displacement"
+of = "camera"
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "small"), [("", "motions are small."), (STEADY, "motions are small and steady.")], ids=["drop", "both"]
+)
+def test_of_what_comes_once_the_sheet_says_what_it_starts_from(more: str, small: str) -> None:
+    said = assumptions_of(solve(from_text(CRATE.replace("{ratio}", "0.1") + more)))
+    assert said[:2] == [
+        f"Bodies are rigid, springs and dampers are linear, {small}",
+        "In time: the machine is at rest before the load, and all of the load comes as given.",
+    ]
+    assert not any(one.startswith("In time") for one in assumptions_of(answered("mounts/generator_set")))
+
+
+@pytest.mark.parametrize(("ratio", "said"), [("0.0", "none"), ("0.1", "10 %")])
+def test_a_machine_without_damping_has_none_on_the_sheet(ratio: str, said: str) -> None:
+    assert f"9.189 Hz {said} camera moves" in text(solve(from_text(CRATE.replace("{ratio}", ratio))))
+
+
+def test_dry_friction_is_not_called_no_damping() -> None:
+    assert "5.033 Hz not told machine moves" in text(answered("friction/rao_9_41"))
 
 
 def test_texts_of_the_file_cannot_reach_into_the_page(solved: Solved) -> None:

@@ -162,9 +162,7 @@ def measure_rows(design: Design, most: int) -> list[tuple[str, str, str]]:
 def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
     """What the answer takes for granted; the longest list is cut, and says so."""
     scene = design.scene
-    steady = "Bodies are rigid, springs and dampers are linear, motions are small"
-    steady += " and steady: running up through a resonance quickly gives less." if _swept(design) else " and steady."
-    notes = [steady, f"Gravity {plain(GRAVITY, 6)} m/s². Coordinates: {model_words(design)}."]
+    notes = [*_motion(design), f"Gravity {plain(GRAVITY, 6)} m/s². Coordinates: {model_words(design)}."]
     doubts = [
         f"{one.path} ±{show(one.tolerance, '%', 'ratio', digits=3)}" for one in _doubts(design) if one.tolerance > 0.0
     ]
@@ -175,6 +173,19 @@ def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
     notes += dict.fromkeys((*notes_of(scene), *design.notes))
     cut = [one if len(one) <= LONGEST else f"{one[: LONGEST - 4].rstrip()} ..." for one in notes]
     return cut if len(cut) <= most else [*cut[: most - 1], f"And {len(cut) - most + 1} more notes in the report."]
+
+
+def _motion(design: Design) -> Iterator[str]:
+    """What is taken for granted of bodies, springs and motions, steady ones and those in time."""
+    scene = design.scene
+    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    in_time = any(one.sort == "transient" for one in asked)
+    steady = not in_time or any(one.harmonic or one.sort == "random" for one in asked)
+    run_up = ": running up through a resonance quickly gives less" if _swept(design) else ""
+    how = f" and steady{run_up}" if steady else ""
+    yield f"Bodies are rigid, springs and dampers are linear, motions are small{how}."
+    if in_time:
+        yield "In time: the machine is at rest before the load, and all of the load comes as given."
 
 
 def _doubts(design: Design) -> tuple[Uncertain, ...]:

@@ -182,14 +182,15 @@ def _cut(rows: list[tuple[str, str]]) -> list[tuple[str, str]]:
 
 def _mode_rows(scene: Scene, machine: Machine) -> list[dict[str, str]]:
     """Number, frequency, damping ratio and words of each mode."""
-    rows = []
+    rows, known = [], not machine.on_structures and not machine.rubs
     for i, one in enumerate(shapes_of(machine, sorted(turning(scene)))):
         words = one.words or "of machine and structure together"
+        undamped = "none" if known and one.frequency > 0.0 else "not told"
         rows.append(
             {
                 "number": str(i + 1),
                 "frequency": show(one.frequency, "Hz", "angular_rate"),
-                "damping": show(one.damping, "%", "ratio", digits=2) if one.damping is not None else "not told",
+                "damping": show(one.damping, "%", "ratio", digits=2) if one.damping is not None else undamped,
                 "words": words if one.frequency > 0.0 else f"{words}: free, nothing holds it",
             }
         )
