@@ -190,9 +190,10 @@ class MomentWords(Varied, total=False):
 
 
 class ForceWords(Acting, total=False):
-    """How the speed rises or falls: `run_up`, a table of from, to, and acceleration or duration."""
+    """How the speed rises or falls: `run_up`, a table of from, to, and acceleration or duration; how it `begins`."""
 
     run_up: Mapping[str, Bound]
+    begins: str
 
 
 class UnbalanceWords(TypedDict, total=False):
@@ -209,9 +210,10 @@ class UnbalanceWords(TypedDict, total=False):
 
 
 class BaseMotionWords(Varied, total=False):
-    """One of displacement [m], velocity [m/s] and acceleration [m/s^2], peak; under mounts its direction."""
+    """One of displacement [m], velocity [m/s] and acceleration [m/s^2], peak; `begins`; under mounts a direction."""
 
     direction: Way
+    begins: str
 
     displacement: Bound
     velocity: Bound
@@ -223,7 +225,10 @@ class PulseWords(TypedDict, total=False):
 
     amplitude: Bound
     acceleration: Bound
+    displacement: Bound
     duration: Bound
+    duration_up_to: Bound
+    duration_from: Bound
     frequency: Bound
     damping_ratio: Bound
     times: int
@@ -339,7 +344,7 @@ class Machine(Responses):
         self._add("absorbers", name, dict(on=on, **words))
 
     def force(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[ForceWords]) -> None:
-        """A harmonic force on a body, peak [N].  Words: varies, amplitude_at, run_up; in space at, direction."""
+        """A harmonic force on a body, peak [N].  Words: varies, amplitude_at, run_up, begins, at, direction."""
         self._add("excitations", name, dict(kind="force", on=on, amplitude=amplitude, speed=speed, **words))
 
     def moment(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[MomentWords]) -> None:
@@ -375,7 +380,7 @@ class Machine(Responses):
         self._add("excitations", name, dict(kind="moment_harmonics", on=on, speed=speed, harmonics=harmonics, **words))
 
     def base_motion(self, name: str, *, on: str, speed: Speeds, **words: Unpack[BaseMotionWords]) -> None:
-        """Harmonic motion of a base, peak.  Words: displacement, velocity or acceleration; varies, amplitude_at."""
+        """Motion of a base, peak.  Words: displacement, velocity, acceleration; amplitude_at, varies, begins."""
         self._add("excitations", name, dict(kind="base_motion", on=on, speed=speed, **words))
 
     def road(self, name: str, *, on: str, amplitude: Bound, speed: Speeds, **words: Unpack[RoadWords]) -> None:
@@ -387,8 +392,9 @@ class Machine(Responses):
         self._add("excitations", name, {"kind": "white_noise", "on": on, "density": density})
 
     def pulse(self, name: str, *, on: str, shape: str, **words: Unpack[PulseWords]) -> None:
-        """A pulse of force on a body or of acceleration of a base.  Words: amplitude or acceleration; duration, or
-        frequency and damping_ratio of a decaying sine; times, every.
+        """A pulse of force on a body or of motion of a base.  Words: amplitude, acceleration or displacement; duration,
+        or duration_up_to and duration_from where it is unknown, or frequency and damping_ratio of a decaying sine;
+        times, every.
         """
         self._add("excitations", name, dict(kind="pulse", on=on, shape=shape, **words))
 

@@ -64,6 +64,12 @@ class Random(Shown, total=False):
     due_to: Sequence[str]
 
 
+class InTime(Random, total=False):
+    """`combine`: "sum" or "rss" of the peaks of each excitation; without it, of all together."""
+
+    combine: str
+
+
 class Responses:
     """What can be limited, measured or made best; kinds without a method of their own go by their words in a file."""
 
@@ -132,23 +138,23 @@ class Responses:
         """Root mean square force: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("rms_force", into=into, through=through, **words)
 
-    def peak_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def peak_displacement(self, *, of: str, **words: Unpack[InTime]) -> Measure:
         """Greatest displacement of a body in time, under what comes once [m]."""
         return Measure("peak_displacement", of=of, **words)
 
-    def peak_velocity(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def peak_velocity(self, *, of: str, **words: Unpack[InTime]) -> Measure:
         """Greatest velocity of a body in time, under what comes once [m/s]."""
         return Measure("peak_velocity", of=of, **words)
 
-    def peak_acceleration(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def peak_acceleration(self, *, of: str, **words: Unpack[InTime]) -> Measure:
         """Greatest acceleration of a body in time, under what comes once [m/s^2]."""
         return Measure("peak_acceleration", of=of, **words)
 
-    def peak_relative_displacement(self, *, across: str, **words: Unpack[Random]) -> Measure:
+    def peak_relative_displacement(self, *, across: str, **words: Unpack[InTime]) -> Measure:
         """Greatest relative displacement across a link in time, under what comes once [m]."""
         return Measure("peak_relative_displacement", across=across, **words)
 
-    def peak_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[Random]) -> Measure:
+    def peak_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[InTime]) -> Measure:
         """Greatest force in time: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("peak_force", into=into, through=through, **words)
 
