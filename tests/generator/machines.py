@@ -66,6 +66,18 @@ def on_a_line(draw: Draw) -> Drawn:
     return made
 
 
+def that_rubs(draw: Draw) -> Drawn:
+    """One body that slides on its only link."""
+    made, mass = Drawn(frequency=draw.size(2.0, 20.0)), draw.size(20.0, 2000.0)
+    end = made.put("bases", "floor", {}) if draw.chance(0.35) else "ground"
+    body = made.put("bodies", "body1", {"mass": draw.said(mass, "mass")})
+    stiffness = draw.said(mass * made.rate**2 * draw.size(0.5, 2.0), "stiffness")
+    friction = draw.value(mass * GRAVITY * draw.size(0.001, 0.2), "force", spread=3.0)
+    damping = {"damping": draw.said(0.2 * mass * made.rate, "damping")} if draw.chance(0.5) else {}
+    made.put("links", "link1", {"between": [body, end], "stiffness": stiffness, "friction_force": friction, **damping})
+    return made
+
+
 def _heavy(draw: Draw, mass: float) -> dict[str, Any]:
     if draw.chance(0.1):
         return {"weight": draw.said(mass * GRAVITY, "force")}

@@ -9,7 +9,7 @@ from typing import Any
 
 from asking import Table, beside, candidates, closed, mistakes, question
 from draw import Draw
-from machines import Drawn, about_an_axis, on_a_line, on_a_structure, with_absorber, with_inerter
+from machines import Drawn, about_an_axis, on_a_line, on_a_structure, that_rubs, with_absorber, with_inerter
 from shaking import shaken
 from spatial import in_a_plane, in_space
 from vibopt.responses import KINDS
@@ -31,6 +31,8 @@ MACHINES: tuple[tuple[Callable[[Draw], Drawn], bool, bool], ...] = (
     (on_a_structure, True, False),
 )
 """What may be built: the machine, whether an absorber sits on it, and whether its parts are bought."""
+OF_ITS_OWN = {"friction_force": that_rubs}
+"""What must be built for a response that few machines have."""
 _VARIABLES = (0, 1, 1, 1, 2, 2, 3)
 
 
@@ -42,6 +44,8 @@ def scene(seed: int, folder: Path, *, small: bool = False) -> Drawn:
     kind = list(KINDS)[seed % len(KINDS)]
     for attempt in range(ATTEMPTS):
         build, absorber, bought = MACHINES[(seed // len(KINDS) + seed + attempt) % len(MACHINES)]
+        if kind in OF_ITS_OWN:
+            build, absorber, bought = OF_ITS_OWN[kind], False, False
         spatial = build in (in_space, in_a_plane)
         most = (1 if spatial or absorber or build is about_an_axis else 2) if small else 3
         rolls = Draw(f"{seed}/{attempt}", listed=bought or (small and spatial), bought=bought, small=small)

@@ -271,7 +271,7 @@ def test_a_range_in_decibels_is_evenly_spaced_in_decibels(points: int) -> None:
     assert [point.value.shown for point in found.points[:: (points - 1) // 5]] == [f"{n}.1 dB" for n in range(0, 31, 6)]
     drawn = strips(found)
     assert list(drawn.x) == pytest.approx([0.1 + 30 * n / (points - 1) for n in range(points)], abs=1e-9)
-    assert (drawn.x_label, drawn.log_x) == ("limits.a.at_least [dB]", False)
+    assert (drawn.x_label, drawn.log_x) == ("limit a, at least [dB]", False)
     ((low, high, words),) = drawn.shaded
     assert 12.0 < low < high == pytest.approx(30.1)
     assert words == "no design meets all limits"
@@ -286,7 +286,7 @@ def test_a_range_over_a_factor_of_more_than_a_hundred_has_equal_ratios() -> None
 
 def test_the_unit_of_the_range_is_the_unit_of_the_points() -> None:
     scene = from_text(SCENES["levels"][0])
-    assert strips(sweep(scene, "limits.a.at_least", "120 %..300 %", 3)).x_label == "limits.a.at_least [%]"
+    assert strips(sweep(scene, "limits.a.at_least", "120 %..300 %", 3)).x_label == "limit a, at least [%]"
     with pytest.raises(InputError, match=r'"0 %\.\.6 dB" begins at a ratio that has no dB\. Write "5 dB\.\.30 dB"\.'):
         sweep(scene, "limits.a.at_least", "0 %..6 dB", 3)
 

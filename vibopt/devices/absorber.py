@@ -193,6 +193,7 @@ class AbsorberTable(Device):
             return "" if viscous or self.damping_ratio is not None else "damping"
         there = {
             "damping_ratio": self.damping_ratio is not None or (viscous and self.has_spring),
+            "friction_force": False,
             "loss_factor": self.loss_factor is not None,
         }
         return "" if there.get(word, True) else word
