@@ -4,9 +4,9 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed
-from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import OneSpeed, Varies, check_orders, order_lines
 from vibopt.signals import Line
-from vibopt.values import Fact, Table, number, word
+from vibopt.values import Fact, Table, number
 
 
 class Harmonic(Table):
@@ -42,20 +42,8 @@ class Harmonics(Directed):
 
     @model_validator(mode="after")
     def _orders_differ(self) -> "Harmonics":
-        orders = [one.order.value for one in self.harmonics]
-        if not orders:
-            raise word('has no harmonics. Write harmonics = [{ order = 1, amplitude = "18 kN" }].')
-        if len(set(orders)) < len(orders):
-            raise word("gives an order twice. Add the two as phasors and give the order once.")
+        check_orders(self.harmonics, '{ order = 1, amplitude = "18 kN" }')
         return self
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
-        return tuple(
-            unit_line(
-                one.order.value,
-                direction,
-                one.phase.value if one.phase is not None else 0.0,
-                self.varied(one.amplitude.value),
-            )
-            for one in self.harmonics
-        )
+        return order_lines(self, self.harmonics, direction)

@@ -5,9 +5,9 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, check_orders, order_lines, unit_line
 from vibopt.signals import Line
-from vibopt.values import Fact, Table, number, word
+from vibopt.values import Fact, Table, number
 from vibopt.values.directions import AXES, Direction, Vector
 
 
@@ -73,11 +73,7 @@ class MomentHarmonics(Excitation):
 
     @model_validator(mode="after")
     def _orders_differ(self) -> "MomentHarmonics":
-        orders = [one.order.value for one in self.harmonics]
-        if not orders:
-            raise word('has no harmonics. Write harmonics = [{ order = 2, amplitude = "400 N m" }].')
-        if len(set(orders)) < len(orders):
-            raise word("gives an order twice. Add the two as phasors and give the order once.")
+        check_orders(self.harmonics, '{ order = 2, amplitude = "400 N m" }')
         return self
 
     @property
@@ -85,15 +81,7 @@ class MomentHarmonics(Excitation):
         return super().acts if self.axis is None else about(self.on, self.axis)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
-        return tuple(
-            unit_line(
-                one.order.value,
-                direction,
-                one.phase.value if one.phase is not None else 0.0,
-                self.varied(one.amplitude.value),
-            )
-            for one in self.harmonics
-        )
+        return order_lines(self, self.harmonics, direction)
 
 
 def about(place: str, axis: Vector) -> dict[str, complex]:

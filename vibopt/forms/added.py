@@ -25,6 +25,10 @@ class Added(Form):
     not_convex = "is a sum of peaks in time, which is not convex in stiffness and damping"
     rough = "is a sum of what is greatest at several instants, each of which jumps from one peak to another"
 
+    @property
+    def searched(self) -> str:
+        return next((part.searched for part in self.parts if part.searched), "")
+
     def value(self, model: Model, x: FloatArray) -> float:
         return self._together([part.worst(model, x).value for part in self.parts])
 

@@ -1,6 +1,9 @@
-"""Whether random and steady vibration are kept apart, and what white noise makes infinite is not asked."""
+"""Whether steady vibration, noise and what comes once are each asked what they have an answer to."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
@@ -10,6 +13,9 @@ from vibopt.scene import places
 from vibopt.scene.check_speeds import reached
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from vibopt.excitations.excitation import Once
 
 
 def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
@@ -120,12 +126,9 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
     names = names_for(scene, response)
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
         return
-    place = next((name for name, _ in response.places().values()), "")
-    ends = places.ends(scene)
-    near = {place, *ends.get(place, ())} & set(places.turning(scene))
-    if near or scene.structures:
-        what = f"looks at {min(near)}, which turns" if near else "asks in time of a machine on a structure"
-        mistakes.add(path, f"{dotted(path)} {what}. What comes once is answered for bodies on a line only, so far.")
+    turning = _turns(scene, response)
+    if turning:
+        mistakes.add(path, f"{dotted(path)} {turning}")
         return
     from vibopt.scene.check_run_up import contradicts
 
@@ -134,49 +137,76 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         scene, path, names, mistakes, together=together
     ):
         return
-    resting = [
-        name
-        for name in names
-        if response.sort not in scene.excitations[name].sorts
-        and any(band.low == 0.0 for band in scene.excitations[name].own_bands())
-    ]
-    if resting:
-        mistakes.add(
-            path,
-            f"{dotted(path)} adds the steady vibration of excitations.{resting[0]}, whose own speeds begin at "
-            "standstill. Write those at which it runs.",
-        )
-        return
-    once = {name: one for name in names if (one := scene.excitations[name].once) is not None}
-    unknown = [name for name, one in once.items() if one.durations is not None]
-    if len(unknown) > 1 and response.combine is None:
-        mistakes.add(
-            path,
-            f"{dotted(path)} counts {len(unknown)} pulses of unknown duration, excitations.{unknown[0]} and "
-            f'excitations.{unknown[1]}. Name one: due_to = ["{unknown[0]}"], or add up the greatest of each: combine = '
-            '"sum".',
-        )
-        return
-    struck = [name for name, one in once.items() if one.blows]
-    wheels = [
-        link
-        for link, two in ends.items()
-        if _passes(scene, link) > 1 and {scene.excitations[one].on for one in struck} & set(two)
-    ]
-    if wheels and response.dimension in ("acceleration", "force"):
-        mistakes.add(
-            path,
-            f"{dotted(path)} is infinite whatever the design: inerters.{wheels[0]} hands the blow of "
-            f"excitations.{struck[0]} on at once. Write a pulse with a duration instead.",
-        )
-        return
-    moved = [name for name, one in once.items() if one.family == "bases" and not one.returns]
-    if moved and response.response == "peak_displacement":
-        mistakes.add(
-            path,
-            f"{dotted(path)} is infinite whatever the design: the base of excitations.{moved[0]}, whose acceleration "
-            f"is given, moves on behind it, and {place} with it. Ask for peak_relative_displacement across a link.",
-        )
+    for fault in (_from_standstill, _two_unknown, _blow_handed_on, _moves_on):
+        said = fault(scene, response, names)
+        if said:
+            mistakes.add(path, f"{dotted(path)} {said}")
+            return
+
+
+def _turns(scene: Scene, response: TransientResponse) -> str:
+    """Looks at what turns, or at a structure."""
+    place, ends = _place(response), places.ends(scene)
+    near = {place, *ends.get(place, ())} & set(places.turning(scene))
+    if not near and not scene.structures:
+        return ""
+    what = f"looks at {min(near)}, which turns" if near else "asks in time of a machine on a structure"
+    return f"{what}. What comes once is answered for bodies on a line only, so far."
+
+
+def _place(response: TransientResponse) -> str:
+    return next((name for name, _ in response.places().values()), "")
+
+
+def _from_standstill(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
+    """Adds a steady vibration whose speeds begin at zero."""
+    for name in names:
+        one = scene.excitations[name]
+        if response.sort not in one.sorts and any(band.low == 0.0 for band in one.own_bands()):
+            return (
+                f"adds the steady vibration of excitations.{name}, whose own speeds begin at standstill. Write those "
+                "at which it runs."
+            )
+    return ""
+
+
+def _once(scene: Scene, names: Sequence[str]) -> dict[str, Once]:
+    return {name: one for name in names if (one := scene.excitations[name].once) is not None}
+
+
+def _two_unknown(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
+    """Counts several pulses of unknown duration together."""
+    unknown = [name for name, one in _once(scene, names).items() if one.durations is not None]
+    if len(unknown) < 2 or response.combine is not None:
+        return ""
+    return (
+        f"counts {len(unknown)} pulses of unknown duration, excitations.{unknown[0]} and excitations.{unknown[1]}. "
+        f'Name one: due_to = ["{unknown[0]}"], or add up the greatest of each: combine = "sum".'
+    )
+
+
+def _blow_handed_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
+    """Reads an acceleration or a force where an inerter hands a blow on."""
+    struck = [name for name, one in _once(scene, names).items() if one.blows]
+    beside = {scene.excitations[one].on for one in struck}
+    wheels = [link for link, two in places.ends(scene).items() if _passes(scene, link) > 1 and beside & set(two)]
+    if not wheels or response.dimension not in ("acceleration", "force"):
+        return ""
+    return (
+        f"is infinite whatever the design: inerters.{wheels[0]} hands the blow of excitations.{struck[0]} on at once. "
+        "Write a pulse with a duration instead."
+    )
+
+
+def _moves_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
+    """Reads a displacement beside a base that does not come back."""
+    moved = [name for name, one in _once(scene, names).items() if one.family == "bases" and not one.returns]
+    if not moved or response.response != "peak_displacement":
+        return ""
+    return (
+        f"is infinite whatever the design: the base of excitations.{moved[0]}, whose acceleration is given, moves on "
+        f"behind it, and {_place(response)} with it. Ask for peak_relative_displacement across a link."
+    )
 
 
 def check_lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None:

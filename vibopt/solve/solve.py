@@ -14,7 +14,7 @@ from vibopt.answer.entry import Checked, Entry
 from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import on_needed, pose
-from vibopt.program.program import Program
+from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
 from vibopt.responses import HarmonicResponse
@@ -176,7 +176,7 @@ def answer(
     if program.ties:
         from vibopt.solve.catalogue.why import reason_of
 
-        found = choose(finite, method).solve(finite, progress)
+        found = _not_proven(finite, choose(finite, method).solve(finite, progress))
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     chosen = choose(finite, method, near)
     found = chosen.solve(finite, progress)
@@ -189,23 +189,39 @@ def answer(
     if method is None and said.status in ("feasible", "unproven"):
         from vibopt.solve.one_range import OneRange
 
-        if OneRange().refuses(finite) is None:  # one variable is always decided
-            found = found if found.method == OneRange.name else OneRange().solve(finite, progress)
+        if OneRange().refuses(finite) is None:
+            found = _one_variable(finite, found, progress)
             said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
-    found = said
+    found = _not_proven(finite, said)
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
         return found, partial(hopeless_words, scene, program)
-    return _not_proven(finite, found), str
+    return found, str
+
+
+def _one_variable(program: Program, found: Found, progress: Progress | None) -> Found:
+    """One variable is decided along its range, and where that leaves doubts by as many boxes as it takes."""
+    from vibopt.solve.global_search import BranchAndBound, provable
+    from vibopt.solve.one_range import OneRange
+
+    line = found if found.method == OneRange.name else OneRange().solve(program, progress)
+    search = BranchAndBound()
+    if line.status not in ("feasible", "unproven") or search.refuses(program) is not None or not provable(program):
+        return line
+    whole = search.solve(program, progress)
+    return whole if whole.status in ("optimal", "infeasible") else line
 
 
 def _not_proven(program: Program, found: Found) -> Found:
-    """The answer without the word where a limit or the goal might be worse than was seen."""
-    doubts = sorted({part.form.searched for part in program.parts} - {""})
-    if found.status != "optimal" or not doubts:
-        return found
-    return replace(found, status="feasible", claim=f"{found.claim}; {', '.join(doubts)} and not proven")
+    """The answer without the word where a limit or the goal might be greater than was seen."""
+    seen = [one for one in program.parts if one.form.searched]
+    doubts = f"{', '.join(sorted({one.form.searched for one in seen}))} and not proven"
+    if found.status == "optimal" and seen:
+        return replace(found, status="feasible", claim=f"{found.claim}; {doubts}")
+    if found.status == "infeasible" and any(isinstance(one, Limit) and one.side == "at_least" for one in seen):
+        return replace(found, status="unproven", claim=f"no design was found; {doubts}")
+    return found
 
 
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
