@@ -84,6 +84,31 @@ def test_a_file_that_asks_is_told_the_same(name: str) -> None:
     assert {key: row.value.value for key, row in answer.measures.items()} == pytest.approx(facts, rel=1e-8)
 
 
+def test_a_machine_beyond_its_mounts_keeps_its_facts() -> None:
+    """It is allowed because its file asks what a mount that is pulled carries."""
+    document: dict[str, Any] = {
+        "bodies": {"box": {"mass": "100 kg", "inertia": ["9 kg m2"] * 3, "centre": ["0.7 m", "0 m", "0 m"]}},
+        "mounts": {
+            "foot": {
+                "between": ["box", "ground"], "at": CORNERS, "shear_ratio": 0.5,
+                "stiffness": "100 kN/m", "loss_factor": 0.1,
+            }
+        },
+        "excitations": {"it": {"kind": "force", "on": "box", "amplitude": "7 N", "direction": "z", "speed": "900 rpm"}},
+        "measures": {"pull": {"response": "static_load", "of": "foot.1"}},
+    }  # fmt: skip
+    (one,) = isolators_of(scene := from_dict(document), machine_of(scene, {}))
+    document["measures"] |= {
+        "sag": {"response": "static_deflection", "of": "foot"},
+        "through": {"response": "transmitted_force", "into": "ground", "direction": "z"},
+    }
+    told = solve(from_dict(document), explain=False).measures
+    assert told["pull"].value.value < 0.0
+    assert one.sag is not None
+    assert one.sag.value.value == pytest.approx(told["sag"].value.value, rel=1e-9)
+    assert 1.0 - one.isolation["along z"].value.value == pytest.approx(told["through"].value.value / 7.0, rel=1e-9)
+
+
 def test_the_mode_of_an_isolator_is_the_one_that_its_stiffness_moves_most() -> None:
     """The share of strain energy is what the square of a frequency gains by one part of the stiffness."""
     scene = read(PROBLEMS / "isolation/rao_9_44_printed_design.toml")

@@ -17,7 +17,7 @@ from vibopt.mechanics.machine import GROUND, Joint, Machine, is_in_space
 from vibopt.records import dataclass
 from vibopt.report.mode_shapes import Shape, shapes_of
 from vibopt.responses import KINDS
-from vibopt.scene.check_scene import check
+from vibopt.scene.check_scene import check_response
 from vibopt.scene.places import turning
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show
@@ -238,7 +238,7 @@ def asked(scene: Scene, machine: Machine, kind: str, **words: object) -> Checked
     except ValidationError:
         return None
     mistakes = Mistakes(scene.name)
-    check(replace(scene, limits={}, measures={"asked": response}, goal=None, find_all=None), mistakes, {"goal"})
+    check_response(scene, ("measures", "asked"), response, mistakes, set())
     if mistakes.found:
         return None
     return measured_row(scene, machine, "asked", response)

@@ -31,21 +31,26 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_excitations(scene, mistakes)
     check_friction(scene, mistakes)
     for path, response in _responses(scene):
-        if rubs_in(scene, path, response, mistakes):
-            continue
-        if response.signed and not _free(scene, path, response, mistakes):
-            continue
-        if response.free_vibration:
-            check_lossy(scene, path, response.free_vibration, mistakes)
-        check_places(scene, path, response, mistakes, broken)
-        check_price(scene, path, response, mistakes)
-        _bounds(scene, path, response, mistakes)
-        _moved(scene, path, response, mistakes, broken)
+        check_response(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
     if not mistakes.found and not broken and any(isinstance(one, TransientResponse) for _, one in _responses(scene)):
         from vibopt.scene.check_whole import check_turns
 
         check_turns(scene, mistakes)
+
+
+def check_response(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
+    """Add every mistake of one limit, measure or goal, of a machine that is checked beside it."""
+    if rubs_in(scene, path, response, mistakes):
+        return
+    if response.signed and not _free(scene, path, response, mistakes):
+        return
+    if response.free_vibration:
+        check_lossy(scene, path, response.free_vibration, mistakes)
+    check_places(scene, path, response, mistakes, broken)
+    check_price(scene, path, response, mistakes)
+    _bounds(scene, path, response, mistakes)
+    _moved(scene, path, response, mistakes, broken)
 
 
 def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
