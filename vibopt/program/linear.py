@@ -67,14 +67,11 @@ class Linear:
         nothing[n, :n] = -row_read[:n]
 
         def block(chosen: IntArray) -> ComplexArray:
-            found = np.zeros((n + 1, n + 1), dtype=complex)
-            for t in chosen:
-                row = model.vectors[t, :n]
-                if model.kinds[t] == STIFFNESS:
-                    found[:n, :n] += size[t] * np.outer(row, row)
-                    found[n, :n] -= signs[t] * size[t] * row
-                elif model.kinds[t] == INERTIA:
-                    found[:n, n] += GRAVITY * size[t] * row
+            found, row = np.zeros((n + 1, n + 1), dtype=complex), model.vectors[chosen, :n]
+            stiff, heavy = (np.where(model.kinds == kind, size, 0.0)[chosen] for kind in (STIFFNESS, INERTIA))
+            found[:n, :n] = (row.T * stiff) @ row
+            found[n, :n] = -(signs[chosen] * stiff) @ row
+            found[:n, n] = GRAVITY * heavy @ row
             return found
 
         return cls._of_groups(model, np.zeros(len(size), dtype=int), block, nothing)
@@ -123,28 +120,30 @@ class Linear:
         at, rest, far (n_boxes, n_groups), slope (n_boxes, n_groups, n_axes), half (n_boxes, n_axes).
         """
         own, n = self.blocks[:-1], self.blocks.shape[-1] - 1
-        here = np.tensordot(at, own, axes=1) + self.blocks[-1]
+        boxes, many = at.shape
+        here = (at @ own.reshape(many, -1)).reshape(boxes, n + 1, n + 1) + self.blocks[-1]
         inner, load, row, plain = own[:, :n, :n], own[:, :n, n], -own[:, n, :n], own[:, n, n]
+        beside = inner.transpose(1, 0, 2).reshape(n, many * n)  # D_g beside each other: one product for all of them
         inverse = _inverse(here[:, :n, :n])
         u = (inverse @ here[:, :n, n, None])[..., 0]
         y = (-here[:, n, None, :n] @ inverse)[:, 0]
-        push = load - np.tensordot(u, inner, axes=([1], [2]))
+        push = load - (inner.reshape(many * n, n) @ u.T).reshape(many, n, boxes).transpose(2, 0, 1)
         first = push @ inverse.transpose(0, 2, 1)
-        read = row - np.tensordot(y, inner, axes=([1], [1]))
+        read = row - (y @ beside).reshape(boxes, many, n)
         each = plain + u @ row.T + (push @ y[:, :, None])[..., 0]
-        shift = np.abs(inverse[:, None] @ inner)
-        P = (far[:, :, None, None] * shift).sum(axis=1)
-        q = (far[:, :, None] * np.abs(first)).sum(axis=1)
+        shift = np.abs(inverse.reshape(-1, n) @ beside).reshape(boxes, n, many, n)
+        P = (far[:, None, None, :] @ shift)[:, :, 0]
+        q = (far[:, None, :] @ np.abs(first))[:, 0]
         E = _bounded(P, q)
-        twice = np.abs(read @ first.transpose(0, 2, 1))
-        loose = (np.abs(read) @ (P @ E[..., None]))[..., 0]
-        second = (far * (twice @ far[..., None])[..., 0] + far * loose).sum(axis=1)
+        twice, heard = np.abs(read @ first.transpose(0, 2, 1)), np.abs(read)
+        loose = (heard @ (P @ E[..., None]))[..., 0]
+        second = (far * ((twice @ far[..., None])[..., 0] + loose)).sum(axis=1)
         value = here[:, n, n] - (here[:, n, :n] * u).sum(axis=1)
-        tilt = (each[:, :, None] * slope).sum(axis=1)
+        tilt = (each[:, None, :] @ slope)[:, 0]
         lost: BoolArray = ~np.all(np.isfinite(E), axis=1)
-        share = (np.abs(slope) * (np.abs(read) @ np.where(lost[:, None], 0.0, E)[..., None])).sum(axis=1) * half
-        norms = shift.sum(axis=3).max(axis=2)
-        share[lost] = ((np.abs(slope) * norms[..., None]).sum(axis=1) * half)[lost]
+        weight = (heard @ np.where(lost[:, None], 0.0, E)[..., None])[..., 0]
+        weight[lost] = shift[lost].sum(axis=3).max(axis=1)
+        share = (weight[:, None, :] @ np.abs(slope))[:, 0] * half
         return Scalar(value, tilt, (rest * np.abs(each)).sum(axis=1) + second), share
 
 

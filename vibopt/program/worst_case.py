@@ -23,6 +23,8 @@ _FEW_CORNERS = 8
 _MOST_CORNERS, _TRIED_CORNERS = 12, 64
 _STARTS = 4
 _PASSES = 4
+_FLAT = 1e-11
+"""Slope, of logs in logs, below which a factor makes no difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,6 +256,23 @@ class _Hunt:
         return corners[np.random.default_rng(len(corners)).permutation(len(corners))[:_TRIED_CORNERS]]
 
     def _climb(self, start: FloatArray) -> FloatArray:
+        """Up from some factors; where all slopes point to a corner, and there do not point away, at once to it."""
+        start = np.clip(start, self.low, self.high)
+        height, corner = self._ahead(start)
+        if np.array_equal(corner, start):
+            return start
+        higher, stays = self._ahead(corner) if np.isfinite(corner).all() else (height, corner)
+        return corner if higher > height and np.array_equal(stays, corner) else self._searched(start)
+
+    def _ahead(self, factors: FloatArray) -> tuple[float, FloatArray]:
+        """The log of the value (falling for the least), and the corner to which all slopes point; NaN without them."""
+        self.tried += 1
+        first = self.part.extremes(factors)[0]
+        up = self.sign * first.slope
+        corner = np.where(up > _FLAT, self.high, np.where(up < -_FLAT, self.low, factors))
+        return self.sign * first.value, np.where(np.isfinite([first.value, *up]).all(), corner, np.nan)
+
+    def _searched(self, start: FloatArray) -> FloatArray:
         from scipy.optimize import minimize
 
         low, high = np.log(self.low), np.log(self.high)
@@ -266,11 +285,11 @@ class _Hunt:
 
         found = minimize(
             fall,
-            np.clip(np.log(start), low, high),
+            np.log(start),
             jac=True,
             method="L-BFGS-B",
             bounds=list(zip(low, high, strict=True)),
-            options={"maxiter": 60, "ftol": 1e-15, "gtol": 1e-11},
+            options={"maxiter": 60, "ftol": 1e-15, "gtol": _FLAT},
         )
         there: FloatArray = np.clip(np.exp(found.x), self.low, self.high)
         for side in (self.low, self.high):  # exactly on an end where it is next to it
