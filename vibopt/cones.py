@@ -12,9 +12,9 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
 
-LINEAR, CONE = "linear", "cone"
+LINEAR, CONE, EQUAL = "linear", "cone", "equal"
 Kind = tuple[str, int]
-"""LINEAR or CONE (its first row is the length of the others at least), and how many rows."""
+"""LINEAR, CONE (its first row is the length of the others at least) or EQUAL, and how many rows."""
 ITERATIONS = 200  # the solver takes some 10 to 40
 TOLERANCE = 1e-11
 SMALL = 200  # up to so many rows the plain factorisation is the faster one
@@ -62,7 +62,7 @@ def solve_cones(
     square = np.zeros((len(linear), len(linear))) if quadratic is None else quadratic
     P = square if isinstance(square, SimpleNamespace) else compressed(np.triu(square))
     table = A if isinstance(A, SimpleNamespace) else compressed(A)
-    of_kind = {LINEAR: clarabel.NonnegativeConeT, CONE: clarabel.SecondOrderConeT}
+    of_kind = {LINEAR: clarabel.NonnegativeConeT, CONE: clarabel.SecondOrderConeT, EQUAL: clarabel.ZeroConeT}
     cones = [of_kind[kind](size) for kind, size in kinds if size]
     found = clarabel.DefaultSolver(P, linear, table, b, cones, _settings(tolerance, len(b) < SMALL)).solve()
     return ConePoint(np.array(found.x), np.array(found.z), str(found.status))
@@ -97,4 +97,4 @@ def by_columns(data: FloatArray, rows: Any, starts: Any, shape: tuple[int, int])
     )  # fmt: skip
 
 
-__all__ = ["CONE", "LINEAR", "ConePoint", "Kind", "by_columns", "compressed", "solve_cones"]
+__all__ = ["CONE", "EQUAL", "LINEAR", "ConePoint", "Kind", "by_columns", "compressed", "solve_cones"]

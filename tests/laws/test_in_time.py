@@ -299,9 +299,9 @@ def test_a_history_stays_below_the_mark_of_its_greatest_value_and_reaches_it() -
     drawn = panels(design)
     assert [one.title for one in drawn] == [
         "Peak relative displacement across foam", "Peak acceleration of instrument", "Peak force through foam",
-        "Peak force into instrument",
+        "Peak force into instrument", "Peak acceleration against rattle space",
     ]  # fmt: skip
-    for panel in drawn:
+    for panel in drawn[:-1]:
         [curve], [mark] = panel.curves, panel.marks
         assert np.abs(curve.y).max() == pytest.approx(abs(mark.y), rel=1e-9)
         assert curve.y[curve.x.searchsorted(mark.x)] == pytest.approx(mark.y, rel=1e-6)

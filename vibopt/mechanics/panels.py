@@ -62,11 +62,16 @@ class Greatest:
 
 def exponential(a: Numbers, at: float = 1.0) -> Numbers:
     """exp(a at), shape of `a`."""
+    return np.asarray(exponentials(a, np.array([at]))[0])
+
+
+def exponentials(a: Numbers, at: FloatArray) -> Numbers:
+    """exp(a t) for each t of `at` (n,), from 0 to 1, shape (n, N, N)."""
     halvings = _halvings(a)
-    power = series(a / 2.0**halvings, np.array([at]))
+    power = series(a / 2.0**halvings, at)
     for _ in range(halvings):
         power = power @ power
-    return np.asarray(power[0])
+    return power
 
 
 def greatest(a: FloatArray, row: FloatArray, starts: FloatArray, least: float = 0.0) -> Greatest | None:

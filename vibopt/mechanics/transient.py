@@ -19,7 +19,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.combine import combined
-from vibopt.mechanics.panels import Numbers, TooLongError, exponential, greatest
+from vibopt.mechanics.panels import Numbers, TooLongError, exponential, exponentials, greatest
 from vibopt.records import dataclass
 from vibopt.signals import Segment
 
@@ -30,6 +30,8 @@ _MET, _FADED = 1e-9, 1e-12
 """Part of a speed by which it must miss every pole; part of a reading to which what fades is no more."""
 _STOPPED, _TOGETHER = 1e-9, 1e-10
 """Parts to which rounding brings the speed of a base that stops, and the difference of speeds that are one."""
+_JOINED, _AT_ONCE = 1e-12, 256
+"""Part of a time within which it is a joint; exponentials that are made at once."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _FIRST, _QUICK, HORIZON = 4.0, 16.0 * np.pi, 1000.0
@@ -172,14 +174,19 @@ class Transient:
         """The reading at times [s] that rise, (n,)."""
         found, ended = np.zeros(len(times)), 0.0
         for one in self.stretches:
-            row = self.row(reading, one.a / (self.rate * one.length))
-            for start in one.starts:
-                for i in np.flatnonzero((times >= ended) & (times < ended + one.length)):
-                    found[i] = row @ exponential(one.a, (times[i] - ended) / one.length) @ start
-                ended += one.length
+            through, length = ended + len(one.starts) * one.length, one.length
+            inside = np.flatnonzero((times >= ended * (1.0 - _JOINED)) & (times < through * (1.0 - _JOINED)))
+            parts = (times[inside] - ended) / length
+            which = np.minimum((parts * (1.0 + _JOINED) + _JOINED).astype(int), len(one.starts) - 1)
+            row = self.row(reading, one.a / (self.rate * length))
+            found[inside] = _read(row, one.a, np.clip(parts - which, 0.0, 1.0), one.starts[which])
+            ended = through
         a, begin = self.onward(self.left)
-        for i in np.flatnonzero(times >= ended):
-            found[i] = self.row(reading, a) @ exponential(a * (self.rate * (times[i] - ended))) @ begin
+        behind = np.flatnonzero(times >= ended * (1.0 - _JOINED))
+        gone = np.maximum(times[behind] - ended, 0.0)
+        longest = float(gone.max(initial=0.0)) or 1.0
+        row = self.row(reading, a)
+        found[behind] = _read(row, a * (self.rate * longest), gone / longest, begin[None, :])
         return found
 
     @cached_property
@@ -307,6 +314,16 @@ class Transient:
             states[reach:] += states[:-reach] @ power.T
             reach, power = 2 * reach, power @ power
         return np.hstack([states[:-1], signals]), states[-1]
+
+
+def _read(row: Numbers, a: Numbers, parts: FloatArray, starts: Numbers) -> FloatArray:
+    """row . z at parts of a piece of time (n,), 0 to 1, each from its own start, (n, N) or (1, N)."""
+    starts = np.broadcast_to(starts, (len(parts), len(a)))
+    found = [
+        np.einsum("i,nij,nj->n", row, exponentials(a, parts[k : k + _AT_ONCE]), starts[k : k + _AT_ONCE], optimize=True)
+        for k in range(0, len(parts), _AT_ONCE)
+    ]
+    return np.concatenate([np.zeros(0), *found])
 
 
 def _steps(step: Numbers, start: Numbers, count: int) -> Numbers:

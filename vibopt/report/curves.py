@@ -20,6 +20,7 @@ from vibopt.records import dataclass
 from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
 from vibopt.report.friction_views import friction_panels
 from vibopt.report.histories import histories
+from vibopt.report.limiting_views import limiting_panels
 from vibopt.report.series import Curve, Mark, Panel, Zone, heights
 from vibopt.responses import HarmonicResponse
 from vibopt.responses.response import place_of
@@ -64,7 +65,7 @@ def panels(design: Design) -> list[Panel]:
         panel = _Drawing(design, model, without, excitation, entries).panel()
         if panel is not None:
             drawn.append(panel)
-    return drawn + histories(design, model)
+    return drawn + histories(design, model) + limiting_panels(design)
 
 
 def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:

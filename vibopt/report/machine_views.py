@@ -20,6 +20,7 @@ from vibopt.answer.entry import Chosen, Value, Word
 from vibopt.report import isolators
 from vibopt.report.absorber_parts import BUILD, parts_of
 from vibopt.report.catalogue_choices import choice_rows, choices_of, dropped_rows, free_words, tied
+from vibopt.report.limiting_views import limiting, limiting_block
 from vibopt.report.machine_words import (
     ENDS,
     conflict_words,
@@ -50,7 +51,10 @@ STANDS = "As it stands"
 KEYS = {
     "scene": (
         {"variables": shape.named(_CHOSEN), "set": shape.maybe(_INTERVALS), "model": shape.maybe(_USED)},
-        {"build": shape.OPEN, "tolerances": shape.OPEN, "choices": {"type": "array"}},
+        {
+            **dict.fromkeys(("build", "tolerances"), shape.OPEN),
+            **{key: {"type": "array"} for key in ("choices", "limiting_performance")},
+        },
     )
 }
 """By kind of job: what its answers have in JSON beside what all have, always and sometimes."""
@@ -78,6 +82,7 @@ def own_json(design: Design) -> dict[str, Any]:
         "model": design.model,
         **({} if design.tolerances is None else {"tolerances": design.tolerances}),
         **({"choices": choices_of(design)} if "picks" in design.details else {}),
+        **({"limiting_performance": beside} if (beside := limiting(design)) else {}),
     }
 
 
@@ -109,6 +114,7 @@ def blocks(design: Design) -> list[Block]:
         prices_block(design),
         *_shelf(design),
         measures_block(design),
+        limiting_block(design),
         pairs("Places", places),
         pairs("What was chosen", _values(design)),
         *_foot(design),

@@ -13,9 +13,8 @@ from vibopt.responses import Response
 from vibopt.scene.facts import FactAt, fact_at, facts
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Design, Scene
-from vibopt.solve.conflict import outward
 from vibopt.solve.physical import Impossible
-from vibopt.units import read_quantity, show, to_unit
+from vibopt.units import outward, read_quantity, show, to_unit
 from vibopt.verify.checked import shown_value
 
 _DIGITS = 3

@@ -61,13 +61,3 @@ def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) ->
         if isinstance(value, float) and math.isfinite(value):
             found.append(Loosening(limit, value))
     return found
-
-
-def outward(value: float, side: str, digits: int = 3) -> float:
-    """A number rounded away from its limit, so that using it really works."""
-    if value == 0.0 or not math.isfinite(value):
-        return value
-    unit = 10.0 ** (math.floor(math.log10(abs(value))) - digits + 1)
-    steps = value / unit
-    whole = math.ceil(steps * (1 + 1e-9)) if side == "at_most" else math.floor(steps * (1 - 1e-9))
-    return whole * unit

@@ -5,7 +5,7 @@ Inside vibopt every number is SI, every frequency in rad/s and every amplitude p
 
 from vibopt.units.dimensions import DIMENSIONS, Detector, Dimension, Quantity, si_unit
 from vibopt.units.parsing import is_range, read_quantity, read_range
-from vibopt.units.showing import best_unit, plain, show, to_unit
+from vibopt.units.showing import best_unit, outward, plain, show, to_unit
 
 __all__ = [
     "DIMENSIONS",
@@ -14,6 +14,7 @@ __all__ = [
     "Quantity",
     "best_unit",
     "is_range",
+    "outward",
     "plain",
     "read_quantity",
     "read_range",

@@ -1,6 +1,6 @@
 """Showing a value: from SI back to the user's unit, in plain digits."""
 
-from math import degrees, floor, isinf, isnan, log10
+from math import ceil, degrees, floor, isfinite, isinf, isnan, log10
 
 from vibopt.units.dimensions import DIMENSIONS
 from vibopt.units.parsing import TO_PEAK
@@ -91,3 +91,13 @@ def show_angle(angle: float, digits: int = 4) -> str:
     text = f"{degrees(angle):.{max(digits - 3, 0)}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0 deg" if text in ("360", "-0") else f"{text} deg"
+
+
+def outward(value: float, side: str, digits: int = 3) -> float:
+    """A number rounded away from its limit, so that using it really works."""
+    if value == 0.0 or not isfinite(value):
+        return value
+    unit = 10.0 ** (floor(log10(abs(value))) - digits + 1)
+    steps = value / unit
+    whole = ceil(steps * (1 + 1e-9)) if side == "at_most" else floor(steps * (1 - 1e-9))
+    return whole * unit

@@ -10,6 +10,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.figures.paper import short
+from vibopt.report.limiting_views import limiting
 from vibopt.report.machine_words import goal_words, listed, loosening_words, model_words, notes_of, off_words
 from vibopt.report.sheet.mount_plan import said
 from vibopt.scene.scene import MINIMISE, Design
@@ -205,6 +206,7 @@ def proof_of(design: Design) -> list[str]:
     if design.status not in HELD:
         return said
     said.append("Every limit was measured again on the finished machine, by another road than the one that chose it.")
+    said += [f"{one.words[:1].upper()}{one.words[1:]}." for one in limiting(design)]
     if design.tolerances is not None and design.tolerances.open:
         names = listed([f'"{one}"' for one in design.tolerances.open])
         said.append(f"Not proven over the tolerances: {names}; the worst machine was searched for.")
