@@ -2,14 +2,12 @@
 
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, WithJsonSchema
-
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import Quantity, read_range
 from vibopt.values import Table, Value, number
 from vibopt.values.directions import AXES
-from vibopt.values.fields import Rule, RuleSchema, complaint, read_value
+from vibopt.values.fields import ReadBy, Rule, RuleSchema, complaint, read_value
 
 
 class StiffnessAxes(Table):
@@ -81,6 +79,6 @@ def _rating(given: object) -> object:
     return Rating(least, most)
 
 
-Rated = Annotated[Any, BeforeValidator(_rating), WithJsonSchema({"type": "string", "description": "500..3500 N"})]
+Rated = Annotated[Any, ReadBy(_rating, {"type": "string", "description": "500..3500 N"})]
 
 __all__ = ["DampingAxes", "Rated", "Rating", "StiffnessAxes", "ThreeSchema", "three"]

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, WithJsonSchema
-
 from vibopt.records import dataclass
 from vibopt.values.directions import AXES, OpenVector, Span, Vector, read_direction, read_open_place, read_shift
-from vibopt.values.fields import complaint
+from vibopt.values.fields import ReadBy, complaint
 
 Single = tuple[Vector, ...]
 OpenSingle = tuple[OpenVector, ...]
@@ -66,19 +64,19 @@ def _at(given: object) -> object:
 
 At = Annotated[
     Any,
-    BeforeValidator(_at),
-    WithJsonSchema(
+    ReadBy(
+        _at,
         {
             "anyOf": [{"type": "array"}, {"type": "object", "properties": {"one_of": {"type": "array"}}}],
             "description": "a place, a list of places, or { one_of = [...] }; a coordinate may be { from, to }",
-        }
+        },
     ),
 ]
 _SHIFTED = {"type": ["string", "number", "object"], "description": "a length, or { from, to }"}
 Shift = Annotated[
     Any,
-    BeforeValidator(read_shift),
-    WithJsonSchema(
+    ReadBy(
+        read_shift,
         {"type": "object", "properties": dict.fromkeys(AXES, _SHIFTED), "additionalProperties": False},
     ),
 ]
@@ -94,8 +92,7 @@ def _directions(given: object) -> object:
 
 Directions = Annotated[
     Any,
-    BeforeValidator(_directions),
-    WithJsonSchema({"type": ["string", "array"], "description": "one, or one a mount"}),
+    ReadBy(_directions, {"type": ["string", "array"], "description": "one, or one a mount"}),
 ]
 
 __all__ = ["At", "Directions", "OpenSingle", "Shift", "Single", "Sites", "is_open"]

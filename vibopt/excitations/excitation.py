@@ -6,14 +6,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.signals import Amplitude, Band, Line, Noise, Piece, Segment, Sort
 from vibopt.units import read_quantity
 from vibopt.values import SpeedRange, Table, read_speeds, word
-from vibopt.values.fields import complaint
+from vibopt.values.fields import CLOSED, ReadBy, complaint
 from vibopt.values.speeds import ROTATION
 
 if TYPE_CHECKING:
@@ -52,11 +51,7 @@ def _unknown_speed(given: dict[str, object]) -> SpeedRange:
     return SpeedRange((Band(*ends),), some.dimension, some.unit, asked=True)
 
 
-Speeds = Annotated[
-    SpeedRange,
-    BeforeValidator(_speeds),
-    WithJsonSchema({"description": 'speed, list or range, for example "800..2000 rpm"'}),
-]
+Speeds = Annotated[SpeedRange, ReadBy(_speeds, {"description": 'speed, list or range, for example "800..2000 rpm"'})]
 
 
 def _no_speed(given: object) -> object:
@@ -65,7 +60,7 @@ def _no_speed(given: object) -> object:
     raise complaint("is a speed, but this kind of excitation has none. Leave it out.")
 
 
-NoSpeed = Annotated[SpeedRange, BeforeValidator(_no_speed), WithJsonSchema({"not": {}})]
+NoSpeed = Annotated[SpeedRange, ReadBy(_no_speed, CLOSED)]
 EVERYWHERE = SpeedRange((Band(0.0, math.inf),), ROTATION, "Hz")
 
 
@@ -76,9 +71,7 @@ def _one_speed(given: object) -> object:
     return speeds
 
 
-OneSpeed = Annotated[
-    SpeedRange, BeforeValidator(_one_speed), WithJsonSchema({"type": "string", "description": 'one speed, "2000 rpm"'})
-]
+OneSpeed = Annotated[SpeedRange, ReadBy(_one_speed, {"type": "string", "description": 'one speed, "2000 rpm"'})]
 
 
 def _varies(given: object) -> object:
@@ -119,8 +112,7 @@ def _varies_table(given: object) -> Amplitude:
 
 Varies = Annotated[
     Any,
-    BeforeValidator(_varies),
-    WithJsonSchema({"anyOf": [{"enum": list(POWERS)}, {"type": "array", "description": "rows [speed, factor]"}]}),
+    ReadBy(_varies, {"anyOf": [{"enum": list(POWERS)}, {"type": "array", "description": "rows [speed, factor]"}]}),
 ]
 
 

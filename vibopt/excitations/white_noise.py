@@ -3,15 +3,13 @@
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, WithJsonSchema
-
 from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import EVERYWHERE, Excitation
 from vibopt.signals import Line, Noise
 from vibopt.units import Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
-from vibopt.values.fields import complaint
+from vibopt.values.fields import CLOSED, ReadBy, complaint
 
 FORCE, ACCELERATION, DISPLACEMENT = "force_density", "acceleration_density", "displacement_density"
 
@@ -52,11 +50,10 @@ def _density(given: object) -> object:
     return Fact(found.value, found.unit, found.echo)
 
 
-NoSpeed = Annotated[SpeedRange, BeforeValidator(_no_speed), WithJsonSchema({"not": {}})]
+NoSpeed = Annotated[SpeedRange, ReadBy(_no_speed, CLOSED)]
 Density = Annotated[
     Any,
-    BeforeValidator(_density),
-    WithJsonSchema({"type": "string", "description": "spectral density: 100 N²/Hz, 0.01 (m/s²)²/Hz, 0.01 mm²/Hz"}),
+    ReadBy(_density, {"type": "string", "description": "spectral density: 100 N²/Hz, 0.01 (m/s²)²/Hz, 0.01 mm²/Hz"}),
 ]
 
 

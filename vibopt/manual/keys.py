@@ -11,12 +11,10 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin
 
-from pydantic import WithJsonSchema
-
 from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
-from vibopt.values.fields import Later, Rule, rule_of
+from vibopt.values.fields import CLOSED, Later, ReadBy, Rule, rule_of
 
 _SECTION = re.compile(r"\n\s*Keys\n----\n", re.M)
 _ENTRY = re.compile(r"^(\w+): (.*(?:\n {4}.*)*)", re.M)
@@ -187,7 +185,7 @@ def _tables(annotation: object) -> Iterator[type[Table]]:
 def _is_closed(kind: type[Table], name: str) -> bool:
     """Whether the table has a key of its base that it refuses."""
     told = kind.model_fields[name].metadata
-    return any(isinstance(one, WithJsonSchema) and one.json_schema == {"not": {}} for one in told)
+    return any(isinstance(one, ReadBy) and one.schema == CLOSED for one in told)
 
 
 def text_of(node: ast.expr) -> str:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
 from vibopt.forms import Form, FreeMotion
@@ -16,7 +15,7 @@ from vibopt.responses.response import Response
 from vibopt.signals import Combine, Drive
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number
-from vibopt.values.fields import complaint
+from vibopt.values.fields import ReadBy, complaint
 
 _KEYS = {"displacement": "length", "velocity": "velocity"}
 _EXAMPLE = 'Write released = { first = { displacement = "10 mm", velocity = "0.3 m/s" } }.'
@@ -60,8 +59,7 @@ def _start(body: str, words: object) -> Start:
 
 Released = Annotated[
     Any,
-    BeforeValidator(_released),
-    WithJsonSchema({"type": "object", "description": 'by body: { displacement = "10 mm", velocity = "0.3 m/s" }'}),
+    ReadBy(_released, {"type": "object", "description": 'by body: { displacement = "10 mm", velocity = "0.3 m/s" }'}),
 ]
 
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, WithJsonSchema, field_validator, model_validator
+from pydantic import WithJsonSchema, field_validator, model_validator
 
 from vibopt import forms
 from vibopt.arrays import ComplexArray, FloatArray
@@ -17,7 +17,7 @@ from vibopt.units import Quantity, plain, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
 from vibopt.values.directions import UNIT
-from vibopt.values.fields import KeyedError, complaint
+from vibopt.values.fields import KeyedError, ReadBy, complaint
 
 START_UP = "start-up"
 _OTHER_WORDS = ("runup", "rundown", "coastdown", "shutdown", "startstop", "acceleration", "all", "start")
@@ -55,11 +55,9 @@ def _at(given: object) -> object:
     return speeds
 
 
-_SPEED_SCHEMA = WithJsonSchema(
-    {"type": ["string", "array", "object"], "description": 'speeds, for example "0..3000 rpm"'}
-)
-Over = Annotated[Any, BeforeValidator(_over), _SPEED_SCHEMA]
-At = Annotated[Any, BeforeValidator(_at), _SPEED_SCHEMA]
+_SPEEDS = {"type": ["string", "array", "object"], "description": 'speeds, for example "0..3000 rpm"'}
+Over = Annotated[Any, ReadBy(_over, _SPEEDS)]
+At = Annotated[Any, ReadBy(_at, _SPEEDS)]
 
 
 class Response(Table):

@@ -1,11 +1,11 @@
 """A number in a problem file: a fact, or a choice that the solver is to make."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from types import NoneType
-from typing import Any, ClassVar, get_args
+from typing import Annotated, Any, ClassVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -91,6 +91,11 @@ class Table(BaseModel):
             if isinstance(said, bool) or (isinstance(said, list) and any(isinstance(one, bool) for one in said)):
                 raise KeyedError(key, said, "is true or false, but a number is needed here. Write one, for example 2.")
         return given
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """What a kind says of itself is no field, and not looked at again for every child of it."""
+        cls.__annotations__ = {key: one for key, one in cls.__annotations__.items() if key not in cls.__class_vars__}
 
 
 class KeyedError(ValueError):
@@ -223,6 +228,41 @@ class RuleSchema:
     def __call__(self, schema: dict[str, Any]) -> None:
         schema.clear()
         schema.update(_schema(self.rule))
+
+
+CLOSED: dict[str, Any] = {"not": {}}
+"""JSON schema of a key of its base that a table refuses."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReadBy:
+    """Carries what reads a field, for good: what it gives is what the field holds; and its JSON schema."""
+
+    read: Callable[[Any], Any]
+    schema: dict[str, Any]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return dict(self.schema)
+
+
+def _read_tolerance(given: object) -> float:
+    try:
+        return read_tolerance(given)
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+
+
+Tolerance = Annotated[
+    float,
+    ReadBy(
+        _read_tolerance,
+        {"type": ["string", "number"], "description": "how far each number of the table may be off, 5 %"},
+    ),
+]
+"""`tolerance = "5 %"` of a whole table: each of its numbers on its own."""
 
 
 class Later:

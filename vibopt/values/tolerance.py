@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
-
-from pydantic import BeforeValidator, WithJsonSchema
-from pydantic_core import PydanticCustomError
 
 from vibopt.errors import QuantityError
 from vibopt.units import read_quantity
@@ -37,18 +33,4 @@ def read_tolerance(given: object) -> float:
     return value
 
 
-def _of_table(given: object) -> object:
-    try:
-        return read_tolerance(given)
-    except QuantityError as error:
-        raise PydanticCustomError("complaint", "{text}", {"text": str(error)}) from None
-
-
-Tolerance = Annotated[
-    float,
-    BeforeValidator(_of_table),
-    WithJsonSchema({"type": ["string", "number"], "description": "how far each number of the table may be off, 5 %"}),
-]
-"""`tolerance = "5 %"` of a whole table: each of its numbers on its own."""
-
-__all__ = ["Tolerance", "read_tolerance"]
+__all__ = ["read_tolerance"]
