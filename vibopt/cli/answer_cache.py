@@ -72,8 +72,17 @@ def _texts(given: Any) -> Iterator[str]:
 def _program() -> list[Any]:
     """The state of the program's files: after a change nothing kept is used."""
     home = Path(__file__).parents[1]
-    files = [os.stat(os.path.join(at, one)) for at, _, names in os.walk(home) for one in names if one.endswith(".py")]
+    files = list(_sources(str(home)))
     return [str(home), len(files), max(one.st_mtime_ns for one in files), sum(one.st_size for one in files)]
+
+
+def _sources(home: str) -> Iterator[os.stat_result]:
+    """State of every file of Python in a folder and in those below it."""
+    for one in os.scandir(home):
+        if one.name.endswith(".py"):
+            yield one.stat()
+        elif "." not in one.name and one.name != "__pycache__" and one.is_dir():
+            yield from _sources(one.path)
 
 
 def folder() -> Path | None:
