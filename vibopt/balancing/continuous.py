@@ -104,33 +104,29 @@ def solve_continuous(question: Question) -> Solved:
         return plain
     free = free_planes(question)
     scene = scaled(free.question)
-    if not any(free.question.sectors):
-        answer = solve_convex(scene)
-        return _solved(question, free, scene, answer, answer.bound, answer.factor, answer.rounds)
-    branched = solve_over_arcs(scene, free.question.sectors)
-    return _solved(question, free, scene, branched.best, branched.bound, branched.factor, branched.programs)
+    sectors = free.question.sectors
+    return _solved(question, free, scene, solve_over_arcs(scene, sectors) if any(sectors) else solve_convex(scene))
 
 
-def _solved(
-    question: Question, free: Free, scene: Scaled, answer: Convex, bound: float, factor: float, programs: int
-) -> Solved:
+def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> Solved:
     """The answer in the asker's planes and units."""
-    details = {"programs": programs}
+    details = {"programs": answer.rounds}
     if answer.x is None:
-        if factor > 1.0:
-            claim = f"no correction keeps the limits: all of them would have to be at least {factor:.4g} times as wide"
-            return Solved(None, "infeasible", claim, least_factor=factor, details=details)
+        if answer.factor > 1.0:
+            wider = f"{answer.factor:.4g} times as wide"
+            claim = f"no correction keeps the limits: all of them would have to be at least {wider}"
+            return Solved(None, "infeasible", claim, least_factor=answer.factor, details=details)
         return Solved(
             None, "unproven", "no correction was found, and that there is none is not proven", details=details
         )
     u = free.spread @ (answer.x * scene.column)
     value = question.value(u)
-    low = bound * scene.goal_size if np.isfinite(bound) else -np.inf
+    low = answer.bound * scene.goal_size if np.isfinite(answer.bound) else -np.inf
     gap = relative_gap(value, low, scene.goal_size)
     status = "optimal" if gap <= PROVEN else "feasible"
     claim = f"convex program, gap {gap:.1e} by our own dual bound"
     if any(free.question.sectors):
-        claim = f"all arcs outside the forbidden sectors compared in {programs} convex programs, gap {gap:.1e}"
+        claim = f"all arcs outside the forbidden sectors compared in {answer.rounds} convex programs, gap {gap:.1e}"
     return Solved(u, status, claim, value, low, gap, _prices(question, free, scene, answer), details=details)
 
 

@@ -21,16 +21,6 @@ CLOSED = 1e-9
 MOST_PROGRAMS = 3000
 
 
-@dataclass(frozen=True)
-class Branched:
-    """The best answer over all arcs with the bound over all of them."""
-
-    best: Convex
-    bound: float
-    programs: int
-    factor: float
-
-
 def allowed_arcs(sectors: Sectors) -> tuple[Wedge, ...]:
     """What the forbidden sectors leave, as (middle, half width <= pi/2); empty where they leave nothing."""
     return tuple(piece for low, high in (open_arcs(sectors) if sectors else ()) for piece in _halves(low, high))
@@ -58,8 +48,11 @@ def _nearest(value: complex, wedges: tuple[Wedge, ...]) -> complex:
     return complex(points[np.argmin(np.abs(points - value))]) if len(points) else value
 
 
-def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
-    """Best-first over the choice of an arc per plane; each program's own dual bound closes its branch."""
+def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Convex:
+    """Best-first over the choice of an arc per plane; each program's own dual bound closes its branch.
+
+    `bound` and `factor` of the answer hold over all arcs, `rounds` counts the programs.
+    """
     arcs = [allowed_arcs(entry) for entry in sectors] or [()] * scene.n_planes
     frontier, root = Frontier(Budget(MOST_PROGRAMS - 1, "programs")), solve_convex(scene)
     frontier.push(root.bound, (scene, root))
@@ -89,7 +82,8 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Branched:
             frontier.push(max(solved.bound, bound), (child, solved))
     closed = min(closed, frontier.bound)
     sure = not frontier and len(factors) > 0 and not np.isnan(factors).any()
-    return Branched(best, min(closed, best.value), programs, min(factors) if sure else float("nan"))
+    factor = min(factors) if sure else float("nan")
+    return replace(best, bound=min(closed, best.value), factor=factor, rounds=programs)
 
 
 def _outside(value: complex, arcs: tuple[Wedge, ...]) -> float:

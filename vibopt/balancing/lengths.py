@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing.question import combined
 from vibopt.cones import CONE, LINEAR, solve_cones
 from vibopt.records import dataclass
 from vibopt.work import worked
@@ -45,13 +46,7 @@ class Lengths:
 
     def value(self, x: FloatArray) -> float:
         """Of the lengths at x."""
-        sizes = np.abs(self.constant + self.slope @ x)
-        if self.by == "rms":
-            return float(np.sqrt(np.mean(sizes**2)))
-        if self.by == "huber":
-            inside = np.minimum(sizes, self.huber)
-            return float((inside**2 + 2.0 * np.where(sizes > inside, inside * (sizes - inside), 0.0)).sum())
-        return float(sizes.max() if self.by == "worst" else sizes.sum())
+        return float(combined(self.by, np.abs(self.constant + self.slope @ x), self.huber))
 
 
 @dataclass(frozen=True)

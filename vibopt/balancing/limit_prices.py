@@ -14,15 +14,17 @@ from vibopt.answer.entry import Checked, Entry, Price, at_most
 from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import greatest_readings
+from vibopt.balancing.own_caps import OwnCap, own_caps
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.balancing.question_prices import ACTIVE, STEP, THOROUGH, Step, allowance, clash, left_out, solve_question
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
-from vibopt.balancing.rotor_question import OwnCap, Posed, caps, own_caps, row_limits, rows_of, with_wider
+from vibopt.balancing.rotor_question import Posed, caps, row_limits, rows_of
 from vibopt.records import dataclass
 from vibopt.units import show
 from vibopt.work import Budget, is_limited, late
 
-Known = ResidualLimit | CorrectionLimit | OwnCap
+Limit = ResidualLimit | CorrectionLimit
+Known = Limit | OwnCap
 _LOOKS = 24
 _CLOSE = 1e-7
 NONE: Mapping[str, float] = {}
@@ -72,20 +74,20 @@ def limit_answers(
     u = solved.u
     assert u is not None
     there = posed.chosen_only(solved.chosen)
-    of_planes = own_caps(job)
-    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits, *of_planes)
-    greatest = greatest_readings(job)
+    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
+    greatest, masses = greatest_readings(job), there.question.masses(u)
     answers = {limit.name: measured(job, there, limit, u, greatest) for limit in limits}
+    reached = {one: one.measured(there.question, u, masses) / one.at_most for one in own_caps(job)}
     value = asked.question.chosen_only(solved.chosen).value(u)
     asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
-    priced = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
+    priced: list[Known] = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
+    priced += [one for one, part in reached.items() if job.choices and (steps or 1.0 - part < ACTIVE)]
     words: Mapping[str, str] = DeferredMapping(lambda: {one.name: asking.price(one) for one in priced})
     if not asked.question.is_search:
         asking.plan(priced)
     if asked.question.is_search or is_limited():
         words = dict(words)
-    own = {one.name for one in of_planes}
-    return Priced({name: one for name, one in answers.items() if name not in own}, words, asking.notes())
+    return Priced(answers, words, asking.notes())
 
 
 def _price(said: str | None) -> Price | None:
@@ -171,8 +173,7 @@ class _Asking:
         free = None if without is None else self.solve(without)
         if free is None or free.u is None or not free.value < self.value:
             return ""
-        reached = measured(job, asked, limit, free.u).value.value
-        most = float(reached) / limit.at_most * (1.0 + 1e-9)
+        most = _amount(job, asked, limit, free.u) / limit.at_most * (1.0 + 1e-9)
         if most <= 1.0:
             return ""
 
@@ -213,20 +214,15 @@ def _first_below(height: Callable[[float], float], bad: tuple[float, float], goo
 
 
 def measured(
-    job: RotorJob, posed: Posed, limit: Known, u: ComplexArray, greatest: Mapping[str, float] = NONE
+    job: RotorJob, posed: Posed, limit: Limit, u: ComplexArray, greatest: Mapping[str, float] = NONE
 ) -> Checked:
     """A limit at the correction u."""
     if isinstance(limit, ResidualLimit):
         return _residual(job, posed, limit, u, greatest)
-    return _of_cap(posed, limit, u) if isinstance(limit, OwnCap) else _correction(job, posed, limit, u)
-
-
-def _of_cap(posed: Posed, limit: OwnCap, u: ComplexArray) -> Checked:
-    value = limit.measured(posed.question, complex(u[limit.plane]))
-    dimension = limit.dimension
-    return at_most(
-        limit.name, "cap", "", Entry(value, dimension, limit.unit), Entry(limit.at_most, dimension, limit.unit)
-    )
+    place = "all planes" if limit.plane is None else job.planes[limit.plane].name
+    value, bound = (Entry(one, _dimension(job, limit), limit.unit) for one in (
+        _amount(job, posed, limit, u), limit.at_most))  # fmt: skip
+    return at_most(limit.name, "correction", place, value, bound)
 
 
 def _residual(
@@ -236,18 +232,18 @@ def _residual(
     rows = rows_of(job, limit.sensor, limit.speed)
     worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension
-    measured = Entry(float(left[worst]), dimension, limit.unit)
-    bound = Entry(limit.at_most, dimension, limit.unit)
-    return at_most(limit.name, "residual", job.row_name(worst), measured, bound, greatest.get(dimension))
+    value, bound = (Entry(one, dimension, limit.unit) for one in (float(left[worst]), limit.at_most))
+    return at_most(limit.name, "residual", job.row_name(worst), value, bound, greatest.get(dimension))
 
 
-def _correction(job: RotorJob, posed: Posed, limit: CorrectionLimit, u: ComplexArray) -> Checked:
+def _amount(job: RotorJob, posed: Posed, limit: Known, u: ComplexArray) -> float:
+    """What the correction u takes of a limit or a cap [SI]."""
+    if isinstance(limit, ResidualLimit):
+        return float(_residual(job, posed, limit, u, NONE).value.value)
     masses = posed.question.masses(u)
-    amount = float(masses.sum() if limit.plane is None else masses[limit.plane])
-    plane = job.planes[limit.plane or 0]
-    place = "all planes" if limit.plane is None else plane.name
-    value, bound = Entry(amount, plane.dimension, limit.unit), Entry(limit.at_most, plane.dimension, limit.unit)
-    return at_most(limit.name, "correction", place, value, bound)
+    if isinstance(limit, OwnCap):
+        return limit.measured(posed.question, u, masses)
+    return float(masses.sum() if limit.plane is None else masses[limit.plane])
 
 
 def _dimension(job: RotorJob, limit: Known) -> str:
@@ -260,7 +256,7 @@ def _dimension(job: RotorJob, limit: Known) -> str:
 def loosened(job: RotorJob, posed: Posed, limit: Known, factor: float) -> Question | None:
     """The question with one limit of the file wider, the others as they are; None where that changes nothing."""
     if isinstance(limit, OwnCap):
-        question = posed.again(with_wider(job, limit, factor)).question
+        question = posed.again(limit.moved(job, limit.at_most * factor)).question
         return None if question.same_choices(posed.question) else question
     wider = replace(limit, at_most=limit.at_most * factor)
     return with_limits(
@@ -291,7 +287,7 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
 
     What the proof took that there is none is expected of each further solution.
     """
-    limits: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
+    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
 
     def possible(kept: tuple[str, ...]) -> bool:
         residual = tuple(one for one in job.residual_limits if one.name in kept)

@@ -12,7 +12,7 @@ from vibopt.answer.answer import Least, Nearest
 from vibopt.answer.entry import Checked, Value
 from vibopt.balancing.fitting import fitting_of, greatest_readings, plan_text
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import Known, measured, with_limits
+from vibopt.balancing.limit_prices import Limit, measured, with_limits
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.question_prices import THOROUGH, allowance, solve_question
@@ -58,7 +58,7 @@ def nearest_plan(
     if (np.abs(shown - np.abs(fitting.left)) > AGREES * np.maximum(scale, 1e-300)).any():
         return None
     greatest = greatest_readings(job)
-    limits: tuple[Known, ...] = (*job.residual_limits, *job.correction_limits)
+    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
     rows = {one.name: measured(job, there, one, best.u, greatest) for one in limits}
     alone = with_limits(replace(job, residual_limits=(), correction_limits=()), posed)
     least = {}

@@ -329,9 +329,5 @@ class Tree:
     def _free_planes(self, inner: Scaled) -> tuple[Convex, float]:
         """The planes without a list outside their forbidden arcs, and a bound; inf where none is proven to fit."""
         sectors = tuple(self.sectors[p] for p in self.any_size)
-        if not any(sectors):
-            answer = solve_convex(inner)
-            return answer, np.inf if answer.x is None and answer.factor > 1.0 else answer.bound
-        branched = solve_over_arcs(inner, sectors)
-        none = branched.best.x is None and branched.factor > 1.0
-        return branched.best, np.inf if none else branched.bound
+        answer = solve_over_arcs(inner, sectors) if any(sectors) else solve_convex(inner)
+        return answer, np.inf if answer.x is None and answer.factor > 1.0 else answer.bound

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf, isclose, pi, tau
+from typing import Any
 
 from vibopt.balancing.conventions import Conventions, read_angle, show_angle
 from vibopt.errors import QuantityError
@@ -188,6 +189,7 @@ class Corrected:
     """A job whose answer is weights in its planes."""
 
     planes: tuple[Plane, ...]
+    document: Mapping[str, Any]
 
     @property
     def decided_at(self) -> tuple[str, ...]:

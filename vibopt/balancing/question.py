@@ -169,15 +169,19 @@ class Question:
 
     def measure(self, amplitudes: FloatArray) -> FloatArray:
         """The goal of the amplitudes left (..., n_readings); not for "correction"."""
-        t = self.importance * amplitudes
-        if self.goal == "rms":
-            return np.asarray(np.sqrt(np.mean(t * t, axis=-1)))
-        if self.goal == "worst":
-            return np.asarray(t.max(axis=-1))
-        if self.goal == "sum":
-            return np.asarray(t.sum(axis=-1))
-        inside = np.minimum(t, self.huber)
-        return np.asarray((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum(axis=-1))
+        return combined(self.goal, self.importance * amplitudes, self.huber)
+
+
+def combined(goal: str, t: FloatArray, huber: float = float("inf"), n: float = 0.0) -> FloatArray:
+    """Amplitudes t (..., n_rows) taken together as a goal says; `n` rows are meant where t has merged some of them."""
+    if goal == "rms":
+        return np.asarray(np.sqrt((t * t).sum(axis=-1) / (n or t.shape[-1])))
+    if goal == "worst":
+        return np.asarray(t.max(axis=-1, initial=0.0))
+    if goal == "sum":
+        return np.asarray(t.sum(axis=-1))
+    inside = np.minimum(t, huber)
+    return np.asarray((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum(axis=-1))
 
 
 @dataclass(frozen=True)

@@ -32,23 +32,11 @@ def judge(scene: Scaled, x: ComplexArray, masses: FloatArray) -> FloatArray:
 
 def _judge(scene: Scaled, x: ComplexArray, masses: FloatArray) -> FloatArray:
     total = masses.sum(axis=1)
-    values = total.copy() if scene.goal == "correction" else measure(scene, np.abs(x @ scene.G.T + scene.g))
+    values = total.copy() if scene.goal == "correction" else scene.measure(np.abs(x @ scene.G.T + scene.g))
     over = np.maximum(total / scene.total - 1.0, 0.0) if np.isfinite(scene.total) else np.zeros(len(x))
     if len(scene.f):
         over = over + np.maximum(np.abs(x @ scene.F.T + scene.f).max(axis=1) - 1.0, 0.0)
     return np.where(over > KEPT, 1e6 * (1.0 + over), values)
-
-
-def measure(scene: Scaled, t: FloatArray) -> FloatArray:
-    """The scaled goal of moduli (n, n_rows); not for "correction"."""
-    if scene.goal == "rms":
-        return np.asarray(np.linalg.norm(t, axis=1) / scene.divisor)
-    if scene.goal == "worst":
-        return np.asarray(t.max(axis=1, initial=0.0))
-    if scene.goal == "sum":
-        return np.asarray(t.sum(axis=1))
-    inside = np.minimum(t, scene.huber)
-    return np.asarray((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum(axis=1))
 
 
 def short_of(used: FloatArray, stock: FloatArray) -> FloatArray:

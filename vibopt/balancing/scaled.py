@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.question import Goal, Question
+from vibopt.balancing.question import Goal, Question, combined
 from vibopt.records import dataclass
 
 
@@ -67,15 +67,11 @@ class Scaled:
         """The scaled goal at x."""
         if self.goal == "correction":
             return float(self.mass @ np.abs(x))
-        t = np.abs(self.G @ x + self.g)
-        if self.goal == "rms":
-            return float(np.linalg.norm(t)) / self.divisor
-        if self.goal == "worst":
-            return float(t.max(initial=0.0))
-        if self.goal == "sum":
-            return float(t.sum())
-        inside = np.minimum(t, self.huber)
-        return float((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum())
+        return float(self.measure(np.abs(self.G @ x + self.g)))
+
+    def measure(self, t: FloatArray) -> FloatArray:
+        """The scaled goal of moduli (..., n_rows); not for "correction"."""
+        return combined(self.goal, t, self.huber, self.divisor**2)
 
 
 def scaled(question: Question) -> Scaled:

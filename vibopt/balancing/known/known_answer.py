@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import inf, isfinite, tau
-from typing import Any
+from math import inf, tau
 
 from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
@@ -24,7 +23,8 @@ from vibopt.balancing.known.shaft_statics import (
     unbalances,
 )
 from vibopt.balancing.nearest_plan import left_words, narrowest, nearest_of
-from vibopt.balancing.planes import MASS, Drill, Plane
+from vibopt.balancing.own_caps import OwnCap, own_caps
+from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, Step, allowance, clash, prices_of
 from vibopt.units import show
 from vibopt.work import Budget, metered
@@ -35,7 +35,9 @@ def _prices(job: KnownJob, found: Correction, work: float, budget: Budget) -> tu
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
         return {}, ()
     steps = any(plane.is_discrete for plane in job.planes)
-    asked = [one for one, taken in (*_limits(job, found), *_caps(job, found)) if steps or taken >= 1.0 - ACTIVE]
+    caps = sorted(own_caps(job), key=lambda one: one.drilled)
+    taken = [*(_limit(job, found, name) for name in job.limits), *(_cap(job, found, one) for one in caps)]
+    asked = [one for one, part in taken if steps or part >= 1.0 - ACTIVE]
     dimension = _dimension(job)
     return prices_of(asked, _value(job, found), lambda goal: show(goal, "", dimension), 0.0, work, budget)
 
@@ -72,57 +74,25 @@ def _dimension(job: KnownJob) -> str:
     return of.get(job.goal.minimise, "unbalance")
 
 
-def _limits(job: KnownJob, found: Correction) -> list[Taken]:
-    def bound(name: str) -> Taken:
-        table = job.limits[name]
+def _limit(job: KnownJob, found: Correction, name: str) -> Taken:
+    table = job.limits[name]
 
-        def measured(other: KnownJob, its: Correction) -> float:
-            return float(_held(other, its, name, table).value.value)
+    def measured(other: KnownJob, its: Correction) -> float:
+        return float(_held(other, its, name, table).value.value)
 
-        def moved(value: float) -> KnownJob:
-            return replace(job, limits={**job.limits, name: table.at(value)})
+    def moved(value: float) -> KnownJob:
+        return replace(job, limits={**job.limits, name: table.at(value)})
 
-        return _taken(found, name, table.bound, table.unit, table.dimension, measured, moved)
-
-    return [bound(name) for name in job.limits]
+    return _taken(found, name, table.bound, table.unit, table.dimension, measured, moved)
 
 
-def _caps(job: KnownJob, found: Correction) -> list[Taken]:
-    """Of the planes: the greatest weight, unbalance, or depth of a hole."""
-    free = [(k, plane) for k, plane in enumerate(job.planes) if not plane.keep]
-    drilled = [(k, plane.drill) for k, plane in free if plane.drill is not None and not plane.is_discrete]
-    return [
-        *(_cap(job, found, k) for k, plane in free if isfinite(plane.cap)),
-        *(_depth(job, found, k, drill) for k, drill in drilled if isfinite(drill.deepest)),
-    ]
-
-
-def _cap(job: KnownJob, found: Correction, k: int) -> Taken:
-    plane = job.planes[k]
+def _cap(job: KnownJob, found: Correction, cap: OwnCap) -> Taken:
+    """Of a plane: the greatest weight, unbalance, or depth of a hole."""
 
     def measured(_: KnownJob, its: Correction) -> float:
-        return sum((one.mass for one in its.planes[k].weights), 0.0)
+        return cap.taken(its.planes[cap.plane].weights)
 
-    key = "unbalance" if "unbalance" in job.document["planes"][plane.name] else "weight"
-    path = f"planes.{plane.name}.{key}"
-    return _taken(found, path, plane.cap, plane.unit, plane.dimension, measured, lambda cap: _with(job, k, cap=cap))
-
-
-def _depth(job: KnownJob, found: Correction, k: int, drill: Drill) -> Taken:
-    def measured(_: KnownJob, its: Correction) -> float:
-        return max((drill.depth(one.mass) for one in its.planes[k].weights), default=0.0)
-
-    def moved(deepest: float) -> KnownJob:
-        return _with(job, k, drill=replace(drill, deepest=deepest))
-
-    return _taken(found, f"planes.{job.planes[k].name}.drill", drill.deepest, "mm", "length", measured, moved)
-
-
-def _with(job: KnownJob, k: int, **changes: Any) -> KnownJob:
-    """The job with one plane changed."""
-    planes = list(job.planes)
-    planes[k] = replace(planes[k], **changes)
-    return replace(job, planes=tuple(planes))
+    return _taken(found, cap.name, cap.at_most, cap.unit, cap.dimension, measured, lambda value: cap.moved(job, value))
 
 
 def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:

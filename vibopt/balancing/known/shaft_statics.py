@@ -13,6 +13,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.known.known_job import KnownJob
+from vibopt.balancing.question import combined
 from vibopt.records import dataclass
 
 
@@ -90,9 +91,7 @@ class Aim:
     def value(self, job: KnownJob, u: ComplexArray) -> float:
         """The goal [SI] with the correction u."""
         left = self.scale * np.abs(self.rows.masses @ unbalances(job) + self.rows.planes @ u)
-        if self.combine == "rms":
-            return float(np.sqrt(np.mean(left**2)))
-        return float(left.max() if self.combine == "worst" else left.sum())
+        return float(combined(self.combine, left))
 
 
 def aim_of(job: KnownJob) -> Aim | None:
