@@ -101,6 +101,8 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
             now = cast(J, _read(document, Mistakes(job.name, None)))
             part = part_at(now, path)
         document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
+        if (document.get("goal") or {}).get("find_all") == path and not isinstance(value, Mapping):
+            document = {key: one for key, one in document.items() if key != "goal"}  # found, and measured there
         written |= {part.place} if part is not None else set()
     made = cast(J, _read(document, Mistakes(job.name, None), job))
     whole: Any = made

@@ -115,7 +115,8 @@ class Output:
     """Row that reads a response off the motion: (row + sum_t signs_t z_t b_t) . u * (i omega)**power.
 
     `z_t` is the dynamic stiffness of term t.  row (n_coords,), signs (n_terms,).
-    With `shared_by` naming a link, the value is divided by the number of its mounts.
+    With `shared_by` naming a link, the value is divided by the number of its mounts; more general, by what the model
+    counts under that name.
     """
 
     row: FloatArray

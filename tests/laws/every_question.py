@@ -30,10 +30,14 @@ def machine(motion: str, *, opened: bool) -> dict[str, Any]:
         },
         "points": {"eye": {"on": "pump", "at": ["0.3 m", "0.1 m", "0.9 m"]}} if inertia else {},
         "links": {
-            "girder": {"between": ["floor", "ground"], "stiffness": "4 MN/m", "damping": "5 kN s/m"},
+            "girder": {
+                "between": ["floor", "ground"],
+                "beam": {"kind": "simply_supported", "length": "1 m", "modulus": "207 GPa", "diameter": "53.5 mm"},
+                "damping": "5 kN s/m",
+            },
             "shaft": {
                 "between": ["disc", "ground"],
-                "torsional_stiffness": "9 kN m/rad",
+                "shaft": {"length": "1 m", "diameter": "32.7 mm", "shear_modulus": "80 GPa"},
                 "torsional_damping": "3 N m s/rad",
             },
         },

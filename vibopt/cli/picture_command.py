@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry
 from vibopt.cli.answer_cache import Asked
 from vibopt.cli.options import Once, as_json, changes, file, force, fresh, limited, method, read_job, rounding
 from vibopt.cli.output import say, say_json
@@ -168,6 +169,13 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
     drawn = plane(design)
     if drawn is not None:
         return saved(plane_figure(drawn), form)
+    if design.found is not None and design.scene.variables:
+        (one,) = design.scene.variables
+        ends = "..".join(Entry(end, one.dimension, one.unit).shown for end in (one.low, one.high))
+        raise InputError(
+            f"{name}: find_all answers with values of {one.path}, and curves are of one machine. Draw its limits over "
+            f'them: vibopt sweep {name} --vary {one.path}="{ends}" --figure sweep.svg'
+        )
     without = bool(design.scene.variables) and not design.x
     why = f"there is no design ({design.status})" if without else "nothing depends on a speed"
     raise InputError(f"{name}: there is nothing to draw: {why}.")

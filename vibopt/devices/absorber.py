@@ -191,6 +191,8 @@ class AbsorberTable(Device):
             return "" if self.has_spring else "spring"
         if word in ("damping", "torsional_damping"):
             return "" if viscous or self.damping_ratio is not None else "damping"
+        if word.endswith("stress"):
+            return word
         there = {
             "damping_ratio": self.damping_ratio is not None or (viscous and self.has_spring),
             "friction_force": False,
@@ -331,7 +333,7 @@ class AbsorberTable(Device):
             return numbers(f"absorbers.{name}.{key}", getattr(self, key))
 
         if self.shaft is not None:
-            return self.shaft.built(f"absorbers.{name}.shaft", numbers) * numbers.factor(f"absorbers.{name}.shaft")
+            return self.shaft.built(f"absorbers.{name}.shaft", numbers)[0] * numbers.factor(f"absorbers.{name}.shaft")
         if self.stiffness is not None or self.torsional_stiffness is not None:
             return given("stiffness") or given("torsional_stiffness")
         own = given("frequency") or given("tuning") * reference

@@ -10,16 +10,18 @@ from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.machine import Joint
+from vibopt.mechanics.model import stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, Later, complaint
 
 if TYPE_CHECKING:
+    from vibopt.devices.beam import Beam
     from vibopt.devices.part import Bound, Part
-    from vibopt.devices.spring import Beam, Shaft
+    from vibopt.devices.spring import Shaft
 else:
     Beam, Part, Shaft = (
-        Annotated[Any, Later("vibopt.devices", one)] for one in ("spring.Beam", "part.Part", "spring.Shaft")
+        Annotated[Any, Later("vibopt.devices", one)] for one in ("beam.Beam", "part.Part", "spring.Shaft")
     )
 
 
@@ -208,6 +210,11 @@ class LinkTable(Device):
             "loss_factor": self.loss_factor is not None,
             "friction_force": self.friction_force is not None,
         }
+        if word.endswith("bending_stress"):
+            deep = self.beam is not None and self.beam.second_moment is None
+            return "" if deep else "beam with a diameter or a height"
+        if word == "shear_stress":
+            return "" if self.shaft is not None else "shaft"
         return "" if there.get(word, True) else word
 
     def parts(self) -> dict[str, str]:
@@ -225,16 +232,19 @@ class LinkTable(Device):
 
     def spring(self, name: str, symbols: Symbols) -> Monomial | None:
         """Stiffness of one single mount [N/m] or [N m/rad]; None where there is no spring."""
-        if self.beam is not None:
-            return symbols.off(f"links.{name}.beam", Monomial(self.beam.stiffness))
-        if self.shaft is not None:
-            path = f"links.{name}.shaft"
-            return symbols.off(path, self.shaft.spring(path, symbols))
+        bar, path = self._bar(name)
+        if bar is not None:
+            return symbols.off(path, bar.spring(path, symbols))
         for key in ("stiffness", "torsional_stiffness"):
             value = getattr(self, key)
             if value is not None:
                 return symbols.read(f"links.{name}.{key}", value)
         return None
+
+    def _bar(self, name: str) -> "tuple[Beam | Shaft | None, str]":
+        """What bends or twists instead of a number, and where it stands in the file."""
+        key = "beam" if self.beam is not None else "shaft"
+        return getattr(self, key), f"links.{name}.{key}"
 
     def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
         """Add the terms of the whole group; its damping ratio refers to the mass of one body."""
@@ -251,6 +261,10 @@ class LinkTable(Device):
         stiffness = many * single if single is not None else None
         if stiffness is not None:
             self._add_spring(builder, name, symbols, stiffness)
+            bar, path = self._bar(name)
+            stress = bar.stress(path, symbols) if bar is not None else None
+            if stress is not None:
+                builder.counts[stressed(name)] = symbols.off(path, stress) ** -1.0
             if self.loss_factor is not None:
                 builder.add_hysteretic(name, stiffness * symbol("loss_factor"))
             if self.damping_ratio is not None and mass is not None:
@@ -295,7 +309,8 @@ class LinkTable(Device):
             return numbers(f"links.{name}.part.{key}", getattr(self.part, key, None), default)
 
         relative, count = self.relative_to or assembly.only, given("count", default=1.0)
-        stiffness, said = (given("count", of, 1.0) * self._single(name, of) for of in (numbers, numbers.said))
+        (single, stress), (as_said, _) = (self._single(name, of) for of in (numbers, numbers.said))
+        stiffness, said = count * single, given("count", numbers.said, 1.0) * as_said
         damping, ratio = count * (given("damping") + given("torsional_damping")), 0.0  # one of them at most
         if relative in assembly.masses and self.has_spring:
             damping = damping + given("damping_ratio") * 2.0 * (said * assembly.said[relative]) ** 0.5
@@ -312,14 +327,15 @@ class LinkTable(Device):
             damping_ratio=ratio,
             price=count * of_part("price"),
             friction=count * given(_RUBS),
+            stress=stress,
         )
         assembly.add_joint(joint)
 
-    def _single(self, name: str, numbers: Numbers) -> float:
-        """Stiffness of one single mount [N/m] or shaft [N m/rad]."""
-        if self.shaft is not None:
-            return self.shaft.built(f"links.{name}.shaft", numbers) * numbers.factor(f"links.{name}.shaft")
-        if self.beam is not None:
-            return self.beam.built * numbers.factor(f"links.{name}.beam")
+    def _single(self, name: str, numbers: Numbers) -> tuple[float, float]:
+        """Stiffness of one single mount [N/m] or shaft [N m/rad], and stress over stretch or twist, 0 without one."""
+        bar, path = self._bar(name)
+        if bar is not None:
+            stiffness, stress = bar.built(path, numbers)
+            return stiffness * numbers.factor(path), stress * numbers.factor(path)
         around = numbers(f"links.{name}.torsional_stiffness", self.torsional_stiffness)
-        return numbers(f"links.{name}.stiffness", self.stiffness) + around  # one of them at most
+        return numbers(f"links.{name}.stiffness", self.stiffness) + around, 0.0  # one of them at most

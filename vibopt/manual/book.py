@@ -16,7 +16,7 @@ GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
     "Guides": (
         "isolators", "absorbers", "space", "catalogues", "structures", "noise", "shock", "run_up", "friction",
-        "tolerances", "studies", "balancing", "known_masses", "engines", "methods", "verification", "charts",
+        "shafts", "tolerances", "studies", "balancing", "known_masses", "engines", "methods", "verification", "charts",
         "python", "formats",
     ),
     "Reference": ("excitations", "responses", "units", "refusals"),

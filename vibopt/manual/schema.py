@@ -149,7 +149,7 @@ def _goal(one: dict[str, Any], name: str, sense: str) -> dict[str, Any]:
 
 
 def _find_all() -> dict[str, Any]:
-    asked = {"type": "string", "pattern": r"\.speed$", "description": 'all good speeds, "fan.speed"'}
+    asked = {"type": "string", "description": 'all good speeds, "fan.speed", or all good values of the one variable'}
     return _closed({"find_all": asked}, ["find_all"])
 
 

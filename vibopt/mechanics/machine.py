@@ -39,6 +39,8 @@ class Joint:
         Number of mounts; of critical; of all of them.
     friction
         Dry friction against any slip [N].
+    stress
+        Greatest stress of what bends or twists over its stretch [Pa/m] or twist [Pa/rad]; 0 of all else.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Joint:
     price: float = 0.0
     inertance: float = 0.0
     friction: float = 0.0
+    stress: float = 0.0
 
     def dynamic(self, omega: FloatArray) -> ComplexArray:
         """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""

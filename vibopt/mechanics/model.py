@@ -60,7 +60,8 @@ class Model:
     ends
         Per link its two ends, as in the file ("ground" has no coordinate).
     counts
-        Per link the number of identical mounts in it.
+        Per link the number of identical mounts in it, and of one that bends or twists the stretch at which its stress
+        is one ("shaft stress").
     ratios
         Per link that has one, its damping ratio.
     properties
@@ -302,3 +303,8 @@ def factors(kinds: IntArray, omega: FloatArray) -> ComplexArray:
     for kind, column in enumerate(table):
         result[..., kinds == kind] = column
     return result
+
+
+def stressed(link: str) -> str:
+    """What `counts` calls the stretch or twist at which the stress of a link is one."""
+    return f"{link} stress"

@@ -15,6 +15,7 @@ from vibopt.answer.blocks import (
     nearest_block,
     pairs,
     prices_block,
+    table,
 )  # fmt: skip
 from vibopt.answer.entry import Chosen, Value, Word
 from vibopt.report import isolators
@@ -96,7 +97,7 @@ def _placed(placed: Word) -> dict[str, Any]:
 
 def blocks(design: Design) -> list[Block]:
     """What a machine's answer says, in the order in which it is needed."""
-    lead = [Block("", LEAD, tuple(conflict_words(design))), _intervals(design)]
+    lead = [Block("", LEAD, tuple(conflict_words(design))), _intervals(design), _at_ends(design)]
     if design.status == "unbounded":  # its values are as far as a search went, and mean nothing
         return [*lead, *_foot(design)]
     title = "Limits" if design.found is None else f"Limits over the whole range of {design.scene.find_all}"
@@ -135,7 +136,24 @@ def nearest_blocks(design: Design) -> list[Block]:
 
 
 def _intervals(design: Design) -> Block:
-    return pairs(f"All limits hold for {design.scene.find_all}", [(interval(*one),) for one in design.found or ()])
+    """What `find_all` found; of values with what ends each interval."""
+    title, ends = f"All limits hold for {design.scene.find_all}", design.details.get("ends", ())
+    if not ends:
+        return pairs(title, [(interval(*one),) for one in design.found or ()])
+    held = [[f"limits.{one.ended_by}" if one.ended_by else "end of the range" for one in two] for two in ends]
+    rows = [(interval(*one), *two) for one, two in zip(design.found or (), held, strict=True)]
+    return table(title, ("", "below it", "above it"), rows)
+
+
+def _at_ends(design: Design) -> Block:
+    """What is measured at the ends of the intervals of a value."""
+    ends = list({one.value.value: one for two in design.details.get("ends", ()) for one in two}.values())
+    names = list(ends[0].rows) if ends else []
+    return table(
+        "Measured at the ends",
+        ("", *(one.value.shown for one in ends)),
+        [(name, *(one.rows[name].value for one in ends)) for name in names],
+    )
 
 
 def _values(design: Design) -> list[tuple[str | Value, ...]]:

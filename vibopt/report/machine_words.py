@@ -200,6 +200,10 @@ def next_step(design: Design) -> tuple[str, str]:
     if design.status == "check_failed":
         return "", ""
     exact = any(one.values is None for one in scene.variables) and "rounded" not in design.details
+    if scene.finds == "values":
+        (one,) = scene.variables
+        ends = "..".join(show(end, one.unit, one.dimension, digits=6) for end in (one.low, one.high))
+        return f'vibopt sweep FILE --vary {one.path}="{ends}" --figure NAME.svg', "see its limits over the range"
     wider = _wider(design) if design.status in ("optimal", "feasible") and exact else ""
     if wider:
         return f"vibopt solve FILE {wider}", "see what a wider range gives, where it rests at its end"

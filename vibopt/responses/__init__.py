@@ -30,6 +30,8 @@ KINDS: Kinds[Response] = Kinds(
         "jerk": "jerk.Jerk",
         "angular_jerk": "jerk.AngularJerk",
         "relative_displacement": "motion.RelativeDisplacement",
+        "bending_stress": "stress.BendingStress",
+        "shear_stress": "stress.ShearStress",
         "static_deflection": "static_deflection.StaticDeflection",
         "natural_frequency": "natural_frequency.NaturalFrequency",
         "damping_ratio": "damping.DampingOfModes",
@@ -66,11 +68,13 @@ KINDS: Kinds[Response] = Kinds(
         "rms_acceleration": "random.RmsAcceleration",
         "rms_relative_displacement": "random.RmsRelativeDisplacement",
         "rms_force": "random.RmsForce",
+        "rms_bending_stress": "stress.RmsBendingStress",
         "peak_displacement": "in_time.PeakDisplacement",
         "peak_velocity": "in_time.PeakVelocity",
         "peak_acceleration": "in_time.PeakAcceleration",
         "peak_relative_displacement": "in_time.PeakRelativeDisplacement",
         "peak_force": "in_time.PeakForce",
+        "peak_bending_stress": "stress.PeakBendingStress",
     },
 )
 

@@ -94,7 +94,8 @@ def _missing(scene: Scene, response: Response, name: str | None) -> str:
         return ""
     key, alone = response.response, len(scene.bodies) == 1
     for family, one, table in places.devices(scene):
-        lacking = table.lacks(key, alone) if name in table.joins(one) and not table.placed else ""
+        speaks = name in table.joins(one) and not (table.placed and response.of_mount)
+        lacking = table.lacks(key, alone) if speaks else ""
         if lacking:
             may = lacking in type(table).model_fields or lacking != key
             way = f"Add {'it' if lacking in type(table).model_fields else 'one'}, or ask" if may else "Ask"

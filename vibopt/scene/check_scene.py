@@ -17,7 +17,7 @@ from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_whole import check_price, check_tolerances
 from vibopt.scene.open_places import asked_positions, open_places
-from vibopt.scene.scene import Scene
+from vibopt.scene.scene import Scene, Variable
 from vibopt.scene.uncertain import uncertain
 
 
@@ -191,36 +191,57 @@ def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 
 def _find_all(scene: Scene, mistakes: Mistakes) -> None:
-    known = [f"{name}.speed" for name, one in scene.excitations.items() if one.sort == "steady"]
-    if scene.find_all not in known:
-        mistakes.unknown_name(("goal", "find_all"), str(scene.find_all), "speed", known)
+    speeds = [f"{name}.speed" for name, one in scene.excitations.items() if one.sort == "steady"]
+    asked = next((one for one in scene.variables if one.path == scene.find_all), None)
+    if scene.find_all not in speeds and asked is None:
+        values = [one.path for one in scene.variables]
+        what = "speed and no value to be chosen" if values else "speed"
+        mistakes.unknown_name(("goal", "find_all"), str(scene.find_all), what, [*values, *speeds])
         return
-    if scene.variables:
+    here, looks = ("goal", "find_all"), "speeds" if asked is None else f"values of {asked.path}"
+    others = [one.path for one in scene.variables if one is not asked]
+    if others:
         mistakes.add(
-            ("goal", "find_all"),
-            f"goal.find_all looks for speeds of a given machine, but {scene.variables[0].path} is to be chosen. "
-            "Write it as a fact.",
+            here,
+            f"goal.find_all looks for {looks} of a given machine, but {others[0]} is to be chosen. Write it as a fact.",
         )
     doubts = uncertain(scene)
     if doubts:
+        way = "ask with limits over a range of speeds" if asked is None else "ask for the best within it"
         mistakes.add(
-            ("goal", "find_all"),
-            f"goal.find_all looks for speeds of a given machine, but {doubts[0].path} has a tolerance. Remove it, or "
-            "ask with limits over a range of speeds.",
+            here,
+            f"goal.find_all looks for {looks} of a given machine, but {doubts[0].path} has a tolerance. Remove it, or "
+            f"{way}.",
         )
     if not scene.limits:
-        mistakes.add(
-            ("goal", "find_all"), "goal.find_all needs at least one [limits.NAME] that tells good speeds from bad ones."
-        )
-    name = str(scene.find_all).removesuffix(".speed")
-    excitation = scene.excitations[name]
-    if excitation.speed.highest == float("inf"):
+        good = "speeds" if asked is None else "values"
+        mistakes.add(here, f"goal.find_all needs at least one [limits.NAME] that tells good {good} from bad ones.")
+    if asked is None:
+        _range_of_speeds(scene, str(scene.find_all).removesuffix(".speed"), mistakes)
+    else:
+        _range_of_values(asked, mistakes)
+
+
+def _range_of_speeds(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    speed = scene.excitations[name].speed
+    if speed.highest == float("inf"):
         mistakes.add(
             ("excitations", name, "speed"), f'excitations.{name}.speed has no upper end. Add to = "20000 rpm".'
         )
-    elif excitation.speed.is_one_speed:
+    elif speed.is_one_speed:
         mistakes.add(
             ("excitations", name, "speed"),
             f'excitations.{name}.speed is one speed, but find_all looks for speeds in a range. Write {{ from = "0 '
             f'rpm", to = "20000 rpm" }}.',
         )
+
+
+def _range_of_values(asked: Variable, mistakes: Mistakes) -> None:
+    where = tuple(asked.path.split("."))
+    if asked.values is not None:
+        mistakes.add(
+            where, f"{asked.path} is a list, but find_all looks for intervals. `vibopt sweep` answers each value of it."
+        )
+    elif asked.high == float("inf") or asked.choice.open_low:
+        end, key = ("upper", "to") if asked.high == float("inf") else ("lower", "from")
+        mistakes.add(where, f"{asked.path} has no {end} end. Add {key}: find_all looks through a range.")

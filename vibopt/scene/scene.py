@@ -113,6 +113,13 @@ class Scene:
             raise AttributeError(f"Scene has no {family}")
 
     @property
+    def finds(self) -> str:
+        """What `find_all` answers with, "speeds" or "values" of a variable; "" without it."""
+        if self.find_all is None:
+            return ""
+        return "values" if any(one.path == self.find_all for one in self.variables) else "speeds"
+
+    @property
     def is_analysis(self) -> bool:
         """Nothing to choose and nothing to find: responses are measured."""
         return not self.variables and self.find_all is None

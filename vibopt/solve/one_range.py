@@ -11,7 +11,8 @@ from __future__ import annotations
 import heapq
 import warnings
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -113,6 +114,26 @@ class OneRange:
         return _Run(program, progress).answer()
 
 
+@dataclass(frozen=True)
+class Permitted:
+    """Every value of the one variable at which all limits hold, as closed intervals [SI].
+
+    ends
+        Per interval the limits that end it below and above, by name; "" at an end of the range.
+    complete
+        Whether nothing was left open.
+    """
+
+    intervals: tuple[tuple[float, float], ...]
+    ends: tuple[tuple[str, str], ...]
+    complete: bool
+
+
+def permitted(program: Program, progress: Progress | None = None) -> Permitted:
+    """All values of the one continuous variable at which every limit of a program holds."""
+    return _Run(replace(program, aim=None), progress).permitted()
+
+
 @dataclass
 class _Run:
     program: Program
@@ -164,6 +185,42 @@ class _Run:
                         heapq.heappush(heap, (half.least[-1], count, half))
                         count += 1
         return self._found(counted(count, "pieces"), proven=True)
+
+    def permitted(self) -> Permitted:
+        """The pieces on which every limit holds, put together."""
+        ends = self._ends()
+        left = list(map(self._piece, ends, ends[1:]))[::-1]
+        good: list[tuple[float, float]] = []
+        while left and not self.budget.over:
+            if self.progress is not None:
+                self.progress("one range", self.budget.part)
+            piece = left.pop()
+            if self._broken(piece):
+                continue
+            if not piece.matters:
+                good.append((piece.low, piece.high))
+            elif piece.known:
+                good += self._good(piece)
+            else:
+                left += self._halves(piece)[::-1]
+        merged = _merged(good)
+        values = tuple((float(self.x(low)[0]), float(self.x(high)[0])) for low, high in merged)
+        return Permitted(values, tuple((self._holder(low), self._holder(high)) for low, high in merged), not left)
+
+    def _good(self, piece: _Piece) -> list[tuple[float, float]]:
+        """Parts of a known piece on which every limit holds, and places where the worst of them just does."""
+        places = [self._cross(row, place, piece) for row, place in piece.turns() if row < len(self.program.limits)]
+        cuts = sorted({piece.low, piece.high, *places})
+        parts = [two for two in pairwise(cuts) if self._holds(0.5 * (two[0] + two[1]))]
+        return [*parts, *((one, one) for one in cuts if self._holds(one))]
+
+    def _holds(self, place: float) -> bool:
+        return bool(self.row(place)[:-1].max(initial=-1.0) <= 2.0 * _MET)
+
+    def _holder(self, place: float) -> str:
+        """The limit that ends an interval at a place; "" where the range itself does."""
+        row = self.row(place)[:-1]
+        return "" if place in (0.0, 1.0) or not len(row) else self.program.limits[int(row.argmax())].name
 
     def _done(self, goal: float) -> bool:
         """Whether nothing from here on is better: pieces come with the least goal first."""
@@ -263,14 +320,16 @@ class _Run:
             if row < len(self.program.limits):
                 self._cross(row, place, piece)
 
-    def _cross(self, row: int, place: float, piece: _Piece) -> None:
-        """Where one limit is just met, near a place at which its polynomial is zero."""
+    def _cross(self, row: int, place: float, piece: _Piece) -> float:
+        """Where one limit is just met, near a place at which its polynomial is zero; that place itself elsewhere."""
         from scipy.optimize import brentq
 
         reach = max(1e-4 * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
         low, high = max(place - reach, piece.low), min(place + reach, piece.high)
         if self.row(low)[row] * self.row(high)[row] < 0.0:
-            self.row(float(brentq(lambda one: float(self.row(one)[row]), low, high, xtol=1e-17, rtol=1e-15)))
+            place = float(brentq(lambda one: float(self.row(one)[row]), low, high, xtol=1e-17, rtol=1e-15))
+        self.row(place)
+        return place
 
     def _found(self, count: str, *, proven: bool) -> Found:
         path = self.program.axes[0].path
@@ -351,4 +410,16 @@ def _matrix() -> FloatArray:
 
 _TO_CHEBYSHEV = _matrix()
 
-__all__ = ["OneRange"]
+
+def _merged(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Rising parts, those that meet as one."""
+    merged: list[tuple[float, float]] = []
+    for low, high in sorted(parts):
+        if merged and low <= merged[-1][1]:
+            merged[-1] = merged[-1][0], max(high, merged[-1][1])
+        else:
+            merged.append((low, high))
+    return merged
+
+
+__all__ = ["OneRange", "Permitted", "permitted"]

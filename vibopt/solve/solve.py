@@ -109,7 +109,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     program = pose(scene)
     clock.stage("pose")
     if scene.find_all is not None:
-        return _find_all(scene, program, clock)
+        return _find_values(scene, program, clock) if scene.variables else _find_speeds(scene, program, clock)
     if scene.is_analysis:
         return _analysis(scene, program, clock)
     found, why = answer(program, scene, wish.method, wish.progress, wish.near)
@@ -380,7 +380,27 @@ def _doubt(*families: Mapping[str, Checked]) -> str:
     return f"the two routes to an answer do not agree: {'; '.join(doubts)}" if doubts else ""
 
 
-def _find_all(scene: Scene, program: Program, clock: _Clock) -> Design:
+def _find_values(scene: Scene, program: Program, clock: _Clock) -> Design:
+    from vibopt.solve.find_values import permitted_values
+
+    found = permitted_values(scene, program)
+    clock.stage("solve")
+    ends = [{str(scene.find_all): one.value.value} for two in found.intervals for one in two]
+    proven, open_ = ("met", "feasible") if found.intervals else ("infeasible", "unproven")
+    return Design(
+        job=scene,
+        status="check_failed" if found.doubt else proven if found.complete else open_,
+        claim=f"the two routes to an answer do not agree: {found.doubt}" if found.doubt else found.claim,
+        model=_used(program),
+        method="one_range",
+        timings=clock.seconds,
+        found=tuple((low.value, high.value) for low, high in found.intervals),
+        details={"ends": found.intervals},
+        notes=tuple(dict.fromkeys(note for value in ends for note in notes_of(scene, value))),
+    )
+
+
+def _find_speeds(scene: Scene, program: Program, clock: _Clock) -> Design:
     from vibopt.solve.find_all import permitted_speeds
 
     name = str(scene.find_all).removesuffix(".speed")

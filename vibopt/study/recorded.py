@@ -144,7 +144,7 @@ def _compared_set(design: Design, given: object) -> tuple[str, float]:
     pairs = given if isinstance(given, list) else []
     if not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs) or not isinstance(given, list):
         raise QuantityError('is no list of pairs. Write [["0 rpm", "540 rpm"]].')
-    dimension = _speed_dimension(design)
+    dimension = _found_dimension(design)
     right = [_read(end, dimension, False) for pair in pairs for end in pair]
     unit = right[-1][1] if right else ""
     ours = [end.value for pair in design.found for end in pair]
@@ -157,7 +157,10 @@ def _compared_set(design: Design, given: object) -> tuple[str, float]:
     return shown, max(gaps, default=0.0)
 
 
-def _speed_dimension(design: Design) -> str:
+def _found_dimension(design: Design) -> str:
+    """Of the speeds or values that are found."""
+    if design.scene.finds == "values":
+        return _dimension(design, str(design.scene.find_all))
     name = str(design.scene.find_all).removesuffix(".speed")
     return design.scene.excitations[name].speed.dimension if name in design.scene.excitations else ROTATION
 

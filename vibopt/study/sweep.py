@@ -122,9 +122,10 @@ def sweep(
     InputError
         No such fact, a range that cannot be read, no design to keep, or a scene that asks for speeds.
     """
-    if is_scene(job) and job.find_all is not None:
+    if is_scene(job) and job.find_all not in (None, vary):
         raise InputError(
-            f"{job.name}: sweep needs a goal or limits to measure; find_all answers with speeds: use whatif instead."
+            f"{job.name}: sweep needs a goal or limits to measure; find_all answers with {job.finds}: use whatif "
+            "instead."
         )
     base = kept(job, answer(job, explain=False)) if keep_design and is_open(job) else None
     held = _is_variable(job, vary)

@@ -79,7 +79,9 @@ def _check(jobs: Mapping[str, Job]) -> None:
         raise InputError("compare needs at least two variants. Name two problem files or saved designs.")
     for name, job in jobs.items():
         if is_scene(job) and job.find_all is not None:
-            raise InputError(f"{name}: find_all answers with speeds, which compare does not set beside each other.")
+            raise InputError(
+                f"{name}: find_all answers with {job.finds}, which compare does not set beside each other."
+            )
     kinds: dict[str, str] = {}
     for name, job in jobs.items():
         kinds.setdefault(noun_of(job), name)

@@ -132,9 +132,10 @@ def unfollowed(job: Job) -> str:
 
 def _check(job: Job, changed: Job, changes: Mapping[str, Any]) -> None:
     """Whether there can be a design to keep, and the changes do not speak of how it was chosen."""
-    if any(is_scene(one) and one.find_all is not None for one in (job, changed)):
+    finds = next((one.finds for one in (job, changed) if is_scene(one) and one.finds), "")
+    if finds:
         raise InputError(
-            f"{job.name}: find_all answers with speeds, so there is no design to keep: "
+            f"{job.name}: find_all answers with {finds}, so there is no design to keep: "
             "use whatif without --keep-design instead."
         )
     for path in changes:

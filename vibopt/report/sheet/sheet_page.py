@@ -92,8 +92,8 @@ def asks_for_one_design(scene: Scene) -> None:
     """InputError where a file asks at which speeds its limits hold: there is no one design to sign."""
     if scene.find_all is not None:
         raise InputError(
-            f"{scene.name}: --sheet is for one design, and find_all asks at which speeds the limits hold. Use vibopt "
-            "report without --sheet."
+            f"{scene.name}: --sheet is for one design, and find_all asks at which {scene.finds} the limits hold. Use "
+            "vibopt report without --sheet."
         )
 
 

@@ -186,9 +186,9 @@ def minimise(response: Measure) -> dict[str, object]:
     return _goal(MINIMISE, response)
 
 
-def find_all(speed: str) -> dict[str, object]:
-    """The goal: all speeds at which the limits hold; `speed` is "EXCITATION.speed", written as a choice there."""
-    return {"find_all": speed}
+def find_all(path: str) -> dict[str, object]:
+    """The goal: all speeds ("EXCITATION.speed", a choice there) or values of the one variable at which limits hold."""
+    return {"find_all": path}
 
 
 def _goal(sense: str, response: object) -> dict[str, object]:

@@ -118,6 +118,10 @@ class Responses:
         """Relative motion of the two ends of a link [m]."""
         return Measure("relative_displacement", across=across, **words)
 
+    def bending_stress(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """Greatest stress in a beam or shaft that bends, without that of the weight [Pa]."""
+        return Measure("bending_stress", of=of, **words)
+
     def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
         """Root mean square motion of a body under white noise, absolute [m]."""
         return Measure("rms_displacement", of=of, **words)
@@ -138,6 +142,10 @@ class Responses:
         """Root mean square force: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("rms_force", into=into, through=through, **words)
 
+    def rms_bending_stress(self, *, of: str, **words: Unpack[Random]) -> Measure:
+        """Root mean square of the greatest stress in a beam or shaft that bends [Pa]."""
+        return Measure("rms_bending_stress", of=of, **words)
+
     def peak_displacement(self, *, of: str, **words: Unpack[InTime]) -> Measure:
         """Greatest displacement of a body in time, under what comes once [m]."""
         return Measure("peak_displacement", of=of, **words)
@@ -157,6 +165,10 @@ class Responses:
     def peak_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[InTime]) -> Measure:
         """Greatest force in time: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("peak_force", into=into, through=through, **words)
+
+    def peak_bending_stress(self, *, of: str, **words: Unpack[InTime]) -> Measure:
+        """Greatest stress in time in a beam or shaft that bends, under what comes once [Pa]."""
+        return Measure("peak_bending_stress", of=of, **words)
 
     def decay_rate(self, **words: Unpack[Shown]) -> Measure:
         """Least decay rate of all modes, rigid motion left out [1/s]."""
@@ -233,6 +245,10 @@ class Responses:
     ) -> Measure:
         """Dynamic moment: total over all links `into` a place, or in each shaft of a link [N m]."""
         return Measure("transmitted_moment", into=into, through=through, **words)
+
+    def shear_stress(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """Greatest stress in a round shaft that twists, the dynamic part [Pa]."""
+        return Measure("shear_stress", of=of, **words)
 
     def inertia(self, *, of: str, **words: Unpack[Shown]) -> Measure:
         """Moment of inertia of a body that turns [kg m^2]."""
