@@ -43,6 +43,13 @@ def _reads(given: str, dimension: str) -> bool:
         return False
 
 
+def _is_nothing(given: str, dimension: str) -> bool:
+    try:
+        return read_quantity(given, dimension).value == 0.0
+    except QuantityError:
+        return False
+
+
 class Rolling(Table):
     """`rolling = { inertia, radius }`: the body rolls as it moves, and J / r^2 adds to its mass.
 
@@ -66,7 +73,8 @@ class BodyTable(Device):
 
     Keys
     ----
-    mass: Its mass. One of `mass`, `weight`, `inertia`, `disc`, `made_of`.
+    mass: Its mass. One of `mass`, `weight`, `inertia`, `disc`, `made_of`. `mass = "0 kg"` is a joint between links,
+        as between the spring and the damper of an elastically held damper; springs must hold it.
     weight: Its weight on earth instead of `mass`. A fact.
     inertia: Moment of inertia of a body that turns about one axis, instead of `mass`; in space those about x, y, z
         through the centre of mass, `inertia = ["310 kg m2", "620 kg m2", "590 kg m2"]`, or a table of xx, yy, zz and
@@ -86,9 +94,9 @@ class BodyTable(Device):
         "0 m", "0.1 m"], shape = { box = ["1 m", "1 m", "0.2 m"] } }]`.
     """
 
-    mass: Value | None = number("mass")
+    mass: Value | None = number("mass", zero=True)
     weight: Fact | None = number("force", choice=False, tolerance=True)
-    inertia: Inertia | None = number("inertia")
+    inertia: Inertia | None = number("inertia", zero=True)
     disc: Disc | None = None
     rolling: Rolling | None = None
     tolerance: Tolerance | None = None
@@ -131,7 +139,26 @@ class BodyTable(Device):
             self._check_line()
         return self
 
+    @property
+    def massless(self) -> bool:
+        """Whether it is a joint between links, without mass or moment of inertia."""
+        return self.moves == "line" and any(
+            isinstance(one, Fact) and one.value == 0.0 for one in (self.mass, self.inertia)
+        )
+
+    def _check_joint(self) -> None:
+        if self.rolling is not None:
+            raise word("has no mass and rolls. Give it its mass, or remove rolling.")
+        if self.tolerance is not None or any(
+            isinstance(one, Fact) and one.tolerance for one in (self.mass, self.inertia)
+        ):
+            raise word("has no mass that could be off. Remove the tolerance.")
+
     def _check_space(self) -> None:
+        if any(isinstance(one, Fact) and one.value == 0.0 for one in (self.mass, self.inertia)):
+            raise word(
+                "has no mass, and moves in more ways than one. A joint is of a line: remove motion, or give its mass."
+            )
         said = [key for key in ("disc", "rolling") if getattr(self, key) is not None]
         if said:
             raise word(
@@ -178,6 +205,8 @@ class BodyTable(Device):
             raise word('needs either mass or weight. Write mass = "300 kg".')
         if self.rolling is not None and self.turns:
             raise word("turns about its own axis and rolls. Remove rolling, or give its mass.")
+        if self.massless:
+            self._check_joint()
         return self
 
     @property
@@ -267,6 +296,8 @@ class BodyTable(Device):
     def freedoms_in(cls, name: str, given: Mapping[str, Any]) -> int:
         motion, inertia = given.get("motion"), given.get("inertia")
         whole = is_tensor(inertia)
+        if any(isinstance(given.get(key), str) and _is_nothing(given[key], key) for key in ("mass", "inertia")):
+            return 0
         if motion is None and (whole or "shape" in given or "made_of" in given):
             motion = "space"
         return len(FREEDOMS.get(str(motion), (name,)))
@@ -286,6 +317,9 @@ class BodyTable(Device):
             inertia = symbols.off(f"bodies.{name}.{said}", inertia)
         if self.freedoms:
             self._add_in_space(builder, name, inertia, symbols)
+            return
+        if self.massless:
+            builder.turning[name] = self.turns
             return
         builder.add_inertia(name, inertia, weighs=not self.turns)
         builder.turning[name] = self.turns

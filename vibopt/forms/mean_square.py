@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.displaced import decaying, reduced
+from vibopt.forms.jointed import under_displacement, under_force
 from vibopt.forms.reduce import closure
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -32,6 +34,8 @@ if TYPE_CHECKING:
 
 Numbers = NDArray[Any]
 """Real, or complex with the imaginary part as a slope."""
+Matrices = Callable[[Numbers], tuple[Numbers, Numbers, Numbers] | None]
+"""A, b, c at coefficients p (n_terms,)."""
 _NOTHING = 1e-11
 """Part of its own size below which an excitation or a reading has no share in something."""
 _LIGHT = 1e-9
@@ -175,7 +179,30 @@ class _Frame:
         return -(row @ stiff) * self.rate**2, -(row @ damping) * self.rate**2
 
 
+def _with_joints(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
+    """A, b, c of a machine with joints as functions of the coefficients; None where the answer is infinite."""
+    n = model.n_free
+    ride = None
+    if noise.vector[n:].any() and not noise.displaced:
+        ride = _riding(model, noise, p)
+        assert ride is not None, "white acceleration of a base beside ground and joints"
+        full = np.concatenate([ride, noise.vector[n:]])
+        if output.power < 2 and output.row.any() and not _small(output.row, full):
+            return None
+
+    def matrices(at: Numbers) -> tuple[Numbers, Numbers, Numbers] | None:
+        if noise.displaced:
+            return under_displacement(model, output, noise, at)
+        return under_force(model, output, noise, at, ride)
+
+    return matrices if matrices(p) is not None else None
+
+
 def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
+    if model.massless.any():
+        matrices = _with_joints(model, output, noise, p)
+        made = matrices(p) if matrices is not None else None
+        return _of_states(made, noise)
     if noise.displaced:
         return _of_displacement(model, output, noise, p)
     frame = _frame(model, output, noise, p)
@@ -202,7 +229,12 @@ def _of_displacement(model: Model, output: Output, noise: Noise, p: FloatArray) 
     row = _row(model, output, p) @ root
     if _rings(undamped, root.T @ stiff @ root, root.T @ load, row):
         return float("inf")
-    kept = decaying(*found)
+    return _of_states(found, noise)
+
+
+def _of_states(found: tuple[Numbers, Numbers, Numbers] | None, noise: Noise) -> float:
+    """The mean square of c z with z' = a z + b w; infinite where there is none, or what lasts is read."""
+    kept = decaying(*found) if found is not None else None
     if kept is None:
         return float("inf")
     a, b, c = kept
@@ -214,35 +246,35 @@ def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatAr
     matrices = _matrices_of(model, output, noise, p)
     if matrices is None:
         return _slope_by_steps(model, output, noise, p)
-    a, b, c = matrices(p)
+    a, b, c = _made(matrices, p)
     reach, seen = _lyapunov(a, b), _lyapunov(a.T, c)
     slope = np.zeros(model.n_vars)
     for i in range(model.n_vars):
-        da, db, dc = (one.imag / _STEP for one in matrices(p * (1.0 + 1j * _STEP * model.exponents[:, i])))
+        off = _made(matrices, p * (1.0 + 1j * _STEP * model.exponents[:, i]))
+        da, db, dc = (one.imag / _STEP for one in off)
         slope[i] = 2.0 * (np.sum(seen * (da @ reach)) + b @ seen @ db + c @ reach @ dc)
     return np.asarray(np.pi * noise.density * slope)
 
 
-def _matrices_of(
-    model: Model, output: Output, noise: Noise, p: FloatArray
-) -> Callable[[Numbers], tuple[Numbers, Numbers, Numbers]] | None:
+def _made(matrices: Matrices, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """A, b, c, where they are known to be there."""
+    found = matrices(p)
+    assert found is not None
+    return found
+
+
+def _matrices_of(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
     """A, B, c as functions of the coefficients; None where states must be left out that change with them."""
-    if not noise.displaced:
+    jointed = model.massless.any()
+    if not noise.displaced and not jointed:
         frame = _frame(model, output, noise, p)
         assert frame is not None
         return frame.matrices
-    found = reduced(model, output, noise, p)
-    assert found is not None
+    matrices = _with_joints(model, output, noise, p) if jointed else partial(reduced, model, output, noise)
+    assert matrices is not None
+    found = _made(matrices, p)
     kept = decaying(*found)
-    if kept is None or len(kept[0]) < len(found[0]):
-        return None
-
-    def matrices(at: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        made = reduced(model, output, noise, at)
-        assert made is not None
-        return made
-
-    return matrices
+    return None if kept is None or len(kept[0]) < len(found[0]) else matrices
 
 
 def _slope_by_steps(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:

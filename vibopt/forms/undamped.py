@@ -10,7 +10,7 @@ from vibopt.arrays import FloatArray
 from vibopt.forms.form import ROOTS, Form, bend_of_slopes, plus
 from vibopt.mechanics.free_motion import TOGETHER, shape_ratio
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-from vibopt.mechanics.modes import frequency_slopes, mode_shapes, modes_at, natural_frequencies
+from vibopt.mechanics.modes import frequency_slopes, mode_shapes, modes_at, natural_frequencies, undamped
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -199,9 +199,7 @@ def _frequency(model: Model, springs: FloatArray, masses: FloatArray, index: int
     if n == 1:
         only: FloatArray = np.sqrt(stiff[:, 0, 0] / mass[:, 0, 0])
         return only
-    root = np.linalg.inv(np.linalg.cholesky(mass))
-    squares = np.linalg.eigvalsh(root @ stiff @ np.swapaxes(root, 1, 2))
-    return np.sqrt(np.maximum(squares[:, index], 0.0))
+    return undamped(mass, stiff)[:, index]
 
 
 def frequency_senses(model: Model) -> FloatArray:

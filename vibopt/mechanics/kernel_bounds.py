@@ -89,7 +89,9 @@ def _contracted(step: FloatArray, start: FloatArray) -> FloatArray:
 
 
 def nearby(machine: Transient, reading: Reading, elements: Sequence[Element], peak: Peak) -> Nearby | None:
-    """Bounds of the rest at the time of `peak`; None where the reading or an element is driven by a blow or a jerk."""
+    """Bounds of the rest at the time of `peak`; None where the reading or an element is driven by a blow or a jerk,
+    or what only springs hold has an open one.
+    """
     order = max(i + reading.power for i, row in enumerate((reading.row, reading.rates, reading.inertia)) if row.any())
     blown = any(segment.blows.any() for segment in machine.segments)
     if (
@@ -98,14 +100,16 @@ def nearby(machine: Transient, reading: Reading, elements: Sequence[Element], pe
         or (blown and any(one.kind == INERTIA for one in elements))
     ):
         return None
+    if machine.jointed is not None and any(one.vector[machine.jointed.quick].any() for one in elements):
+        return None
     own = [Reading(*_split(one), power=0) for one in elements]
-    pushes = np.array([machine.root.T @ one.vector[: machine.n_free] for one in elements])
+    pushes = np.array([machine.struck @ one.vector[: machine.n_free] for one in elements])
     rows = np.array([_free(machine, machine.row(one, machine.own)) for one in (*own, reading)]) / machine.scale
     count, time = len(elements), _time(machine, peak)
     kernels, sums = _kernels(machine, pushes, rows, time)
-    direct = np.abs(
-        np.array([_acceleration(one)[: machine.n_free] @ machine.root for one in (*own, reading)]) @ pushes.T
-    )
+    direct = np.abs(np.array([_at_once(machine, one, pushes) for one in (*own, reading)]))
+    if not np.isfinite(direct).all():
+        return None
     squares, now = _along(machine, [*own, reading], peak)
     return Nearby(
         value=float(now[-1]),
@@ -127,13 +131,21 @@ def _split(element: Element) -> tuple[FloatArray, FloatArray, FloatArray]:
     return rows[0], rows[1], rows[2]
 
 
-def _acceleration(reading: Reading) -> FloatArray:
-    """Row by which accelerations are read."""
-    return np.asarray((reading.inertia, reading.rates, reading.row)[reading.power], dtype=float)
+def _at_once(machine: Transient, reading: Reading, pushes: FloatArray) -> FloatArray:
+    """What of a reading follows a force on each element at once, (n_elements,); infinite where its rate is felt."""
+    found, half = np.zeros(len(pushes)), machine.size // 2
+    for order, row in enumerate((reading.row, reading.rates, reading.inertia), start=reading.power):
+        along, felt = pushes.T, np.zeros(len(pushes))
+        for _ in range(order if row.any() else 0):
+            found = np.where(felt != 0.0, np.inf, found)
+            felt = row @ machine.places @ along[:half]
+            along = machine.own @ along * machine.rate
+        found = found + felt
+    return found
 
 
 def _free(machine: Transient, row: FloatArray) -> FloatArray:
-    half, n = len(machine.mass), machine.n_free
+    half, n = machine.size // 2, machine.parts[3]
     return np.concatenate([row[:n], row[half : half + n]])
 
 
@@ -143,10 +155,10 @@ def _time(machine: Transient, peak: Peak) -> float:
 
 def _kernels(machine: Transient, pushes: FloatArray, rows: FloatArray, time: float) -> tuple[FloatArray, FloatArray]:
     """Of rows against impulses up to `time`: root of the integral of squares, bound of that of sizes, (n_rows, n)."""
-    half, n = len(machine.mass), machine.n_free
+    half, n = machine.size // 2, machine.parts[3]
     index = np.r_[:n, half : half + n]
     own, span = machine.own[np.ix_(index, index)], machine.rate * time
-    starts = np.hstack([np.zeros((len(pushes), n)), pushes / machine.rate])
+    starts = pushes[:, index]
     squares = np.einsum("ri,eij,rj->re", rows, _integrals(own, starts, span), rows)
     kernels = np.asarray(np.sqrt(np.maximum(squares, 0.0) / machine.rate))
     return kernels, np.minimum(np.sqrt(time) * kernels, _sizes(own, starts, rows, span) / machine.rate)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.records import dataclass
@@ -399,9 +399,11 @@ class Machine:
         return mass, damping, stiffness, hysteretic
 
     def poles(self) -> ComplexArray:
-        """Complex frequencies of free motion [rad/s], shape (2 n,), time factor e^{i w t}."""
+        """Complex frequencies of free motion [rad/s], time factor e^{i w t}: two per mass, one per damped joint."""
         mass, damping, stiffness, hysteretic = self.matrices()
         n = len(mass)
+        if self.jointed.any():
+            return _pencil(mass, damping, stiffness + 1j * hysteretic)
         inverse = inverted(mass)
         complex_stiffness = stiffness + 1j * hysteretic
         size = np.sqrt(np.abs(inverse @ complex_stiffness).max() + np.abs(inverse @ damping).max() ** 2)
@@ -432,7 +434,7 @@ class Machine:
         return _nullity(stiffness) + _nullity(stiffness, damping)
 
     def natural_frequencies(self) -> FloatArray:
-        """Undamped natural frequencies, ascending [rad/s], shape (n_bodies,), by singular values.
+        """Undamped natural frequencies, ascending [rad/s], one of each body with mass, by singular values.
 
         K = B diag(k) B^T, so the frequencies are the singular values of M^-1/2 B diag(k)^1/2:
         no squares are taken and small ones keep their digits.
@@ -442,22 +444,43 @@ class Machine:
     def mode_shapes(self) -> tuple[FloatArray, FloatArray]:
         """Undamped natural frequencies, ascending (n_bodies,) [rad/s], and their shapes (n_bodies, n_modes)."""
         left, values, _ = np.linalg.svd(self._spring_columns())
-        return values[::-1], (inverse_root(self.matrices()[0]).T @ left)[:, ::-1]
+        shapes = (self._root.T @ left)[:, ::-1]
+        if not self.jointed.any():
+            return values[::-1], shapes
+        stiffness, light, whole = self.matrices()[2], self.jointed, np.zeros((len(self.jointed), shapes.shape[1]))
+        whole[~light] = shapes
+        whole[light] = np.linalg.solve(stiffness[light][:, light], -stiffness[light][:, ~light] @ shapes)
+        return values[::-1], whole
 
     def row(self, body: str) -> FloatArray:
         """The row that reads the motion of a body, (n_bodies,)."""
         return np.array([float(name == body) for name in self.masses])
 
     def _spring_columns(self) -> FloatArray:
-        """M^-1/2 B diag(k)^1/2, (n_bodies, at least n_bodies)."""
+        """M^-1/2 B diag(k)^1/2, (n_modes, at least as many), less what joints that follow take of each spring."""
         names = list(self.masses)
         columns = np.zeros((len(names), max(len(self.joints), len(names))))
         for j, joint in enumerate(self.joints):
             for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
                 if end in self.masses:
                     columns[names.index(end), j] = sign * np.sqrt(joint.stiffness)
-        scaled: FloatArray = inverse_root(self.matrices()[0]) @ columns
+        light = self.jointed
+        if light.any():
+            across = np.linalg.qr(columns[light].T)[0]
+            columns = columns[~light] - columns[~light] @ across @ across.T
+        scaled: FloatArray = self._root @ columns
         return scaled
+
+    @property
+    def _root(self) -> FloatArray:
+        """M^-1/2 of what has mass, (n_modes, n_modes)."""
+        heavy = ~self.jointed
+        return inverse_root(self.matrices()[0][heavy][:, heavy])
+
+    @cached_property
+    def jointed(self) -> BoolArray:
+        """Which places are joints that nothing with mass, and no inerter, resists; (n,)."""
+        return np.asarray(~self.matrices()[0].any(axis=1))
 
     def sag(self) -> dict[str, float] | None:
         """Displacement of every point under the weights [m], down positive; None when nothing holds it."""
@@ -480,6 +503,28 @@ class Machine:
 def is_in_space(machine: Machine) -> TypeIs[SpaceMachine]:
     """Whether bodies of it move in space; asked without the file of such machines."""
     return machine.in_space
+
+
+def _pencil(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> ComplexArray:
+    """Frequencies of free motion [rad/s] of what has joints, by the finite values of a pencil.
+
+    Joints that no damper reaches keep their balance of springs at every instant, which is a space of motions.
+    """
+    from scipy.linalg import eigvals, null_space
+
+    quick = ~mass.any(axis=1) & ~damping.any(axis=1)
+    size = np.sqrt(np.abs(np.diag(stiffness)) + np.diag(damping))
+    size[size == 0.0] = 1.0
+    balanced = null_space((stiffness / np.outer(size, size))[quick]) if quick.any() else np.eye(len(mass))
+    space = balanced / size[:, None]
+    m, c, k = (space.T @ one @ space for one in (mass, damping, stiffness))
+    n, heavy = len(m), int(mass.any(axis=1).sum())
+    unit = float(np.sqrt(np.abs(k).max() / np.abs(m).max()))
+    left = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c * unit]])
+    right = np.block([[np.eye(n), np.zeros((n, n))], [np.zeros((n, n)), m * unit**2]])
+    above, below = eigvals(left, right, homogeneous_eigvals=True)
+    finite = np.argsort(np.abs(below) / np.maximum(np.abs(above), 1e-300))[::-1][: n + heavy]
+    return np.asarray(-1j * unit * above[finite] / below[finite], dtype=complex)
 
 
 def inverted(mass: FloatArray) -> FloatArray:

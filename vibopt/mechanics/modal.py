@@ -43,6 +43,8 @@ class Modal:
 def decompose(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> Modal | None:
     """Complex modes of M, C, K (n, n), K complex with structural damping; None where they cannot be trusted."""
     n = len(mass)
+    if not mass.any(axis=1).all():  # a joint without mass
+        return None
     full, c = np.linalg.solve(mass, stiffness), np.linalg.solve(mass, damping)
     scale = float(np.sqrt(np.abs(full).max()) + np.abs(c).max()) or 1.0
     k = full if full.imag.any() else full.real

@@ -109,6 +109,11 @@ class Model:
         return np.asarray(self.across & (self.kinds == INERTIA))
 
     @cached_property
+    def massless(self) -> BoolArray:
+        """Whether no inertia acts on each free coordinate: joints without mass, shape (n_free,)."""
+        return np.asarray(~self.vectors[self.kinds == INERTIA, : self.n_free].any(axis=0))
+
+    @cached_property
     def vectors(self) -> FloatArray:
         """b of each term, shape (n_terms, n_coords)."""
         return np.array([term.vector for term in self.terms], dtype=float)

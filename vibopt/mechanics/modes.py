@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.joints import condensed, first_order, massless
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 
 
@@ -18,12 +21,14 @@ def free_matrices(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray, 
 
 
 def poles(model: Model, p: FloatArray) -> ComplexArray:
-    """Complex frequencies w with det D(w) = 0 [rad/s], shape (2 n_free,), time factor e^{i w t}.
+    """Complex frequencies w with det D(w) = 0 [rad/s], time factor e^{i w t}, Im w > 0 for decaying motion.
 
-    Im w > 0 for decaying motion.
+    Two of each coordinate with mass, one of what only dampers and springs hold.
     """
     mass, damping, stiffness, hysteretic = free_matrices(model, p)
     n = model.n_free
+    if model.massless.any():
+        return -1j * np.linalg.eigvals(_states(mass, damping, stiffness + 1j * hysteretic)[0])
     if n == 1:
         return _poles_of_one(mass[0, 0], damping[0, 0], stiffness[0, 0] + 1j * hysteretic[0, 0])
     root = np.linalg.cholesky(mass)
@@ -49,22 +54,38 @@ def _poles_of_one(mass: float, damping: float, stiffness: complex) -> ComplexArr
     return np.array([large, small], dtype=complex)
 
 
+def _states(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray | FloatArray) -> tuple[Any, Any]:
+    """Rates (N, N) of the states of a machine with joints, and its free coordinates from these, (n_free, N)."""
+    stiffness = stiffness if np.asarray(stiffness).imag.any() else np.asarray(stiffness).real
+    found = first_order(mass, damping, stiffness, len(mass))
+    return found.rates, found.places
+
+
+def undamped_root(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """R (n_modes, n_free) with R M R^T = 1, where joints without mass follow the springs."""
+    n = len(mass)
+    if not len(massless(mass, n)):
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)))
+    still = condensed(mass, np.zeros_like(mass), stiffness, n)
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(still.mass)) @ still.lift.T)
+
+
 def natural_frequencies(model: Model, p: FloatArray) -> FloatArray:
-    """Undamped natural frequencies in ascending order [rad/s], shape (n_free,)."""
+    """Undamped natural frequencies in ascending order [rad/s], one of each free coordinate with mass."""
     mass, _, stiffness, _ = free_matrices(model, p)
     if model.n_free == 1:
         only: FloatArray = np.sqrt(stiffness[0] / mass[0, 0])
         return only
-    root = np.linalg.inv(np.linalg.cholesky(mass))
+    root = undamped_root(mass, stiffness)
     squares = np.linalg.eigvalsh(root @ stiffness @ root.T)
     found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
     return found
 
 
 def mode_shapes(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Natural frequencies (n_free,) [rad/s] and mass-normalised shapes (n_free, n_modes)."""
+    """Natural frequencies (n_modes,) [rad/s] and mass-normalised shapes (n_free, n_modes)."""
     mass, _, stiffness, _ = free_matrices(model, p)
-    root = np.linalg.inv(np.linalg.cholesky(mass))
+    root = undamped_root(mass, stiffness)
     squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
     return np.sqrt(np.maximum(squares, 0.0)), root.T @ vectors
 
@@ -147,7 +168,7 @@ def sag_slope(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Natural frequencies (n_free,) [rad/s] and the slopes of their logs (n_free, n_vars)."""
+    """Natural frequencies (n_modes,) [rad/s] and the slopes of their logs (n_modes, n_vars)."""
     p = model.values(x)
     omega, shapes = mode_shapes(model, p)
     share = (model.vectors[:, : model.n_free] @ shapes) ** 2
@@ -162,6 +183,12 @@ def rates_and_shapes(model: Model, p: FloatArray) -> tuple[ComplexArray, Complex
     """Rates s of free motion e^{s t} [1/s] (m,) with Im s >= 0 and no rigid motion, and shapes (n_free, m)."""
     mass, damping, stiffness, _ = free_matrices(model, p)
     n = model.n_free
+    if model.massless.any():
+        system, places = _states(mass, damping, stiffness)
+        rates, vectors = np.linalg.eig(system)
+        order = np.argsort(np.abs(rates))[rigid_count(model, p) :]
+        chosen = order[rates[order].imag >= 0.0]
+        return rates[chosen].astype(complex), (places @ vectors[:, chosen]).astype(complex)
     root = np.linalg.inv(np.linalg.cholesky(mass))
     k, c = root @ stiffness @ root.T, root @ damping @ root.T
     scale = float(np.sqrt(np.abs(k).max()) or np.abs(c).max() or 1.0)
@@ -185,9 +212,11 @@ def pole_slopes(model: Model, x: FloatArray) -> tuple[ComplexArray, ComplexArray
 
 
 def characteristic(model: Model, p: FloatArray, scale: float) -> FloatArray:
-    """Coefficients of det(s^2 M + s C + K) in s / scale, ascending, the last of them 1; shape (2 n_free + 1,)."""
+    """Coefficients of det(s^2 M + s C + K) in s / scale, ascending, the last of them 1: one more than poles."""
     mass, damping, stiffness, _ = free_matrices(model, p)
     n = model.n_free
+    if model.massless.any():
+        return np.asarray(np.poly(np.linalg.eigvals(_states(mass, damping, stiffness)[0]) / scale).real[::-1])
     root = np.linalg.inv(np.linalg.cholesky(mass))
     k, c = root @ stiffness @ root.T / scale**2, root @ damping @ root.T / scale
     circle = np.exp(2j * np.pi * np.arange(2 * n + 1) / (2 * n + 1))[:, None, None]
@@ -197,7 +226,7 @@ def characteristic(model: Model, p: FloatArray, scale: float) -> FloatArray:
 
 
 def modes_at(model: Model, x: FloatArray) -> FloatArray:
-    """Undamped natural frequencies at designs x (n, n_vars) [rad/s], ascending, shape (n, n_free)."""
+    """Undamped natural frequencies at designs x (n, n_vars) [rad/s], ascending, shape (n, n_modes)."""
     p, n = model.values(x), model.n_free
     vectors = model.vectors[:, :n]
     pairs = vectors[:, :, None] * vectors[:, None, :]
@@ -206,10 +235,21 @@ def modes_at(model: Model, x: FloatArray) -> FloatArray:
     if n == 1:
         only: FloatArray = np.sqrt(stiff[:, :, 0] / mass[:, :, 0])
         return only
+    return undamped(mass, stiff)
+
+
+def undamped(mass: FloatArray, stiff: FloatArray) -> FloatArray:
+    """Undamped natural frequencies of many machines (n, n_free, n_free) [rad/s], ascending, shape (n, n_modes)."""
+    light = massless(mass[0], mass.shape[1])
+    if len(light):
+        heavy = np.setdiff1d(np.arange(mass.shape[1]), light)
+        across = stiff[:, light[:, None], heavy]
+        held = np.linalg.solve(stiff[:, light[:, None], light], across)
+        stiff = stiff[:, heavy[:, None], heavy] - np.swapaxes(across, 1, 2) @ held
+        mass = mass[:, heavy[:, None], heavy]
     root = np.linalg.inv(np.linalg.cholesky(mass))
     squares = np.linalg.eigvalsh(root @ stiff @ np.swapaxes(root, 1, 2))
-    found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
-    return found
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
 def sags_at(model: Model, x: FloatArray) -> FloatArray:

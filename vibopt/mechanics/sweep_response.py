@@ -15,6 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.envelopes import Envelope, greatest
+from vibopt.mechanics.joints import condensed, first_order
 from vibopt.mechanics.panels import Numbers
 from vibopt.mechanics.transient import HORIZON, Peak, Reading
 from vibopt.records import dataclass
@@ -127,6 +128,9 @@ class _System:
 
     def __init__(self, machine: RunUp, reading: Reading, damping: Numbers) -> None:
         n = machine.n_free
+        if not machine.mass[:n].any(axis=1).all():
+            self._with_joints(machine, reading, damping)
+            return
         unit = 1.0 / np.sqrt(np.diag(machine.mass[:n, :n]).real)
         mass, damper, elastic = ((one[:n, :n].T * unit).T * unit for one in (machine.mass, damping, machine.stiffness))
         damper, stiff, pushed = (np.linalg.solve(mass, one) for one in (damper, elastic, machine.load[:n] * unit))
@@ -140,14 +144,31 @@ class _System:
         shares = np.linalg.solve(vectors, np.concatenate([np.zeros(n), pushed / fast]).astype(complex))
         poles = np.asarray(fast * values, dtype=complex)
         self.modal = Modal(poles, (row @ vectors) * shares, complex(rows[2] @ pushed))
-        self._parts = elastic, mass, vectors, fast
+        self._energies = (elastic, vectors[:n]), (mass, vectors[n:] * fast)
+
+    def _with_joints(self, machine: RunUp, reading: Reading, damping: Numbers) -> None:
+        """As of any machine; what has no mass has no rate among the states."""
+        n = machine.n_free
+        mass, damper, elastic = (one[:n, :n] for one in (machine.mass, damping, machine.stiffness))
+        one, kept = first_order(mass, damper, elastic, n), condensed(mass, damper, elastic, n)
+        poles, vectors = np.linalg.eig(one.rates)
+        if not np.iscomplexobj(one.rates):
+            poles = np.minimum(poles.real, 0.0) + 1j * poles.imag
+        shares = np.linalg.solve(vectors, (one.struck @ machine.load[:n]).astype(complex))
+        row, through = np.zeros(len(poles), dtype=complex), 0j
+        for order, read in enumerate((reading.row, reading.rates, reading.inertia), start=reading.power):
+            along = read[:n] @ one.places
+            if order:
+                before = along @ np.linalg.matrix_power(one.rates, order - 1)
+                through, along = through + complex(before @ one.struck @ machine.load[:n]), before @ one.rates
+            row = row + along
+        self.modal = Modal(np.asarray(poles, dtype=complex), (row @ vectors) * shares, through)
+        self._energies = (kept.stiffness, vectors[: kept.n]), (kept.mass[: kept.heavy, : kept.heavy], vectors[kept.n :])
 
     @property
     def alike(self) -> bool:
         """Whether two modes are next to alike, measured by their energy."""
-        elastic, mass, vectors, fast = self._parts
-        roots = [np.linalg.cholesky(one.real).T for one in (elastic, mass)]
-        energy = np.concatenate([roots[0] @ vectors[: len(mass)], roots[1] @ vectors[len(mass) :] * fast])
+        energy = np.concatenate([np.linalg.cholesky(one.real).T @ shapes for one, shapes in self._energies])
         return float(np.linalg.cond(energy / np.sqrt((np.abs(energy) ** 2).sum(axis=0)))) > _ALIKE
 
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.combine import combined
+from vibopt.mechanics.joints import Condensed, condensed, eliminated
 from vibopt.mechanics.panels import Numbers, TooLongError, exponential, exponentials, greatest
 from vibopt.records import dataclass
 from vibopt.signals import Segment
@@ -204,23 +205,57 @@ class Transient:
         return self.stretches[-1].left if self.stretches else np.zeros(self.size)
 
     @cached_property
+    def jointed(self) -> Condensed | None:
+        """The machine without coordinates that only springs hold; None where all have mass."""
+        if self.mass[: self.n_free].any(axis=1).all():
+            return None
+        return condensed(self.mass, self.damping, self.stiffness, self.n_free)
+
+    @cached_property
+    def parts(self) -> tuple[Numbers, Numbers, Numbers, int, int]:
+        """Mass, damping, stiffness of the coordinates that are states, the number of free ones, and with mass."""
+        one = self.jointed
+        if one is None:
+            return self.mass, self.damping, self.stiffness, self.n_free, self.n_free
+        return one.mass, one.damping, one.stiffness, one.n, one.heavy
+
+    @cached_property
     def root(self) -> Numbers:
-        """Free coordinates from mass-normalised ones, (n_free, n_free); complex where any coefficient is."""
+        """Free coordinates from normalised ones, (n, n): of mass one, or next to that of damping one without mass."""
+        mass, damping, _, n, heavy = self.parts
         kind = np.result_type(self.mass, self.damping, self.stiffness)
-        return np.asarray(np.linalg.inv(_cholesky(self.mass[: self.n_free, : self.n_free])).T, dtype=kind)
+        root = np.asarray(np.linalg.inv(_cholesky(mass[:heavy, :heavy])).T, dtype=kind)
+        if heavy == n:
+            return root
+        whole = np.zeros((n, n), dtype=kind)
+        whole[:heavy, :heavy] = root
+        size = np.sqrt(self._rate_of(root, heavy))
+        whole[heavy:, heavy:] = np.linalg.inv(_cholesky(damping[heavy:n, heavy:n])).T * size
+        return whole
+
+    def _rate_of(self, root: Numbers, n: int) -> float:
+        """A rate [1/s] that none of the first n coordinates has by itself."""
+        stiff, damped = (root.T @ one[:n, :n] @ root for one in (self.parts[2], self.parts[1]))
+        fast = float(np.sqrt(np.abs(stiff.real).sum(axis=1).max()) + np.abs(damped.real).sum(axis=1).max())
+        return fast or 1.0 / sum(one.length for one in self.segments)
 
     @cached_property
     def rate(self) -> float:
         """A rate [1/s] that none of the machine's exceeds."""
-        n = self.n_free
-        stiff, damped = (self.root.T @ one[:n, :n] @ self.root for one in (self.stiffness, self.damping))
-        fast = float(np.sqrt(np.abs(stiff.real).sum(axis=1).max()) + np.abs(damped.real).sum(axis=1).max())
-        return fast or 1.0 / sum(one.length for one in self.segments)
+        _, damping, stiffness, n, heavy = self.parts
+        rate = self._rate_of(self.root[:heavy, :heavy], heavy)
+        if heavy == n:
+            return rate
+        elastic, braked = (self.root.T @ one[:n, :n] @ self.root for one in (stiffness / rate**2, damping / rate))
+        return rate * max(1.0, float(np.abs(eliminated(elastic, braked, heavy).real).sum(axis=1).max()))
 
     @property
     def size(self) -> int:
-        """Number of states without those of the signals: all motions, those of the bases last, and their rates."""
-        return 2 * len(self.mass)
+        """Number of states without those of the signals: all motions, those of the bases last, and their rates.
+
+        The rate of what has no mass is no state: its place stays empty.
+        """
+        return 2 * len(self.parts[0])
 
     @cached_property
     def scale(self) -> float:
@@ -229,31 +264,64 @@ class Transient:
 
     @cached_property
     def places(self) -> Numbers:
-        """All coordinates from the first half of the states, (n_coords, n_coords)."""
-        n, whole = self.n_free, np.zeros(self.mass.shape, dtype=self.root.dtype)
+        """All coordinates from the first half of the states, (n_coords, size / 2)."""
+        return self._turned if self.jointed is None else np.asarray(self.jointed.lift @ self._turned)
+
+    @cached_property
+    def _turned(self) -> Numbers:
+        """Coordinates that are states from the first half of the states, (size / 2, size / 2)."""
+        mass, _, _, n, _ = self.parts
+        whole = np.zeros(mass.shape, dtype=self.root.dtype)
         whole[:n, :n] = self.root
         own = np.arange(n, len(whole))
-        whole[own, own] = 1.0 / np.sqrt(np.trace(self.mass[:n, :n]).real)
+        whole[own, own] = 1.0 / np.sqrt(np.trace(mass[:n, :n]).real)
         return whole
+
+    @cached_property
+    def elastic(self) -> Numbers:
+        """Forces on the normalised free coordinates per place, (n, size / 2), time in 1 / rate."""
+        return np.asarray(self.root.T @ self.parts[2][: self.parts[3]] @ self._turned / self.rate**2)
+
+    @cached_property
+    def braked(self) -> Numbers:
+        """The same per rate."""
+        return np.asarray(self.root.T @ self.parts[1][: self.parts[3]] @ self._turned / self.rate)
 
     @cached_property
     def own(self) -> Numbers:
         """A of the machine by itself, (size, size), time in 1 / rate."""
-        n, half = self.n_free, len(self.mass)
+        n, heavy = self.parts[3:]
+        half = self.size // 2
         a = np.zeros((self.size, self.size), dtype=self.root.dtype)
         a[:half, half:] = np.eye(half)
-        a[half : half + n, :half] = -self.root.T @ self.stiffness[:n] @ self.places / self.rate**2
-        a[half : half + n, half:] = -self.root.T @ self.damping[:n] @ self.places / self.rate
+        if heavy == n:
+            a[half : half + n, :half], a[half : half + n, half:] = -self.elastic, -self.braked
+            return a
+        rows = eliminated(self.elastic, self.braked, heavy)
+        a[heavy:n], a[half : half + heavy] = rows[heavy:], rows[:heavy]
         return a
+
+    @cached_property
+    def struck(self) -> Numbers:
+        """States behind a blow of one on each free coordinate, (size, n_free), time in 1 / rate."""
+        n, heavy = self.parts[3:]
+        half, forces = self.size // 2, self.root.T
+        if self.jointed is not None:
+            forces = forces @ self.jointed.lift[: self.n_free, :n].T
+        b = np.zeros((self.size, self.n_free), dtype=self.root.dtype)
+        b[half : half + heavy] = forces[:heavy]
+        if heavy < n:
+            b[heavy:n] = np.linalg.solve(self.braked[heavy:, heavy:n], forces[heavy:])
+            b[half : half + heavy] -= self.braked[:heavy, heavy:n] @ b[heavy:n]
+        return b / self.rate
 
     @cached_property
     def _pushed_by_one(self) -> Numbers:
         """What signals of one add to the rates of the states, (size, n_signals), time in 1 / rate."""
-        n, half = self.n_free, len(self.mass)
-        b = np.zeros((self.size, self.loads.shape[1]), dtype=self.root.dtype)
-        b[half : half + n] = self.root.T @ (self.loads[:n] - self.mass[:n, n:] @ self.loads[n:])
-        b[half + n :] = self.loads[n:] * np.sqrt(np.trace(self.mass[:n, :n]).real)
-        return b / self.rate**2
+        own, n, half = self.n_free, self.parts[3], self.size // 2
+        b = self.struck @ (self.loads[:own] - self.mass[:own, own:] @ self.loads[own:]) / self.rate
+        b[half + n :] = self.loads[own:] * np.sqrt(np.trace(self.mass[:own, :own]).real) / self.rate**2
+        return b
 
     @cached_property
     def _pushed(self) -> Numbers:
@@ -271,7 +339,7 @@ class Transient:
     def row(self, reading: Reading, a: Numbers) -> Numbers:
         """Row over the states that a reading is, where z' = a z, time in 1 / rate."""
         places = np.zeros((len(self.mass), len(a)), dtype=self.root.dtype)
-        places[:, : len(self.mass)] = self.places
+        places[:, : self.size // 2] = self.places
         rates = places @ a * self.rate
         row = reading.row @ places + reading.rates @ rates + reading.inertia @ rates @ a * self.rate
         for _ in range(reading.power):
@@ -348,13 +416,13 @@ def _cholesky(matrix: Numbers) -> Numbers:
     return np.asarray(lower + 1j * lower @ half)
 
 
-def _drifts(a: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
+def _drifts(stiff: FloatArray, damped: FloatArray, heavy: int) -> tuple[FloatArray, FloatArray]:
     """Motions that no spring calls back, and what reads them off a state: right and left vectors of A^2 = 0, (size, k).
 
     Bodies that are loose stay where they are or, where no damper holds them, go on; bases go on, and bodies with them.
+    Forces per place and per rate are (n, half); the places of rates behind the first `heavy` are empty.
     """
-    half = len(a) // 2
-    stiff, damped = -a[half : half + n, :half], -a[half : half + n, half:]
+    n, half = stiff.shape
     values, shapes = np.linalg.eigh(0.5 * (stiff[:, :n] + stiff[:, :n].T))
     held = values > _NOTHING * max(float(values.max(initial=0.0)), 1e-300)
     loose, back = shapes[:, ~held], (shapes[:, held] / values[held]) @ shapes[:, held].T
@@ -369,12 +437,14 @@ def _drifts(a: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     unit = np.eye(half)[:, n:]
 
     def state(places: FloatArray, speeds: FloatArray) -> FloatArray:
-        return np.vstack([places, speeds])
+        return np.vstack([places, np.where(moving, speeds, 0.0)])
 
     def whole(bodies: FloatArray, bases: FloatArray) -> FloatArray:
         return np.vstack([bodies, bases])
 
     nothing = np.zeros((half, half))
+    moving = np.ones((half, 1), dtype=bool)
+    moving[heavy:n] = False
     still = nothing[:, : loose.shape[1]]
     right = [
         state(whole(loose, still[n:]), still),
@@ -384,11 +454,12 @@ def _drifts(a: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     ]
     left = [
         state(damped.T @ loose, whole(loose, still[n:])),
-        state(whole(free, nothing[n:, : free.shape[1]]), nothing[:, : free.shape[1]]),
+        state(np.where(moving, whole(free, nothing[n:, : free.shape[1]]), 0.0), nothing[:, : free.shape[1]]),
         state(unit, nothing[:, n:]),
         state(nothing[:, n:], unit),
     ]
-    return np.hstack(right), np.hstack(left)
+    empty = np.eye(2 * half)[:, half + heavy : half + n]
+    return np.hstack([*right, empty]), np.hstack([*left, empty])
 
 
 class _Lasting:
@@ -426,13 +497,13 @@ class _Free:
     """What follows the last joint: rigid motion, sines that last, and the rest with an energy that only falls."""
 
     def __init__(self, machine: Transient, reading: Reading, state: FloatArray) -> None:
-        self.a, self.rate, self.n = machine.own, machine.rate, len(machine.mass)
+        self.a, self.rate, self.elastic = machine.own, machine.rate, machine.elastic
         self.whole, self.start = machine.onward(state)
         self.reads = machine.row(reading, self.whole)
         self.row = self.reads[: machine.size]
         self.lasting = _Lasting(machine, self.whole, self.reads, self.start)
         free = self.start[: machine.size] - self.lasting.state
-        right, left = _drifts(self.a, machine.n_free)
+        right, left = _drifts(machine.elastic, machine.braked, machine.parts[4])
         self.basis = np.linalg.svd(left)[0][:, left.shape[1] :]
         self.drifts = right @ np.linalg.solve(left.T @ right, left.T)
         self.drifting = self.drifts @ free
@@ -492,9 +563,9 @@ class _Free:
         """What the row may still reach: by the energy, and by all modes in phase."""
         if not self.basis.shape[1]:
             return 0.0, 0.0
-        n = self.n
+        free, n = self.elastic.shape
         stored = np.zeros_like(self.a)
-        stored[:n, :n] = -self.a[n : 2 * n, :n]
+        stored[:free, :n] = self.elastic
         stored[n : 2 * n, n : 2 * n] = np.eye(n)
         stored = self.basis.T @ stored @ self.basis
         inner, row = self.basis.T @ moving, self.row @ self.basis

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse
 from vibopt.mechanics.model import DAMPING, INERTIA, Model
@@ -47,7 +47,7 @@ def graded(model: Model, form: Modulus) -> Model:
         return model
     first = np.hstack([rigid, loose])
     whole = np.eye(model.n_coords)
-    whole[:n, :n] = np.hstack([first, np.delete(np.eye(n), _pivots(first), axis=1)])
+    whole[:n, :n] = np.hstack([first, np.delete(np.eye(n), _pivots(first, ~model.massless), axis=1)])
     if falls:
         whole[:n, n:] = _ride(springs, dampers, n)
     return model.through(whole, _NOTHING)
@@ -113,9 +113,9 @@ def _beyond(motions: FloatArray, known: FloatArray) -> FloatArray:
     return kept[:, known.shape[1] :]
 
 
-def _pivots(motions: FloatArray) -> list[int]:
-    """Coordinates that tell independent motions (n, r) apart, the greatest first."""
-    rest, found = motions.copy(), []
+def _pivots(motions: FloatArray, among: BoolArray | None = None) -> list[int]:
+    """Coordinates that tell independent motions (n, r) apart, the greatest first; `among` some (n,)."""
+    rest, found = motions.copy() if among is None else motions * among[:, None], []
     for _ in range(motions.shape[1]):
         row = int(np.argmax((rest**2).sum(axis=1)))
         found.append(row)

@@ -127,7 +127,7 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     notes = []
     for mount in mounts:
         floor = mount.ends[1]
-        if mount.stiffness == 0.0 or floor not in machine.masses or mount.ends[0] not in machine.masses:
+        if mount.stiffness == 0.0 or not all(machine.masses.get(one) for one in (floor, mount.ends[0])):
             continue
         under = sum(one.stiffness for one in mounts if floor in one.ends and one is not mount)
         if 0.0 < under < 10.0 * mount.stiffness:

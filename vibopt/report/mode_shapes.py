@@ -84,12 +84,15 @@ def shapes_of(machine: Machine, turning: Sequence[str] = ()) -> list[Shape]:
     if machine.on_structures:
         return [Shape(float(one), None, ()) for one in machine.natural_frequencies()]
     mass, damping, stiffness, hysteretic = machine.matrices()
-    root = inverse_root(mass)
-    squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
-    omega = np.sqrt(np.maximum(squares, 0.0))
+    if machine.jointed.any():
+        omega, shapes = machine.mode_shapes()
+    else:
+        root = inverse_root(mass)
+        squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
+        omega, shapes = np.sqrt(np.maximum(squares, 0.0)), root.T @ vectors
     omega[omega <= SAME * omega.max(initial=0.0)] = 0.0
     motions = list(_motions(machine, set(turning)))
-    modes = _told_apart(root.T @ vectors, omega, motions)
+    modes = _told_apart(shapes, omega, motions)
     lossy = bool(damping.any() or hysteretic.any())
     found = []
     for frequency, mode in zip(omega, modes.T, strict=True):

@@ -10,6 +10,7 @@ from vibopt.forms.rational import sampled
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import transfer
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
+from vibopt.mechanics.modes import undamped
 from vibopt.signals import Band, Drive
 
 SPEEDS = 70
@@ -135,17 +136,10 @@ def _speeds(model: Model, drive: Drive, p: FloatArray) -> FloatArray:
 
 
 def _modes(model: Model, p: FloatArray) -> FloatArray:
-    """Undamped natural frequencies of many designs [rad/s], shape (n, n_free)."""
+    """Undamped natural frequencies of many designs [rad/s], shape (n, n_modes)."""
     n = model.n_free
     mass, stiffness = (_matrices(model, p, kind) for kind in (INERTIA, STIFFNESS))
-    squares: FloatArray
-    if n == 1:
-        squares = stiffness[:, :, 0] / mass[:, :, 0]
-    else:
-        root = np.linalg.inv(np.linalg.cholesky(mass))
-        squares = np.asarray(np.linalg.eigvalsh(root @ stiffness @ np.swapaxes(root, 1, 2)), dtype=float)
-    modes: FloatArray = np.sqrt(np.maximum(squares, 0.0))
-    return modes
+    return np.asarray(np.sqrt(stiffness[:, :, 0] / mass[:, :, 0])) if n == 1 else undamped(mass, stiffness)
 
 
 def _matrices(model: Model, p: FloatArray, kind: int) -> FloatArray:

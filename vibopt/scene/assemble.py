@@ -108,8 +108,9 @@ def reference(scene: Scene, name: str) -> Monomial:
     if table.tuning_to is not None:
         return Monomial(table.tuning_to.value)
     model, mode = model_of(replace(bare(scene), off={})), table.mode or 1
-    if mode > model.n_free:
-        raise NoReferenceError(f"there is no mode {mode}: without absorbers there are {model.n_free}")
+    many = int((~model.massless).sum())
+    if mode > many:
+        raise NoReferenceError(f"there is no mode {mode}: without absorbers there are {many}")
     asked = [term for term in model.terms if term.kind in (INERTIA, STIFFNESS)]
     if not any(term.exponents.any() for term in asked):
         found = natural_frequencies(model, model.values(np.ones(model.n_vars)))

@@ -308,14 +308,15 @@ def _at_once(scene: Scene, path: Path, response: RandomResponse, name: str, mist
 
 def _falls(scene: Scene, base: str) -> dict[str, float]:
     """Per point the power of the frequency with which its motion under that of a base falls off; inf if it stays."""
-    joined = [(*ends, 2 - _passes(scene, link)) for link, ends in places.ends(scene).items()]
+    joined = [(*ends, _passes(scene, link)) for link, ends in places.ends(scene).items()]
+    resists = {one: max(hands for a, b, hands in joined if one in (a, b)) for one in places.joints(scene)}
     groups = [table.names for table in scene.structures.values()]
     falls = {one: float("inf") for one in (*places.points(scene), GROUND)} | {base: 0.0}
     for _ in falls:
-        for a, b, step in joined:
+        for a, b, hands in joined:
             for one, other in ((a, b), (b, a)):
                 if one != GROUND and other in places.moving(scene):
-                    falls[other] = min(falls[other], falls[one] + step)
+                    falls[other] = min(falls[other], falls[one] + resists.get(other, 2) - hands)
         for names in groups:
             falls |= {one: min(falls[other] for other in names) for one in names}
     return falls
@@ -329,11 +330,16 @@ def _passes(scene: Scene, link: str) -> int:
 
 def _damped(table: Device) -> bool:
     """Whether a link has a damper, or may be given one."""
-    for key in ("damping", "damping_ratio"):
+    for key in ("damping", "torsional_damping", "damping_ratio"):
         given = getattr(table, key, None)
         if given is not None and getattr(given, "value", 1.0) > 0.0:
             return True
     return False
+
+
+def damped_links(scene: Scene) -> list[str]:
+    """Links that have a damper, or may be given one."""
+    return [link for _, name, table in places.devices(scene) if _damped(table) for link in table.joins(name)]
 
 
 def _read_links(scene: Scene, response: RandomResponse) -> list[tuple[str, int]]:

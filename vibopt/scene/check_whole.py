@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.excitations.excitation import Transient
@@ -55,13 +56,18 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
     low, high = np.array([[one.low, one.high] for one in scene.variables]).reshape(-1, 2).T
     least, most = model.extent(low, np.where(np.isfinite(high), high, low))
     free = model.vectors[:, : model.n_free]
-    mass, damping, stiffness = (
+    mass, damping, stiffness, held = (
         (free[model.kinds == kind].T * one[model.kinds == kind]) @ free[model.kinds == kind]
-        for kind, one in ((INERTIA, np.maximum(least, _LIGHT * most)), (DAMPING, most), (STIFFNESS, most))
+        for kind, one in (
+            (INERTIA, np.maximum(least, _LIGHT * most)),
+            (DAMPING, most),
+            (STIFFNESS, most),
+            (DAMPING, np.maximum(least, _LIGHT * most)),
+        )
     )
-    fades, turns = (
-        float(np.abs(np.linalg.eigvals(np.linalg.solve(mass, one))).max(initial=0.0)) for one in (damping, stiffness)
-    )
+    heavy, slow = ~model.massless, model.massless & (np.diag(held) > 0.0)
+    fades, turns = (_fastest(mass, one, heavy) for one in (damping, stiffness))
+    fades = max(fades, _fastest(held, stiffness, slow))
     for name, one in scene.excitations.items():
         if not isinstance(one, Transient):
             continue
@@ -85,6 +91,12 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
                     f"excitations.{name} lasts {one.length:.4g} s, and {how}, more than the {known} that are "
                     f"followed. {smaller}, or leave out a link that is as good as {rigid}.",
                 )
+
+
+def _fastest(against: FloatArray, matrix: FloatArray, among: BoolArray) -> float:
+    """Greatest size of a value of one matrix over another, on some coordinates (n,)."""
+    parts = (one[among][:, among] for one in (against, matrix))
+    return float(np.abs(np.linalg.eigvals(np.linalg.solve(*parts))).max(initial=0.0))
 
 
 def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:

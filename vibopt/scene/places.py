@@ -141,6 +141,13 @@ def is_whole(scene: Scene) -> bool:
 
 
 @once
+def joints(scene: Scene) -> list[str]:
+    """Bodies without mass at which no inerter ends: what joins links, and nothing else."""
+    heavy = {end for _, name, table in devices(scene) if table.passes > 1 for end in table.joins(name)[name]}
+    return [name for name, body in scene.bodies.items() if body.massless and name not in heavy]
+
+
+@once
 def turning(scene: Scene) -> set[str]:
     """Points that turn about an axis: bodies with an inertia, and the absorbers on them."""
     found = {name for name, body in scene.bodies.items() if body.turns}

@@ -139,7 +139,7 @@ def word(text: str) -> PydanticCustomError:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What a number must be: dimension, sign, and whether it may be a choice."""
+    """What a number must be: dimension, sign, whether it may be a choice, and whether, as a fact, it may be zero."""
 
     dimension: str
     amplitude: bool = False
@@ -147,6 +147,7 @@ class Rule:
     sign: str = "positive"
     most: float = float("inf")
     tolerance: bool = False
+    zero: bool = False
 
     @property
     def may_be_off(self) -> bool:
@@ -176,6 +177,7 @@ def number(
     most: float = float("inf"),
     required: bool = False,
     tolerance: bool = False,
+    zero: bool = False,
 ) -> Any:
     """Field of a table that reads a Fact (or a Choice) of one dimension.
 
@@ -195,8 +197,10 @@ def number(
         Whether the key must be there.
     tolerance
         Whether a tolerance may be given although the number may not be chosen.
+    zero
+        Whether it may be zero as a fact, whatever its sign must be.
     """
-    rule = Rule(dimension, amplitude, choice, sign, most, tolerance)
+    rule = Rule(dimension, amplitude, choice, sign, most, tolerance, zero)
     return ruled(RuleSchema(rule), required=required)
 
 
@@ -385,7 +389,8 @@ def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:
 
 def _read_fact(rule: Rule, given: object) -> Fact:
     quantity = read_quantity(given, rule.dimension, amplitude=rule.amplitude)
-    rule.check(quantity.value)
+    if not (rule.zero and quantity.value == 0.0):
+        rule.check(quantity.value)
     return Fact(quantity.value, quantity.unit, quantity.echo)
 
 

@@ -9,6 +9,7 @@ rings and what is driven are never told apart.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -22,6 +23,7 @@ from vibopt.mechanics.machine import Course, Machine
 from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
 from vibopt.signals import Line
+from vibopt.verify.states import States
 
 _TURN, _SOFT = 0.5, 8.0
 """Radians of force and fastest motion in a step; how much faster may decay what does not swing."""
@@ -100,22 +102,22 @@ class Followed:
         return line
 
     @cached_property
+    def _states(self) -> States:
+        return States(replace(self.machine, bases=()), (self.excitation.on,))
+
+    @cached_property
     def _system(self) -> tuple[FloatArray, FloatArray]:
         """Rates of positions and velocities (2 n, 2 n), and what a force of one adds (2 n,)."""
-        mass, damping, stiffness, _ = self.machine.matrices()
-        count = len(mass)
-        push = np.zeros(2 * count)
-        unit = np.array([name == self.excitation.on for name in self.machine.masses], dtype=float)
-        push[count:] = np.linalg.solve(mass, unit)
-        pulled = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
-        return np.vstack([np.eye(count, 2 * count, count), pulled]), push
+        system, loads = self._states.matrices
+        return system, loads[:, 0]
 
     def _vibrating(self, speed: float) -> ComplexArray:
         """Steady vibration at one speed, (2 n,); infinite at an undamped resonance."""
         system, push = self._system
         size = self._line.amplitude.at(np.array([speed]))[0]
+        empty = ~system.any(axis=1)  # rates of joints
         try:
-            return np.asarray(np.linalg.solve(1j * speed * np.eye(len(push)) - system, push * size))
+            return np.asarray(np.linalg.solve(np.diag(1j * speed + empty) - system, push * size))
         except np.linalg.LinAlgError:
             return np.full(len(push), np.inf, dtype=complex)
 
@@ -172,13 +174,9 @@ class Followed:
 
     def _read(self, response: TransientResponse, times: FloatArray, states: ComplexArray, rising: bool) -> ComplexArray:
         """The response as a complex number at each time."""
-        system, push = self._system
-        count, force = len(self.machine.masses), self._force(times, rising)
-        rates = system @ states + push[:, None] * force
-        points: dict[str, Any] = {
-            name: np.array([states[i], states[count + i], rates[count + i]])
-            for i, name in enumerate(self.machine.masses)
-        }
+        force: Any = self._force(times, rising)
+        seen: Any = self._states.read(states, force[None, :])  # type: ignore[arg-type]
+        points: dict[str, Any] = dict(zip(self._states.places, seen.transpose(1, 0, 2), strict=True))
         points |= {name: np.zeros((3, len(times))) for name in self.machine.bases}
         forces: dict[str, Any] = {name: force * (name == self.excitation.on) for name in self.machine.masses}
         read: Any = response.trace(self.machine, Course(points, forces))

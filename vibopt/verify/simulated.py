@@ -23,6 +23,7 @@ from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
+from vibopt.verify.states import States
 
 _RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
 _STIFF = 2e5
@@ -111,9 +112,8 @@ class Simulated:
         """Whether a reading grows without end behind the load: s^2 / (s - A) of the state is what drifts, as s -> 0."""
         if not self.excitations:
             return False
-        moved, low = self._matrices[0], self._spans[-_LOOKS][0]
+        system, low = self._states.matrices[0], self._spans[-_LOOKS][0]
         count = len(self._places)
-        system = np.vstack([np.eye(count, 2 * count, count), moved])
         s = _SLOW / self._look
         state = self._run(len(self._spans) - _LOOKS)(low)
         drift = s**2 * np.linalg.solve(s * np.eye(2 * count) - system, state)
@@ -152,9 +152,13 @@ class Simulated:
         return []
 
     @cached_property
+    def _states(self) -> States:
+        return States(self.machine, tuple(one.on for one in self.excitations))
+
+    @property
     def _places(self) -> list[str]:
         """Bodies, and bases behind them."""
-        return [*self.machine.masses, *self.machine.bases]
+        return self._states.places
 
     def _fastest(self, number: int) -> float:
         """Fastest rate on a stretch [1/s]: of the machine, and of the signals while they last."""
@@ -168,44 +172,22 @@ class Simulated:
     def _loaded(self, number: int) -> bool:
         return number < len(self._spans) - _LOOKS
 
-    @cached_property
-    def _matrices(self) -> tuple[FloatArray, FloatArray]:
-        """Accelerations from positions and velocities, (n, 2 n), and from the signals, (n, n_signals)."""
-        machine, count, bodies = self.machine, len(self._places), len(self.machine.masses)
-        mass, damping, stiffness, _ = machine.matrices()
-        pulled, pushed = np.zeros((bodies, 2 * count)), np.zeros((count, len(self.excitations)))
-        pulled[:, :bodies], pulled[:, count : count + bodies] = -stiffness, -damping
-        for column, one in enumerate(self.excitations):
-            pushed[self._places.index(one.on), column] = 1.0
-        for joint in machine.joints:
-            for here, there in (joint.ends, joint.ends[::-1]):
-                if here in machine.masses and there in machine.bases:
-                    row, base = self._places.index(here), self._places.index(there)
-                    pulled[row, base] += joint.stiffness
-                    pulled[row, count + base] += joint.damping
-                    pushed[row] += joint.inertance * pushed[base]
-        moved = np.zeros((count, 2 * count))
-        moved[:bodies] = np.linalg.solve(mass, pulled)
-        pushed[:bodies] = np.linalg.solve(mass, pushed[:bodies])
-        return moved, pushed
-
     def _signals(self, time: FloatArray) -> FloatArray:
         return np.array([one.signal(time) for one in self.excitations])
 
     def _start(self, number: int) -> FloatArray:
         """Positions and velocities of bodies and bases at the beginning of a stretch, as blows have left them."""
         time = self._spans[number][0]
-        kicked = self._matrices[1] @ np.array([one.blows.get(time, 0.0) for one in self.excitations])
-        struck = np.concatenate([np.zeros(len(kicked)), kicked])
+        struck: FloatArray = self._states.matrices[1] @ np.array([one.blows.get(time, 0.0) for one in self.excitations])
         if number == 0:
             return struck
-        found: FloatArray = np.asarray(self._runs[-1](time)) + struck
+        found: FloatArray = np.asarray(self._runs[-1](time), dtype=float) + struck
         if number == len(self._spans) - _LOOKS:
             for base in self.machine.bases:
                 every = [one for one in self.excitations if one.on == base]
                 if all(one.returns for one in every):  # back to the last digit, or rounding would carry it away
-                    at = self._places.index(base)
-                    found[[at, at + len(kicked)]] = np.sum([(0.0, 0.0), *(one.course(time) for one in every)], axis=0)
+                    at, came = self._places.index(base), [(0.0, 0.0), *(one.course(time) for one in every)]
+                    found[[at, at + len(self._places)]] = np.sum(came, axis=0)
         return found
 
     @property
@@ -215,11 +197,12 @@ class Simulated:
 
     def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
         """Rates of the states on a stretch of time."""
-        edge, (moved, pushed) = _INSIDE * (high - low), self._matrices
+        edge, (system, loads) = _INSIDE * (high - low), self._states.matrices
 
         def rates(time: float, now: FloatArray) -> FloatArray:
-            shaken = pushed @ self._signals(np.array([min(max(time, low + edge), high - edge)]))[:, 0]
-            return np.concatenate([now[len(now) // 2 :], moved @ now + shaken])
+            signals = self._signals(np.array([min(max(time, low + edge), high - edge)]))[:, 0]
+            found: FloatArray = system @ now + loads @ signals
+            return found
 
         return rates
 
@@ -266,9 +249,7 @@ class Simulated:
         """States against time on a long stretch, by Duhamel's integral in so many steps, each by Gauss's rule."""
         from scipy.linalg import expm
 
-        (moved, pushed), places = self._matrices, len(self._places)
-        system = np.vstack([np.eye(places, 2 * places, places), moved])
-        loads = np.vstack([np.zeros_like(pushed), pushed])
+        (system, loads), places = self._states.matrices, len(self._places)
         step, edge = (high - low) / count, _INSIDE * (high - low)
         times: FloatArray = low + step * np.arange(count, dtype=float)
 
@@ -302,10 +283,8 @@ class Simulated:
         from scipy.interpolate import CubicHermiteSpline
         from scipy.signal import lsim
 
-        moved, pushed = self._matrices
+        system, loads = self._states.matrices
         count, step = len(self._places), self.excitations[0].step
-        system = np.vstack([np.eye(count, 2 * count, count), moved])
-        loads = np.vstack([np.zeros_like(pushed), pushed])
         fine = int(np.ceil(_POINTS * self._fastest(0) * step / (2.0 * np.pi)))
         times = np.linspace(0.0, high, round(high / step) * fine + 1)
         signals = self._signals(times).T
@@ -344,9 +323,8 @@ class Simulated:
         return found
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
-        signals, (moved, pushed) = self._signals(time), self._matrices
-        faster, count = moved @ states + pushed @ signals, len(self._places)
-        points = {name: np.array([states[i], states[count + i], faster[i]]) for i, name in enumerate(self._places)}
+        signals = self._signals(time)
+        points = dict(zip(self._places, self._states.read(states, signals).transpose(1, 0, 2), strict=True))
         forces = dict.fromkeys(self.machine.masses, np.zeros(len(time)))
         for one, signal in zip(self.excitations, signals, strict=True):
             if one.on in forces:
@@ -355,9 +333,8 @@ class Simulated:
 
     def _ringing(self, best: tuple[float, float], response: TransientResponse) -> tuple[float, float]:
         """The greater of the best so far and of what rings on behind the last look, by modes."""
-        moved, count = self._matrices[0], len(self._places)
         low = self._spans[-_LOOKS][0]
-        rates, shapes = np.linalg.eig(np.vstack([np.eye(count, 2 * count, count), moved]))
+        rates, shapes = np.linalg.eig(self._states.matrices[0])
         if np.linalg.cond(shapes) > _DEFECTIVE:
             return best
         state = self._run(len(self._spans) - _LOOKS)(low)

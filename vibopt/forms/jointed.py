@@ -1,0 +1,72 @@
+"""White noise on machines with joints that have no mass, as one system of first order: z' = A z + b w, y = c z."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.arrays import FloatArray
+from vibopt.forms.peak_in_time import matrices, reading
+from vibopt.mechanics.joints import first_order
+from vibopt.mechanics.model import INERTIA, Model
+from vibopt.signals import Noise, Output
+
+Numbers = NDArray[Any]
+_NOTHING = 1e-11
+"""Part of its own size below which a share of the noise that is read at once is rounding."""
+
+
+def under_force(
+    model: Model, output: Output, noise: Noise, p: Numbers, ride: FloatArray | None
+) -> tuple[Numbers, Numbers, Numbers] | None:
+    """A, b, c under a force, or relative to a base with which the machine can `ride` (n_free,); None where infinite."""
+    n = model.n_free
+    mass, damping, stiffness = (each[:n, :n] for each in matrices(model, p))
+    one = first_order(mass, damping, stiffness, n)
+    read = reading(model, output, p)
+    load, direct = noise.vector[:n], 0.0
+    if ride is not None:
+        own = p * (model.kinds == INERTIA) * ~model.inerters
+        load = -(model.vectors[:, :n].T * own) @ (model.vectors[:, :n] @ ride)
+        direct = float(output.row[:n] @ ride) if output.power == 2 else 0.0
+    b, c = one.struck @ load, np.zeros(len(one.rates), dtype=one.rates.dtype)
+    through: Any = direct
+    size = abs(direct)
+    for order, row in enumerate((read.row, read.rates, read.inertia), start=read.power):
+        along = row[:n] @ one.places
+        for left in range(order, 0, -1):
+            felt = along @ b
+            if left > 1 and abs(felt) > _NOTHING * float(np.abs(along) @ np.abs(b)):
+                return None  # its derivative is read
+            through, size = through + felt * (left == 1), size + float(np.abs(along) @ np.abs(b)) * (left == 1)
+            along = along @ one.rates
+        c = c + along
+    return None if abs(through) > _NOTHING * size else (one.rates, b, c)
+
+
+def under_displacement(
+    model: Model, output: Output, noise: Noise, p: Numbers
+) -> tuple[Numbers, Numbers, Numbers] | None:
+    """A, b, c where a base's displacement u is the noise: the states less what its rate adds; None where infinite."""
+    n = model.n_free
+    one = first_order(*matrices(model, p), n)
+    own, bases = one.own, model.n_coords - n
+    read, vector = reading(model, output, p), noise.vector[n:]
+    row = read.row @ one.places + (read.rates @ one.places) @ one.rates
+    a, at, fast = one.rates[:own, :own], one.rates[:own, own : own + bases] @ vector, one.rates[:own, own + bases :]
+    kick = fast @ vector
+    b, c = at + a @ kick, row[:own]
+    direct = [row[own : own + bases] @ vector + c @ kick, row[own + bases :] @ vector]
+    sizes = [np.abs(row[own : own + bases] * vector).sum() + np.abs(c * kick).sum(), np.abs(direct[1])]
+    if read.inertia.any() or abs(direct[1]) > _NOTHING * sizes[1] or abs(direct[0]) > _NOTHING * sizes[0]:
+        return None
+    for _ in range(output.power):
+        if abs(c @ b) > _NOTHING * np.abs(c * b).sum():
+            return None
+        c = a.T @ c
+    return a, b, c
+
+
+__all__ = ["under_displacement", "under_force"]

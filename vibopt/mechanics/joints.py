@@ -1,0 +1,123 @@
+"""Points without mass: what only springs hold follows at once, what a damper holds follows at a rate of first order.
+
+Of all free coordinates those with mass come first, then those that a damper holds; what no damper reaches is a static
+function of the others and drops out exactly.  Coefficients may be complex, an imaginary part being a slope.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vibopt.arrays import IntArray
+from vibopt.records import dataclass
+
+Numbers = NDArray[Any]
+"""Real, or complex with the imaginary part as a slope."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condensed:
+    """A machine in the coordinates that are left: with mass, held by dampers, bases.
+
+    mass, damping, stiffness
+        (n + n_bases, n + n_bases) each.
+    n, heavy
+        Number of free coordinates, and of those of them that have mass.
+    lift
+        All coordinates from these, (n_coords, n + n_bases).
+    quick
+        Coordinates that dropped out: only springs hold them.
+    """
+
+    mass: Numbers
+    damping: Numbers
+    stiffness: Numbers
+    n: int
+    heavy: int
+    lift: Numbers
+    quick: IntArray
+
+
+def massless(mass: Numbers, n_free: int) -> IntArray:
+    """Free coordinates that no mass resists, ascending."""
+    return np.flatnonzero(~np.asarray(mass)[:n_free].any(axis=1))
+
+
+def condensed(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) -> Condensed:
+    """The machine without the coordinates that only springs hold; matrices (n_coords, n_coords)."""
+    light = massless(mass, n_free)
+    slow = np.diag(damping).real[light] > 0.0
+    heavy = np.setdiff1d(np.arange(n_free), light)
+    own = np.concatenate([heavy, light[slow]])
+    kept, quick = np.concatenate([own, np.arange(n_free, len(mass))]), light[~slow]
+    lift = np.zeros((len(mass), len(kept)), dtype=np.result_type(mass, damping, stiffness))
+    lift[kept, np.arange(len(kept))] = 1.0
+    if len(quick):
+        lift[quick] = -np.linalg.solve(stiffness[np.ix_(quick, quick)], stiffness[np.ix_(quick, kept)])
+    whole = np.ix_(kept, kept)
+    return Condensed(mass[whole], damping[whole], lift.T @ stiffness @ lift, len(own), len(heavy), lift, quick)
+
+
+def eliminated(elastic: Numbers, braked: Numbers, heavy: int) -> Numbers:
+    """Accelerations of what has mass, rates of the rest, from places and rates of all that has mass or is prescribed.
+
+    elastic, braked (n, half) are forces per place and rate, where all masses are one; the result (n, 2 half) has
+    nothing in the columns of rates that are no states.
+    """
+    n, half = elastic.shape
+    rows = -np.hstack([elastic, braked])
+    rows[:, half + heavy : half + n] = 0.0
+    rest = np.linalg.solve(braked[heavy:, heavy:n], rows[heavy:])
+    rows[:heavy] -= braked[:heavy, heavy:n] @ rest
+    rows[heavy:] = rest
+    return rows
+
+
+@dataclass(frozen=True, slots=True)
+class FirstOrder:
+    """z' = rates z + struck f + shaken a, under forces on the free coordinates and accelerations of the bases.
+
+    rates (N, N), struck (N, n_free), shaken (N, n_bases).
+    places
+        All coordinates from the states, (n_coords, N).
+    own
+        Number of states of the free coordinates, which are the first.
+    """
+
+    rates: Numbers
+    struck: Numbers
+    shaken: Numbers
+    places: Numbers
+    own: int
+
+
+def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) -> FirstOrder:
+    """A machine as one system of first order; states are places, then rates, of the free coordinates, then of bases."""
+    one = condensed(mass, damping, stiffness, n_free)
+    n, half, heavy = one.n, len(one.mass), one.heavy
+    inverse = np.linalg.inv(one.mass[:heavy, :heavy])
+    parts = [np.concatenate([inverse @ both[:heavy], both[heavy:n]]) for both in (one.stiffness, one.damping)]
+    rows = eliminated(parts[0], parts[1], heavy)
+    whole = np.zeros((2 * half, 2 * half), dtype=rows.dtype)
+    moving = np.r_[:heavy, n:half]
+    whole[moving, half + moving] = 1.0
+    whole[heavy:n] = rows[heavy:]
+    whole[half : half + heavy] = rows[:heavy]
+    pushed = np.zeros((2 * half, n), dtype=rows.dtype)
+    pushed[heavy:n, heavy:] = np.linalg.inv(one.damping[heavy:n, heavy:n])
+    pushed[half : half + heavy, :heavy] = inverse
+    pushed[half : half + heavy, heavy:] = -parts[1][:heavy, heavy:n] @ pushed[heavy:n, heavy:]
+    shaken = np.zeros((2 * half, half - n), dtype=rows.dtype)
+    shaken[half : half + heavy] = -inverse @ one.mass[:heavy, n:]
+    shaken[half + n :] = np.eye(half - n)
+    order = np.r_[:n, half : half + heavy, n:half, half + n : 2 * half]
+    places = np.zeros((len(mass), 2 * half), dtype=rows.dtype)
+    places[:, :half] = one.lift
+    lifted = one.lift[:n_free, :n].T
+    return FirstOrder(whole[np.ix_(order, order)], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy)
+
+
+__all__ = ["Condensed", "FirstOrder", "condensed", "eliminated", "first_order", "massless"]

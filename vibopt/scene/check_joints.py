@@ -1,0 +1,118 @@
+"""Whether joints without mass are held, and what is not asked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vibopt.document.mistakes import Mistakes
+from vibopt.scene import places
+from vibopt.scene.check_random import damped_links
+from vibopt.scene.scene import Scene
+
+
+def check_joints(scene: Scene, mistakes: Mistakes) -> None:
+    """Add what is wrong with bodies of no mass: each is held by springs, and nothing refers to a mass of theirs."""
+    empty = [name for name, body in scene.bodies.items() if body.massless]
+    if not empty:
+        return
+    light = places.joints(scene)
+    others = [*places.raw(scene, "structures"), *(name for name, body in scene.bodies.items() if body.freedoms)]
+    if others:
+        mistakes.add(
+            ("bodies", empty[0], "mass"),
+            f"bodies.{empty[0]} has no mass, beside {others[0]}. A joint without mass is answered among bodies "
+            "along one line. Give it its mass, or leave the other out.",
+        )
+    if set(empty) == {*scene.bodies, *scene.absorbers}:
+        mistakes.add(
+            ("bodies", empty[0]), 'nothing has a mass, so that nothing vibrates. Give a body its mass: "300 kg".'
+        )
+    _held(scene, light, mistakes)
+    _braked(scene, light, mistakes)
+    _ratios(scene, empty, mistakes)
+    wheels = [
+        (name, ends)
+        for _, name, table in places.devices(scene)
+        if table.passes > 1
+        for ends in table.joins(name).values()
+    ]
+    for name, ends in wheels:
+        if set(ends) <= set(empty):
+            mistakes.add(
+                ("inerters", name, "between"),
+                f"inerters.{name} joins {ends[0]} and {ends[1]}, which have no mass. Together they float: put one of "
+                "its ends on a body with mass, on a base or on the ground.",
+            )
+    for name, excitation in scene.excitations.items():
+        if excitation.on in empty and excitation.kind == "unbalance":
+            mistakes.add(
+                ("excitations", name, "on"),
+                f"excitations.{name} is an unbalance on {excitation.on}, which has no mass. What turns there has one: "
+                'give it, or write kind = "force".',
+            )
+
+
+def _reached(start: Iterable[str], joined: list[tuple[str, str]], among: set[str]) -> set[str]:
+    """Of some points those to which a chain leads from others."""
+    found = set(start)
+    for _ in among:
+        found |= {one for ends in joined if found & set(ends) for one in ends if one in among}
+    return found
+
+
+def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
+    """A chain of springs leads from each joint to what has mass or is a support."""
+    ends = places.ends(scene)
+    springs = [ends[name] for name in places.springs(scene)]
+    held = _reached(set(places.points(scene)) - set(light), springs, set(light))
+    for name in light:
+        ways = [link for link, two in ends.items() if name in two]
+        if name in held:
+            if len(ways) > 1 or any(one.on == name for one in scene.excitations.values()):
+                continue
+            text = f"only {ways[0]} ends at it, which so carries nothing. Join a second link to it, or leave both out."
+        elif len(ways) > 1:
+            text = (
+                "no spring holds it, so that it drifts under any steady force. Of dampers in a row write one: 1/c = "
+                "1/c1 + 1/c2."
+            )
+        else:
+            text = "nothing holds it. Join links with stiffness and damping to it, or leave it out."
+        mistakes.add(("bodies", name), f"bodies.{name} has no mass, and {text}")
+
+
+def _braked(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
+    """Dampers between joints lead on to something that moves by itself."""
+    ends = places.ends(scene)
+    dampers = [ends[name] for name in damped_links(scene)]
+    reached = _reached(set(places.points(scene)) - set(light), dampers, set(light))
+    for name in light:
+        other = next((two[0] if two[1] == name else two[1] for two in dampers if name in two), None)
+        if other is not None and name not in reached:
+            mistakes.add(
+                ("bodies", name),
+                f"bodies.{name} has no mass, and a damper joins it to {other}, which has none either, with springs "
+                "alone on both sides. Springs and a damper in a row act in any order: put the springs in a row, as "
+                "1/k = 1/k1 + 1/k2, and leave one joint out.",
+            )
+            return
+
+
+def _ratios(scene: Scene, empty: list[str], mistakes: Mistakes) -> None:
+    """Ratios, absorbers and the sums that need a mass."""
+    for family, name, table in places.devices(scene):
+        base = getattr(table, "relative_to", None)
+        if base in empty:
+            mistakes.value(
+                (family, name, "relative_to"), base, "has no mass to which a ratio could refer. Name another body."
+            )
+    for name, absorber in scene.absorbers.items():
+        if absorber.host in empty:
+            mistakes.value(
+                ("absorbers", name, "on"),
+                absorber.host,
+                "has no mass: an absorber works against one. Name a body with mass, or write it as a body and a link.",
+            )
+
+
+__all__ = ["check_joints"]

@@ -1,0 +1,111 @@
+"""The machine as built in states: places of bodies and bases, then their rates, and how these change.
+
+A joint without mass keeps its balance of forces at every instant: a damper there says its rate, springs alone say its
+place.  Neither is a state of its own beyond that, and the slot of its rate, or of both, stays empty.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.mechanics.machine import Machine
+from vibopt.records import dataclass
+
+
+@dataclass(frozen=True)
+class States:
+    """Rates of the states, and what is read of them; of a machine under forces on bodies, accelerations of bases.
+
+    machine
+        As built, without structures.
+    acts
+        Places on which signals of one act, by name.
+    """
+
+    machine: Machine
+    acts: tuple[str, ...]
+
+    @cached_property
+    def places(self) -> list[str]:
+        """Bodies, and bases behind them."""
+        return [*self.machine.masses, *self.machine.bases]
+
+    @cached_property
+    def matrices(self) -> tuple[FloatArray, FloatArray]:
+        """Rates from states (2 n, 2 n), and from the signals (2 n, n_signals)."""
+        moved, pushed, count = *self._forced, len(self.places)
+        system, loads = np.eye(2 * count, k=count), np.zeros((2 * count, len(self.acts)))
+        system[count:], loads[count:] = moved, pushed
+        for one in np.flatnonzero(self._light):
+            system[one], loads[one] = moved[one], pushed[one]
+            system[count + one] = loads[count + one] = 0.0
+        return system, loads
+
+    def read(self, states: FloatArray, signals: FloatArray) -> FloatArray:
+        """Displacements, velocities and accelerations (3, n, n_times) at states (2 n, n_times) under signals."""
+        (system, loads), count = self.matrices, len(self.places)
+        rates = system @ states + loads @ signals
+        if not self._light.any():
+            return np.array([states[:count], states[count:], rates[count:]])
+        fast = system[:count] @ rates
+        fast[~self._light] = rates[count:][~self._light]
+        return np.array([self._seen @ one for one in (states[:count], rates[:count], fast)])
+
+    @cached_property
+    def _light(self) -> BoolArray:
+        """Joints at each place, (n,)."""
+        return np.concatenate([self.machine.jointed, np.zeros(len(self.machine.bases), dtype=bool)])
+
+    @cached_property
+    def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Inertia, damping and stiffness over all places, each (n, n); those of the bases as links pull on bodies."""
+        count, number = len(self.places), {name: i for i, name in enumerate(self.places)}
+        found = np.zeros((3, count, count))
+        for i, mass in enumerate(self.machine.masses.values()):
+            found[0, i, i] = mass
+        for joint in self.machine.joints:
+            row = np.zeros(count)
+            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
+                if end in number:
+                    row[number[end]] = sign
+            for kind, value in enumerate((joint.inertance, joint.damping, joint.stiffness)):
+                found[kind] += value * np.outer(row, row)
+        return found[0], found[1], found[2]
+
+    @cached_property
+    def _seen(self) -> FloatArray:
+        """Places from those that are states, (n, n): joints that only springs hold follow."""
+        _, damping, stiffness = self._parts
+        quick = self._light & (np.diag(damping) == 0.0)
+        seen = np.diag(np.where(quick, 0.0, 1.0))
+        if quick.any():
+            seen[quick] = np.linalg.solve(stiffness[np.ix_(quick, quick)], -stiffness[quick] * ~quick)
+        return seen
+
+    @cached_property
+    def _forced(self) -> tuple[FloatArray, FloatArray]:
+        """Accelerations of what has mass and rates of joints, from states (n, 2 n) and signals (n, n_signals)."""
+        mass, damping, stiffness = self._parts
+        count, bodies, light = len(self.places), len(self.machine.masses), self._light
+        quick = light & (np.diag(damping) == 0.0)
+        pushed = np.zeros((count, len(self.acts)))
+        for column, name in enumerate(self.acts):
+            pushed[self.places.index(name), column] = 1.0
+        free = np.arange(bodies)
+        unknown = np.where(light, damping, mass)[:bodies, :bodies]  # what multiplies accelerations, rates of joints
+        unknown[:, quick[:bodies]] = 0.0
+        unknown[free[quick[:bodies]], free[quick[:bodies]]] = 1.0
+        slow = damping * ~light  # rates that are states
+        pulled = -np.hstack([stiffness @ self._seen if light.any() else stiffness, slow])[:bodies]
+        pulled[quick[:bodies]] = 0.0
+        forced = pushed[:bodies] - mass[:bodies, bodies:] @ pushed[bodies:]
+        moved = np.zeros((count, 2 * count))
+        moved[:bodies] = np.linalg.solve(unknown, pulled)
+        pushed[:bodies] = np.linalg.solve(unknown, forced)
+        return moved, pushed
+
+
+__all__ = ["States"]
