@@ -170,50 +170,34 @@ class Machine:
         """
         if np.iscomplexobj(omega) or self.loose or (bases and len(self.masses) < WORTH):
             return self._shake_stretched(omega, forces, bases)
-        if len(self.masses) >= WORTH and omega.size > _MANY and self._modes is not None:
-            return self._shake_modes(self._modes, omega, forces, bases)
         names = list(self.masses)
-        n, count = len(names), omega.size
-        flat = np.ravel(omega)
-        matrix = np.zeros((count, 2 * n, 2 * n))
-        right = np.zeros((count, 2 * n))
+        load = np.zeros((*omega.shape, len(names)), dtype=complex)
         for i, name in enumerate(names):
-            inertia = self.masses[name] * flat**2
-            matrix[:, i, i] -= inertia
-            matrix[:, n + i, n + i] -= inertia
-            force = np.ravel(forces.get(name, np.zeros(omega.shape)))
-            right[:, i] += force.real
-            right[:, n + i] += np.imag(force)
-        for joint in self.joints:
-            self._add_joint(joint, names, flat, matrix, right, bases)
-        both = _solve_real(matrix, right)
-        points = {name: (both[:, i] + 1j * both[:, n + i]).reshape(omega.shape) for i, name in enumerate(names)}
+            load[..., i] = forces.get(name, 0.0)
+        for joint in self.joints if bases else ():
+            for here, there in (joint.ends, joint.ends[::-1]):
+                if here in self.masses and there in bases:
+                    load[..., names.index(here)] += joint.dynamic(omega) * bases[there]
+        if len(names) >= WORTH and omega.size > _MANY and self._modes is not None:
+            moved = self._modes.motion(load, omega)
+        else:
+            mass, damping, stiffness, hysteretic = self._equations
+            flat = np.ravel(omega)[:, None, None]
+            elastic, dash = stiffness - flat**2 * mass, flat * damping + hysteretic
+            moved = _harmonic(elastic, dash, load.reshape(-1, len(names))).reshape(load.shape)
+        points = {name: moved[..., i] for i, name in enumerate(names)}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
         return Motion(points, forces, omega)
 
     @cached_property
-    def _modes(self) -> Modal | None:
-        mass, damping, stiffness, hysteretic = self.matrices()
-        return decompose(mass, damping, stiffness + 1j * hysteretic)
+    def _equations(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        return self.matrices()
 
-    def _shake_modes(
-        self, modal: Modal, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
-    ) -> Motion:
-        """As `shake`, through complex modes: for many frequencies of a large machine."""
-        names = list(self.masses)
-        load = np.zeros((*omega.shape, len(names)), dtype=complex)
-        for name, force in forces.items():
-            load[..., names.index(name)] += force
-        for joint in self.joints:
-            for here, there in (joint.ends, joint.ends[::-1]):
-                if here in self.masses and there in bases:
-                    load[..., names.index(here)] += joint.dynamic(omega) * bases[there]
-        moved = modal.motion(load, omega)
-        points = {name: moved[..., i] for i, name in enumerate(names)}
-        for base in self.bases:
-            points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
-        return Motion(points, forces, omega)
+    @cached_property
+    def _modes(self) -> Modal | None:
+        mass, damping, stiffness, hysteretic = self._equations
+        return decompose(mass, damping, stiffness + 1j * hysteretic)
 
     def _shake_stretched(
         self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
@@ -266,37 +250,6 @@ class Machine:
             rows[new] = rows[known] + unit[number[new]]
         points = {name: rows[name] for name in number}
         return points, {one.name: rows[one.ends[1]] - rows[one.ends[0]] for one in self.joints}
-
-    def _add_joint(
-        self,
-        joint: Joint,
-        names: list[str],
-        omega: FloatArray,
-        matrix: FloatArray,
-        right: FloatArray,
-        bases: dict[str, ComplexArray],
-    ) -> None:
-        n = len(names)
-        stiff = joint.dynamic(omega)
-        spring, dash = stiff.real, stiff.imag
-        for here, there in (joint.ends, joint.ends[::-1]):
-            if here not in self.masses:
-                continue
-            i = names.index(here)
-            matrix[:, i, i] += spring
-            matrix[:, i, n + i] -= dash
-            matrix[:, n + i, i] += dash
-            matrix[:, n + i, n + i] += spring
-            if there in self.masses:
-                j = names.index(there)
-                matrix[:, i, j] -= spring
-                matrix[:, i, n + j] += dash
-                matrix[:, n + i, j] -= dash
-                matrix[:, n + i, n + j] -= spring
-            elif there in bases:
-                y = np.ravel(bases[there])
-                right[:, i] += spring * y.real - dash * y.imag
-                right[:, n + i] += dash * y.real + spring * y.imag
 
     def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Force of the whole joint on its second end [N], positive along the coordinate."""
