@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from dataclasses import field
 from operator import itemgetter
 from pathlib import Path as FilePath
 from typing import Any
@@ -32,6 +31,8 @@ _WORDS = {
     "verification": "the weights are the correction, which stays on",
 }
 _AMOUNTS = {"mass", "weight", "unbalance", "amplitude"}
+_NONE = "-–—"
+"""Signs that stand for an empty cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,10 @@ class Column:
         """Key of [[runs]] for a column of the run itself."""
         return "name" if self.name == "run" else self.name
 
+    def is_at(self, path: Path) -> bool:
+        """Whether its cells hold the value at the path within a run: ("speed",), ("readings", "a")."""
+        return path[-1:] == (self.key,) if self.name in OWN else path[1:] == (self.name,)
+
     @property
     def place(self) -> str:
         """As in the messages: column C ("left mass [g]")."""
@@ -61,27 +66,32 @@ class Column:
         return f"column {letter(self.index)}{quoted}"
 
 
+Row = Sequence[str]
+
+
 @dataclass
 class CsvMistakes(Mistakes):
     """Mistakes of a CSV file, said with row and column.
 
-    places
-        By path of a value as [[runs]] would have it: its row (from 1, as the spreadsheet counts) and column.
     columns
-        First column of each sensor, for rows that were read in one piece.
+        Of the file, None where nothing is known of one.
+    rows
+        Of each run its number (from 1, as the spreadsheet counts) and cells.
     """
 
-    places: dict[Path, tuple[int, Column | None]] = field(default_factory=dict)
-    columns: dict[str, Column] = field(default_factory=dict)
+    columns: Sequence[Column | None] = ()
+    rows: Sequence[tuple[int, Row]] = ()
 
     def place(self, path: Path) -> tuple[int, Column | None]:
-        """Row and column of the nearest place known."""
-        if path not in self.places and len(path) == 4 and str(path[3]) in self.columns:
-            return self.places[path[:2]][0], self.columns[str(path[3])]
-        for length in range(len(path), 0, -1):
-            if path[:length] in self.places:
-                return self.places[path[:length]]
-        return 0, None
+        """Row and column of ("cell", row, index) and ("header", row), or of a value as [[runs]] would have it."""
+        if path[0] != "runs":
+            column = next((one for one in self.columns if one is not None and one.index in path[2:]), None)
+            return (int(path[1]), column) if len(path) > 1 else (0, None)
+        if len(path) < 2 or int(path[1]) >= len(self.rows):
+            return 0, None
+        row, cells = self.rows[int(path[1])]
+        there = (one for cell, one in zip(cells, self.columns, strict=False) if one is not None and cell.strip(_NONE))
+        return row, next((one for one in there if one.is_at(path[2:])), None)
 
     def at(self, path: Path) -> str:
         row, column = self.place(path)
@@ -95,9 +105,6 @@ class CsvMistakes(Mistakes):
 
     def value(self, path: Path, given: object, text: str) -> None:
         self.add(path, f"{toml_text(given)} {text}")
-
-
-Row = Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,32 +166,27 @@ class Cells:
 
 
 def run_of(
-    index: int, row: int, cells: Row, readings: WrittenByName | None, said: Cells, mistakes: CsvMistakes
+    index: int, row: int, cells: Row, readings: WrittenByName | None, said: Cells, mistakes: Mistakes
 ) -> dict[str, Any]:
     """One row as a [[runs]] table; `readings` where they are read already."""
     run: dict[str, Any] = {}
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
-    mistakes.places[("runs", index)] = (row, None)
     if readings is not None and said.plain is not None:
         every = zip(said.plain.others(cells), said.plain.columns, strict=True)
     else:
         every = zip(cells, said.columns, strict=False)
     for raw, column in every:
-        if not raw or column is None or not raw.strip("-–—"):
+        if not raw or column is None or not raw.strip(_NONE):
             continue
-        place = (row, column)
-        mistakes.places[("cell", index)] = place
-        cell = said.read(raw, column, ("cell", index), mistakes)
+        path = ("cell", row, column.index)
+        cell = said.read(raw, column, path, mistakes)
         if column.name in OWN:
-            mistakes.places[("runs", index, column.key)] = place
-            run.update(_own(column, cell, ("cell", index), mistakes))
-            continue
-        parts.setdefault(column.name, {})[column.part] = (column, cell)
-        for family in ("weights", "readings"):
-            mistakes.places.setdefault(("runs", index, family, column.name), place)
+            run.update(_own(column, cell, path, mistakes))
+        else:
+            parts.setdefault(column.name, {})[column.part] = (column, cell)
     run["_values"], run["_readings"] = {}, readings
     for name, part in parts.items():
-        run["_values"].update(_value(name, part, (index, row), said, mistakes))
+        run["_values"].update(_value(name, part, row, said, mistakes))
     if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):
         both = counted(len(cells), "cells"), counted(len(said.columns), "columns")
         mistakes.add(("runs", index), f"has {both[0]}, but the heading names {both[1]}.")
@@ -204,17 +206,15 @@ def _own(column: Column, cell: str, path: Path, mistakes: Mistakes) -> dict[str,
 
 
 def _value(
-    name: str, part: Mapping[str, tuple[Column, str]], at: tuple[int, int], said: Cells, mistakes: CsvMistakes
+    name: str, part: Mapping[str, tuple[Column, str]], row: int, said: Cells, mistakes: Mistakes
 ) -> dict[str, str]:
     """Size and angle of a weight or a reading as one text by its name; nothing where it was complained about."""
-    index, row = at
     if "amount" not in part:
         column, cell = part["angle"]
         beside = next(one for one in said.columns if one is not None and (one.name, one.part) == (name, "amount"))
         what = "weight" if name in said.planes else "amplitude"
-        mistakes.places[("cell", index)] = (row, column)
         mistakes.value(
-            ("cell", index), cell,
+            ("cell", row, column.index), cell,
             f"is an angle without its {what}. Write the {what} in {beside.place}"
             f"{', or empty this cell' if name in said.planes else ''}.",
         )  # fmt: skip
@@ -226,20 +226,19 @@ def _value(
     told = (column, cell if column.what in _AMOUNTS and "@" not in cell else ""), angle or (column, "")
     for one, text in told:
         if one.unit and _UNIT_BEHIND.search(bare(text, one.unit)):
-            mistakes.places[("cell", index)] = (row, one)
-            mistakes.value(("cell", index), text, f'has a unit of its own. Write the number alone, in "{one.unit}".')
+            mistakes.value(
+                ("cell", row, one.index), text, f'has a unit of its own. Write the number alone, in "{one.unit}".'
+            )
             return {}
-    mistakes.places[("cell", index)] = (row, column)
+    place = ("cell", row, column.index)
     if name in said.planes and _is_zero(amount):
         cells = "this cell and that of its angle" if angle else "this cell"
-        mistakes.value(
-            ("cell", index), amount, f"is a trial weight of zero. Where no weight is on, empty {cells}."
-        )  # fmt: skip
+        mistakes.value(place, amount, f"is a trial weight of zero. Where no weight is on, empty {cells}.")
         return {}
     if angle is None:
         return {name: amount}
     if "@" in amount:
-        mistakes.value(("cell", index), amount, f"has an angle, and so has {angle[0].place}. Empty one of the two.")
+        mistakes.value(place, amount, f"has an angle, and so has {angle[0].place}. Empty one of the two.")
         return {name: amount}
     return {name: f"{amount} @ {bare(angle[1], angle[0].unit)} {angle[0].unit}".strip()}
 
@@ -277,12 +276,13 @@ def read_csv(
         return [], mistakes
     (header_row, header), *body = sheet.rows
     own, parts = list(planes), [_column(heading, index) for index, heading in enumerate(header)]
+    mistakes.rows = body
     names = list(sensors) or [column.name for column in parts if column.what == "amplitude"]
-    columns = _columns(parts, header_row, own, names, mistakes)
+    columns = mistakes.columns = _columns(parts, header_row, own, names, mistakes)
     _check_parts(columns, header_row, own, mistakes)
     if mistakes.found:
         return [], mistakes
-    said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names, mistakes))
+    said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names))
     readings = said.readings([cells for _, cells in body])
     runs = [
         run_of(index, row, cells, own, said, mistakes)
@@ -293,15 +293,13 @@ def read_csv(
     return runs, mistakes
 
 
-def _plain(columns: Sequence[Column | None], sensors: Sequence[str], mistakes: CsvMistakes) -> Plain | None:
+def _plain(columns: Sequence[Column | None], sensors: Sequence[str]) -> Plain | None:
     """How rows of numbers are read in one piece: every sensor has a column for its size and one for its angle."""
     at = {(one.name, one.what): index for index, one in enumerate(columns) if one is not None}
     sizes, angles = ([at.get((name, what), -1) for name in sensors] for what in ("amplitude", "angle"))
     if -1 in sizes or -1 in angles or not sensors:
         return None
     units, turns = (tuple(one.unit for one in map(columns.__getitem__, own) if one) for own in (sizes, angles))
-    firsts = [columns[min(both)] for both in zip(sizes, angles, strict=True)]
-    mistakes.columns.update((name, one) for name, one in zip(sensors, firsts, strict=True) if one is not None)
     taken = {*sizes, *angles}
     others = [index for index in range(len(columns)) if index not in taken]
     rest = tuple(columns[index] for index in others)
@@ -320,17 +318,17 @@ def _columns(
 ) -> list[Column | None]:
     known, named = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors], {*planes, *sensors}
     columns = [_known_column(part, named) for part in parts]
+    mistakes.columns = [Column("", part.index, "", "", "") for part in parts]
     for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
         if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown
             name = heading_of(part.heading)[0]
-            mistakes.places[("header", index)] = (row, Column("", index, "", "", ""))
             mistakes.value(
-                ("header", index), part.heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
+                ("header", row, index), part.heading, f"names no plane and no sensor of this job.{way_out(name, known)}"
             )
     if not any(column is not None and column.name in sensors for column in columns):
-        mistakes.places[("header",)] = (row, None)
         mistakes.add(
-            ("header",), f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".'
+            ("header", row),
+            f'no column holds a sensor. Write for example "{(sensors or ["a"])[0]} amplitude [mil pp]".',
         )
     return columns
 
@@ -346,7 +344,6 @@ def _known_column(column: Column, named: Container[str]) -> Column | None:
 def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[str], mistakes: CsvMistakes) -> None:
     """Each column holds something of its own, and no angle stands without its amount."""
     first: dict[tuple[str, str], Column] = {}
-    mistakes.places[("header",)] = (row, None)
     for column in columns:
         if column is None:
             continue
@@ -354,13 +351,13 @@ def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[st
         if other is not column:
             what = "the angle of " if column.part == "angle" else "" if column.name in OWN else "the size of "
             mistakes.add(
-                ("header",),
+                ("header", row),
                 f"{other.place} and {column.place} both hold {what}{column.name}. Keep one, or rename the other.",
             )
     for (name, part), column in first.items():
         if part == "angle" and (name, "amount") not in first:
             heading = f"{name} mass [g]" if name in planes else f"{name} amplitude [mil pp]"
-            mistakes.add(("header",), f'{column.place} has no column beside it for the size. Add one, "{heading}".')
+            mistakes.add(("header", row), f'{column.place} has no column beside it for the size. Add one, "{heading}".')
 
 
 def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
