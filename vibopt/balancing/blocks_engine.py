@@ -22,9 +22,10 @@ def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
     job = outcome.job
     if outcome.status == "infeasible":
         return [*engine_nearest(outcome), Block("Notes", FOOT, outcome.notes)]
+    method = (outcome.method,) if outcome.method not in ("", "none") else ()
     return [
         _build(outcome, job), _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *rows_of(outcome),
-        Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, _method(outcome)),
+        Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, method),
     ]  # fmt: skip
 
 
@@ -36,10 +37,6 @@ def engine_nearest(outcome: Answer[EngineJob]) -> list[Block]:
     weights = replace(_weights(near, outcome.job), title="The nearest weights")
     cranks = replace(_cranks(near, outcome.job), title="Its cylinders")
     return [weights, cranks, nearest_block(outcome)]
-
-
-def _method(outcome: Answer[EngineJob]) -> tuple[str, ...]:
-    return (outcome.method,) if outcome.method not in ("", "none") else ()
 
 
 @dataclass(frozen=True, slots=True)

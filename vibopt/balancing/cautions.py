@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.entry import Checked
 from vibopt.answer.plan import Fitting, Remedy
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fitting import amplitude, weight_text
@@ -26,7 +26,8 @@ def warning(job: RotorJob, found: Conditioning) -> str:
     """The sentence that names the planes; "" where all are told apart."""
     if not found.near:
         return ""
-    names = _and([job.planes[index].name for index in found.near])
+    *first, last = [job.planes[index].name for index in found.near]
+    names = f"{', '.join(first)} and {last}"
     if not found.alike:
         return (
             f"Planes {names} act nearly alike: condition number {found.number:.2g}; errors of the readings come out "
@@ -42,15 +43,16 @@ def remedies(
     """As asked, each alike plane left out, the mass penalised, and caps from the plane left out."""
     question = posed.question
     tried: list[tuple[str, ComplexArray | None]] = [("as asked", u)]
-    for plane in found.near:
-        tried.append((f"{job.planes[plane].name}{LEFT_OUT}", solve_question(without_plane(question, [plane])).u))
+    for k in found.near:
+        tried.append((f"{job.planes[k].name}{LEFT_OUT}", solve_question(without_plane(question, [k])).u))
     single = [one for _, one in tried[1:] if one is not None]
     if found.alike and not question.is_discrete and question.goal != "correction":
         tried.append(("mass penalised", solve_question(penalised(question, job.free)).u))
         if single:
             largest = min(float(np.abs(one).max()) for one in single)
             capped = replace(question, caps=np.minimum(question.caps, largest))
-            tried.append((f"caps of {_cap_text(job, found.alike[0], largest)}", solve_question(capped).u))
+            plane = job.planes[found.alike[0]]
+            tried.append((f"caps of {plane.show(plane.amount(largest), 3)}", solve_question(capped).u))
     return tuple(remedy_of(job, name, one, identified, noise) for name, one in tried if one is not None)
 
 
@@ -102,19 +104,7 @@ def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified,
             )
         )
     rms = float(np.sqrt(np.mean((weight * left) ** 2)))
-    return Remedy(name, amplitude(job, row, float(left[row])), _goal_entry(job, rms), masses, band)
-
-
-def _goal_entry(job: RotorJob, value: float) -> Entry:
-    return amplitude(job, 0, value)
-
-
-def _cap_text(job: RotorJob, plane: int, u: float) -> str:
-    return job.planes[plane].show(job.planes[plane].amount(u), 3)
-
-
-def _and(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} and {names[-1]}"
+    return Remedy(name, amplitude(job, row, float(left[row])), amplitude(job, 0, rms), masses, band)
 
 
 READING = 0.01

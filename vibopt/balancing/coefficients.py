@@ -8,12 +8,12 @@ from typing import Any
 
 from vibopt.balancing.conventions import CHOICES, Conventions, read_amplitude, split_angle
 from vibopt.balancing.parse_machine import read_conventions
-from vibopt.balancing.parse_runs import Measured, kind_of, same_speed
+from vibopt.balancing.parse_runs import Measured, kind_of, speed_index
 from vibopt.balancing.planes import MASS, Plane, read_weight
 from vibopt.balancing.rotor_job import RotorJob, Sensor
-from vibopt.balancing.rotor_tables import InfluenceTable, known_keys, listed_tables, read_table, read_value
+from vibopt.balancing.rotor_tables import InfluenceTable, known_keys, listed_tables, place_of, read_table, read_value
 from vibopt.document.mistakes import Mistakes, Path
-from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.errors import InputError, QuantityError
 from vibopt.records import dataclass
 from vibopt.units import read_quantity, to_unit
 
@@ -73,7 +73,7 @@ def _is_mine(given: Mapping[str, Any], mine: Mapping[str, Sequence[str]], measur
         speed = read_quantity(given["speed"], "angular_rate").value if "speed" in given else None
     except QuantityError:
         return True  # said where it is read
-    at = speed is None or any(same_speed(speed, one) for one in measured.speeds)
+    at = speed is None or speed_index(speed, measured.speeds) is not None
     return at and all(given.get(key) in known for key, known in mine.items() if isinstance(given.get(key), str))
 
 
@@ -100,8 +100,8 @@ def _listed(
         table = read_table(InfluenceTable, given, path, mistakes)
         if table is None:
             continue
-        plane = _find((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
-        sensor = _find((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
+        plane = place_of((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
+        sensor = place_of((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
         speed = _speed_of(path, table, document, measured, mistakes)
         if plane is None or sensor is None or speed is None:
             continue
@@ -111,13 +111,6 @@ def _listed(
         if value is not None:
             found[speed, sensor, plane] = value
     return found
-
-
-def _find(path: Path, name: str, what: str, known: list[str], mistakes: Mistakes) -> int | None:
-    if name in known:
-        return known.index(name)
-    mistakes.value(path, name, f"names no {what} of this job.{way_out(name, known)}")
-    return None
 
 
 def _speed_of(
@@ -130,15 +123,14 @@ def _speed_of(
             path, f'influence[{int(path[1]) + 1}] has no speed, but the runs have several. Write speed = "1200 rpm".'
         )
         return None
-    for index, speed in enumerate(measured.speeds):
-        if same_speed(table.speed.value, speed):
-            return index
-    mistakes.add(
-        (*path, "speed"),
-        f"influence[{int(path[1]) + 1}] is for a speed at which no run as found was made. Add that run, or remove "
-        f"the coefficient.",
-    )
-    return None
+    index = speed_index(table.speed.value, measured.speeds)
+    if index is None:
+        mistakes.add(
+            (*path, "speed"),
+            f"influence[{int(path[1]) + 1}] is for a speed at which no run as found was made. Add that run, or remove "
+            f"the coefficient.",
+        )
+    return index
 
 
 def _coefficient(text: object, conventions: Conventions, plane: Plane, sensor: Sensor) -> complex:

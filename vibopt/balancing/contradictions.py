@@ -98,7 +98,7 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
             sets.append(
                 (
                     f"with {_named(of.whole, one.out)}{_AGAINST[len(one.out) > 1]}",
-                    replace(of.job, odd=_less(of.job.odd, one.out)),
+                    replace(of.job, odd=tuple(run for run in of.job.odd if run not in one.out)),
                 )
             )
         elif not one.told:
@@ -155,10 +155,6 @@ def _kept_by_bands(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     )
     todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {either}."
     return replace(plan, status="unproven", claim=claim).with_plan(words=(todo, *plan.plan.words))
-
-
-def _less(odd: Runs, out: Sequence[int]) -> Runs:
-    return tuple(one for one in odd if one not in out)
 
 
 def _named(job: RotorJob, runs: Sequence[int]) -> str:

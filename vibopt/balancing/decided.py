@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
 from vibopt.balancing.planes import Fitted, Plane, read_fitted, unit_of
-from vibopt.balancing.rotor_tables import read_value
+from vibopt.balancing.rotor_tables import read_each
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.units import best_unit, to_unit
 
@@ -43,12 +43,9 @@ def with_fitted(path: Path, plane: Plane, table: Mapping[str, Any], mistakes: Mi
             f"{idle[0]} out, or write {key} as a range {{ from, to }}.",
         )
         return plane
-    read = [
-        read_value((*path, key, index) if isinstance(given, list) else (*path, key), one, mistakes, read_fitted, plane)
-        for index, one in enumerate(listed)
-    ]
+    fitted = read_each((*path, key), given, mistakes, read_fitted, plane)
     unit = next((unit for one in listed if (unit := unit_of(one, plane))), plane.unit)
-    return replace(plane, fitted=tuple(one for one in read if one is not None), unit=unit)
+    return replace(plane, fitted=tuple(fitted), unit=unit)
 
 
 def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Fitted]) -> dict[str, Any]:

@@ -97,7 +97,7 @@ def permitted(quality: Quality) -> Permitted:
     """What the rotor may keep."""
     eccentricity = quality.grade / quality.speed
     whole = quality.mass * eccentricity
-    names = [name for name, _ in quality.bearings]
+    names, ends = [name for name, _ in quality.bearings], [place for _, place in quality.bearings]
     allowed = whole * shares(quality)
     places = dict(quality.planes) or dict(quality.bearings)
     carried = _carried(quality, allowed, places)
@@ -107,7 +107,7 @@ def permitted(quality: Quality) -> Permitted:
         dict(zip(names, allowed.tolist(), strict=True)),
         carried,
         {name: value - quality.measurement_error for name, value in carried.items()},
-        not _inboard(quality),
+        not min(ends) <= quality.centre_of_mass <= max(ends),
     )
 
 
@@ -151,8 +151,3 @@ def _carried(quality: Quality, allowed: FloatArray, places: Mapping[str, float])
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(K @ reference > 0.0, allowed / (K @ reference), inf).min()
     return {name: float(most * value) for name, value in zip(places, reference, strict=True)}
-
-
-def _inboard(quality: Quality) -> bool:
-    low, high = sorted(place for _, place in quality.bearings)
-    return low <= quality.centre_of_mass <= high

@@ -40,7 +40,8 @@ class Priced:
 
     def with_words(self) -> dict[str, Checked]:
         """The limits with their prices."""
-        return {name: replace(one, price=_price(self.words.get(name))) for name, one in self.limits.items()}
+        said = {name: Price(words) for name, words in self.words.items() if words}
+        return {name: replace(one, price=said.get(name)) for name, one in self.limits.items()}
 
     def caps(self) -> dict[str, Price]:
         """Prices of the planes' own caps, by their path."""
@@ -88,10 +89,6 @@ def limit_answers(
     if asked.question.is_search or is_limited():
         words = dict(words)
     return Priced(answers, words, asking.notes())
-
-
-def _price(said: str | None) -> Price | None:
-    return Price(said) if said else None
 
 
 class _Asking:

@@ -8,11 +8,20 @@ from typing import Any
 
 from vibopt.balancing.conventions import Conventions, read_amplitude, split_angle
 from vibopt.balancing.grades import Quality
-from vibopt.balancing.parse_runs import SAME_SPEED
+from vibopt.balancing.parse_runs import speed_index
 from vibopt.balancing.planes import UNBALANCE, Plane
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorGoal, Scatter, Sensor
 from vibopt.balancing.rotor_tables import CorrectionLimit as CorrectionTable
-from vibopt.balancing.rotor_tables import GoalTable, QualityTable, ScatterTable, named_tables, read_table, read_value
+from vibopt.balancing.rotor_tables import (
+    GoalTable,
+    QualityTable,
+    ScatterTable,
+    named_tables,
+    optional_table,
+    place_of,
+    read_table,
+    read_value,
+)
 from vibopt.balancing.rotor_tables import ResidualLimit as ResidualTable
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
@@ -26,9 +35,7 @@ ROBUST = ("worst", "mean")
 
 def read_scatter(document: Mapping[str, Any], conventions: Conventions, mistakes: Mistakes) -> Scatter | None:
     """Standard deviation of single readings, where given."""
-    if "scatter" not in document:
-        return None
-    table = read_table(ScatterTable, document["scatter"], ("scatter",), mistakes)
+    table = optional_table(ScatterTable, document, "scatter", mistakes)
     if table is None:
         return None
     ratio, amplitude, angle = 0.0, 0.0, 0.0
@@ -112,10 +119,9 @@ def _residual(
     if table is None:
         return None
     names = [sensor.name for sensor in sensors]
-    if table.at is not None and table.at not in names:
-        mistakes.value((*path, "at"), table.at, f"names no sensor of this job.{way_out(table.at, names)}")
+    sensor = None if table.at is None else place_of((*path, "at"), table.at, "sensor", names, mistakes)
+    if sensor is None and table.at is not None:
         return None
-    sensor = None if table.at is None else names.index(table.at)
     speed = None if table.speed is None else _speed_index(path, table.speed, given, speeds, mistakes)
     ones = [sensors[sensor]] if sensor is not None else list(sensors)
     bound = read_value((*path, "at_most"), table.at_most, mistakes, _bound, conventions, ones)
@@ -139,9 +145,9 @@ def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -
 
 
 def _speed_index(path: Path, speed: Fact, given: object, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
-    for index, one in enumerate(speeds):
-        if abs(speed.value - one) <= SAME_SPEED * one:
-            return index
+    index = speed_index(speed.value, speeds)
+    if index is not None:
+        return index
     text = given["speed"] if isinstance(given, Mapping) else given
     known = ", ".join(show(one, speed.unit, "angular_rate") for one in speeds)
     mistakes.value((*path, "speed"), text, f"is a speed at which nothing was measured. Measured: {known}.")
@@ -158,10 +164,9 @@ def _correction(
     if (table.of is None) != table.total:
         mistakes.add(path, f'limits.{name} needs either of = "{names[0]}" or total = true.')
         return None
-    if table.of is not None and table.of not in names:
-        mistakes.value((*path, "of"), table.of, f"names no plane of this job.{way_out(table.of, names)}")
+    index = None if table.of is None else place_of((*path, "of"), table.of, "plane", names, mistakes)
+    if index is None and table.of is not None:
         return None
-    index = None if table.of is None else names.index(table.of)
     asked = planes if index is None else [planes[index]]
     bound = read_value((*path, "at_most"), table.at_most, mistakes, _amount, asked)
     return CorrectionLimit(name, index, *bound) if bound else None
@@ -188,9 +193,7 @@ def read_goal(
     mistakes: Mistakes,
 ) -> RotorGoal:
     """The goal; least squares without one."""
-    if "goal" not in document:
-        return RotorGoal()
-    table = read_table(GoalTable, document["goal"], ("goal",), mistakes)
+    table = optional_table(GoalTable, document, "goal", mistakes)
     if table is None:
         return RotorGoal()
     if table.minimise not in RESPONSES:
@@ -271,10 +274,8 @@ def read_quality(
     known: Sequence[str] = (),
 ) -> Quality | None:  # fmt: skip
     """The grade asked for, with the places along the shaft; `known` are the correction planes of the job, if any."""
-    if "quality" not in document:
-        return None
     path: Path = ("quality",)
-    table = read_table(QualityTable, document["quality"], path, mistakes)
+    table = optional_table(QualityTable, document, "quality", mistakes)
     if table is None:
         return None
     before = len(mistakes.found)

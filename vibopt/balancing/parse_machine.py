@@ -25,10 +25,19 @@ from vibopt.balancing.plane_options import (
 )
 from vibopt.balancing.planes import MASS, UNBALANCE, Drill, Plane, open_arcs, read_arc
 from vibopt.balancing.rotor_job import Sensor
-from vibopt.balancing.rotor_tables import DrillTable, PlaneTable, SensorTable, named_tables, read_table, read_value
+from vibopt.balancing.rotor_tables import (
+    DrillTable,
+    PlaneTable,
+    SensorTable,
+    named_tables,
+    positive,
+    read_each,
+    read_table,
+    read_value,
+)
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError
-from vibopt.units import Detector, read_quantity
+from vibopt.units import Detector
 from vibopt.units.spelling import split_detector
 from vibopt.values.fields import read_end
 
@@ -127,16 +136,8 @@ def _radii(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, 
     listed = given if isinstance(given, list) else [given]
     if not listed:
         mistakes.value(path, given, 'is an empty list. Write radius = "150 mm".')
-    read = [read_value(path, one, mistakes, _positive, "length") for one in listed]
-    good = [one for one in read if one is not None]
+    good = [found for one in listed if (found := read_value(path, one, mistakes, positive, "length")) is not None]
     return tuple(sorted({value for value, _ in good})), good[0][1] if good else "mm"
-
-
-def _positive(given: object, dimension: str) -> tuple[float, str]:
-    found = read_quantity(given, dimension)
-    if not found.value > 0.0:
-        raise QuantityError("is not greater than zero.")
-    return found.value, found.unit
 
 
 def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mistakes) -> tuple[str, float, str]:
@@ -214,8 +215,7 @@ def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
             path, given, 'is no count and no list of angles. Write holes = 24, or holes = ["0 deg", "30 deg"].'
         )
         return ()
-    read = [read_value((*path, index), one, mistakes, read_angle) for index, one in enumerate(given)]
-    holes = tuple(one for one in read if one is not None)
+    holes = tuple(read_each(path, given, mistakes, read_angle))
     if len(holes) == len(given) and (twice := listed_twice(holes)):
         mistakes.add(path, f"{'.'.join(map(str, path))} {twice}")
     return holes
@@ -228,8 +228,7 @@ def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, 
     if not isinstance(given, list) or not given:
         mistakes.value(path, given, 'is no list of weights. Write shelf = ["5 g", "10 g"].')
         return (), (), ""
-    read = [read_value((*path, index), one, mistakes, _on_the_shelf) for index, one in enumerate(given)]
-    good = [one for one in read if one is not None]
+    good = read_each(path, given, mistakes, _on_the_shelf)
     found = {mass: many for mass, _, many in good}
     if len({(mass, many) for mass, _, many in good}) > len(found):
         mistakes.value(path, given, "names a weight twice with different stocks. Write it once, with all there are.")
@@ -241,13 +240,13 @@ def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, 
 def _on_the_shelf(given: object) -> tuple[float, str, float]:
     """Mass, unit and number of a weight: "5 g", or { mass = "5 g", stock = 3 }."""
     if not isinstance(given, Mapping):
-        return *_positive(given, "mass"), inf
+        return *positive(given, "mass"), inf
     stock = given.get("stock")
     if set(given) != {"mass", "stock"} or isinstance(stock, bool) or not isinstance(stock, int) or stock < 1:
         raise QuantityError(
             'is no weight with its stock. Write { mass = "5 g", stock = 3 } with 1 or more, or leave the weight out.'
         )
-    return *_positive(given["mass"], "mass"), float(stock)
+    return *positive(given["mass"], "mass"), float(stock)
 
 
 def _check_stock(planes: Sequence[Plane], mistakes: Mistakes) -> None:
@@ -267,11 +266,8 @@ def _check_stock(planes: Sequence[Plane], mistakes: Mistakes) -> None:
 
 
 def _forbidden(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, float], ...]:
-    if given is None:
-        return ()
-    listed = given if isinstance(given, list) else [given]
-    read = [read_value((*path, index), one, mistakes, read_arc) for index, one in enumerate(listed)]
-    return tuple(one for one in read if one is not None)
+    listed = given if isinstance(given, list) or given is None else [given]
+    return tuple(read_each(path, listed or [], mistakes, read_arc))
 
 
 def _drill(path: Path, table: PlaneTable, mistakes: Mistakes) -> Drill | None:

@@ -16,12 +16,11 @@ from vibopt.balancing.conventions import Amplitude, Conventions, read_angle, rea
 from vibopt.balancing.csv_runs import read_csv
 from vibopt.balancing.planes import Plane, read_weight, unit_of
 from vibopt.balancing.rotor_job import Run, Sensor
-from vibopt.balancing.rotor_tables import RunTable, listed_tables, read_table, read_value
+from vibopt.balancing.rotor_tables import RunTable, listed_tables, positive, read_table, read_value
 from vibopt.balancing.written import Written, WrittenByName, numbers, phasors
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
 from vibopt.records import dataclass
-from vibopt.units import read_quantity
 from vibopt.units.parsing import LARGEST
 from vibopt.units.spelling import split_detector
 from vibopt.values import Fact
@@ -108,7 +107,8 @@ def read_runs(
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
     groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], [not one.any() for one in weights])
-    of_speed = {speed: _group_of(speed, groups) for speed, _ in dict.fromkeys(speeds)}
+    near = {speed: [abs(one - speed) for one in groups] for speed, _ in dict.fromkeys(speeds)}
+    of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
         Run(
             raw.label,
@@ -420,15 +420,7 @@ def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[f
             raw.path, f'run "{raw.label}" has no speed. Write speed = "1200 rpm" in each run, or once at the top level.'
         )
         return 0.0, ""
-    found = read_value(("speed",), document["speed"], mistakes, _top_speed)
-    return found or (0.0, "")
-
-
-def _top_speed(given: object) -> tuple[float, str]:
-    found = read_quantity(given, "angular_rate")
-    if not found.value > 0.0:
-        raise QuantityError("is not greater than zero.")
-    return found.value, found.unit
+    return read_value(("speed",), document["speed"], mistakes, positive, "angular_rate") or (0.0, "")
 
 
 def _groups(
@@ -449,5 +441,6 @@ def same_speed(speed: float, other: float) -> bool:
     return abs(speed - other) <= SAME_SPEED * other
 
 
-def _group_of(speed: float, groups: Sequence[float]) -> int:
-    return min(range(len(groups)), key=lambda index: abs(groups[index] - speed))
+def speed_index(speed: float, speeds: Sequence[float]) -> int | None:
+    """Which of the speeds is the same; None where nothing was measured at it."""
+    return next((index for index, one in enumerate(speeds) if same_speed(speed, one)), None)

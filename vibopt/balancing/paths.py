@@ -60,7 +60,8 @@ def fact_in(document: Mapping[str, Any], path: str) -> FactAt:
         if not isinstance(here, Mapping | list):
             return fact_among(_leaf(steps[:count], here, above, _detector(document)) or facts_of(document), path)
         above, here = (here if isinstance(here, Mapping) else above), _below(here, step)
-    return fact_among(_walked(steps, here, above, _detector(document)) if _is_leaf(here) else facts_of(document), path)
+    is_leaf = here is not None and not isinstance(here, Mapping | list)
+    return fact_among(_walked(steps, here, above, _detector(document)) if is_leaf else facts_of(document), path)
 
 
 def _below(here: Any, step: str) -> Any:
@@ -69,10 +70,6 @@ def _below(here: Any, step: str) -> Any:
         return here.get(step)
     index = int(step) - 1 if step.isdigit() else -1
     return here[index] if 0 <= index < len(here) else None
-
-
-def _is_leaf(value: Any) -> bool:
-    return value is not None and not isinstance(value, Mapping | list)
 
 
 def _detector(document: Mapping[str, Any]) -> Detector | None:

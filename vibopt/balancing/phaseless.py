@@ -25,7 +25,7 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.plan_values import OFF
 from vibopt.balancing.question import Solved
 from vibopt.balancing.question_prices import solve_question
-from vibopt.balancing.rotor_job import RotorJob, Run
+from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed, pose
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
@@ -103,14 +103,11 @@ def _agreeing(job: RotorJob, row: int, choices: Sequence[tuple[Circle, ...]]) ->
         for plane, circle in zip(job.free, choice, strict=True):
             H[plane] = circle.gain * np.exp(-1j * np.angle(circle.w0))
         y0 = choice[0].gain * abs(choice[0].w0) if len(choice) == 1 else initial
-        scored.append((_misfit(mixed, sensor, y0, H), y0, H))
+        misfits = (abs(abs(y0 + H @ run.weights) - abs(run.readings[sensor])) for run in mixed)
+        scored.append((max(misfits, default=0.0), y0, H))
     best = min(one[0] for one in scored)
     slack = 0.05 * max(initial, max(abs(run.readings[sensor]) for run in runs))
     return [one for one in scored if one[0] <= best + slack] if mixed else scored
-
-
-def _misfit(runs: Sequence[Run], sensor: int, y0: float, H: ComplexArray) -> float:
-    return max((abs(abs(y0 + H @ run.weights) - abs(run.readings[sensor])) for run in runs), default=0.0)
 
 
 def circles(weights: ComplexArray, amplitudes: FloatArray) -> tuple[Circle, ...]:

@@ -72,30 +72,18 @@ def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray
         "quality.eccentricity": Entry(allowed.eccentricity, "length", "µm"),
         "quality.kind": Word("outboard" if allowed.outboard else "inboard"),
     }
-    found.update(
-        {
-            f"quality.bearings.{name}.permissible": Entry(one, "unbalance", "g mm")
-            for name, one in allowed.at_bearings.items()
-        }
-    )
-    found.update(
-        {
-            f"quality.planes.{name}.permissible": Entry(one, "unbalance", "g mm")
-            for name, one in allowed.at_planes.items()
-        }
-    )
-    found.update(
-        {f"quality.planes.{name}.may_show": Entry(one, "unbalance", "g mm") for name, one in allowed.to_measure.items()}
-    )
+    for family, key, amounts in (
+        ("bearings", "permissible", allowed.at_bearings),
+        ("planes", "permissible", allowed.at_planes),
+        ("planes", "may_show", allowed.to_measure),
+    ):
+        found |= {f"quality.{family}.{name}.{key}": Entry(one, "unbalance", "g mm") for name, one in amounts.items()}
     left = dict(quality.residual) or _remaining(job, identified, u)
     if left:
         result = earned(quality, left)
-        found.update(
-            {
-                f"quality.bearings.{name}.left": Entry(one, "unbalance", "g mm")
-                for name, one in result.at_bearings.items()
-            }
-        )
+        found |= {
+            f"quality.bearings.{name}.left": Entry(one, "unbalance", "g mm") for name, one in result.at_bearings.items()
+        }
         found["quality.earned"] = Entry(result.grade, "velocity", "mm/s")
         found["quality.met"] = Word("yes" if result.met else "no")
         found["quality.worst_at"] = Word(result.worst_at)

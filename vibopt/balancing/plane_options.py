@@ -110,7 +110,7 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
     padded_u, padded_mass = np.append(single, 0.0), np.append(mass, 0.0)
     u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
     same = np.isclose(mass[:, None], np.array(kinds, dtype=float)[None, :], rtol=1e-9, atol=0.0)
-    takes = np.append(same.astype(float), _row(kinds), axis=0)
+    takes = np.append(same.astype(float), np.zeros((1, len(kinds))), axis=0)
     kept = masses <= plane.cap * (1.0 + 1e-12)
     return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
 
@@ -153,10 +153,6 @@ def _fillings(
         rows.append(grown)
         last = grown
     return np.concatenate(rows)
-
-
-def _row(kinds: Sequence[float]) -> FloatArray:
-    return np.zeros((1, len(kinds)))
 
 
 def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Options:

@@ -253,10 +253,7 @@ def _split_weight(text: str, example: str) -> tuple[str, float]:
             f'has no angle. Write "{example}".' if "@" not in text else f'has more than one "@". Write "{example}".'
         )
     front, _, behind = text.partition("@")
-    try:
-        return front.strip(), read_angle(behind.strip(), whose=True)
-    except QuantityError as error:
-        raise error from None
+    return front.strip(), read_angle(behind.strip(), whose=True)
 
 
 def _at_radius(text: str) -> tuple[str, str, str]:
@@ -295,14 +292,9 @@ def _arm(radius: str, plane: Plane) -> float:
             raise QuantityError(f"has a radius, but planes.{plane.name} has none. Add its radius.")
         return arm
     if len(plane.radii) > 1:
-        raise QuantityError(
-            f'does not say at which radius of planes.{plane.name}. Write "10 g at {_mm(plane.radii[0])} @ 270 deg".'
-        )
+        own = show(plane.radii[0], "mm", "length")
+        raise QuantityError(f'does not say at which radius of planes.{plane.name}. Write "10 g at {own} @ 270 deg".')
     return plane.radius
-
-
-def _mm(radius: float) -> str:
-    return show(radius, "mm", "length")
 
 
 def _maybe(text: str, dimension: str) -> float | None:

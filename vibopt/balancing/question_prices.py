@@ -53,11 +53,8 @@ def left_out(names: Sequence[str], solves: int) -> tuple[str, ...]:
     if not names:
         return ()
     many = f"{solves} more solution{'s' * (solves > 1)} would exceed the budget"
-    return (f"No price was computed for {', '.join(names)}: {many}. {THOROUGH} computes {_them(names)}.",)
-
-
-def _them(names: Sequence[str]) -> str:
-    return "them" if len(names) > 1 else "it"
+    them = "them" if len(names) > 1 else "it"
+    return (f"No price was computed for {', '.join(names)}: {many}. {THOROUGH} computes {them}.",)
 
 
 def solve_question(question: Question, most: float | None = None) -> Solved:

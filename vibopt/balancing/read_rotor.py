@@ -23,6 +23,7 @@ from vibopt.balancing.rotor_tables import (
     grade_velocity,
     known_keys,
     named_tables,
+    optional_table,
     read_table,
 )
 from vibopt.document.mistakes import Mistakes, Path
@@ -161,10 +162,8 @@ def _read_asked(
     if scatter is not None or "scatter" not in document:
         read_goal(document, conventions, planes, scatter, mistakes)
     read_pairs(document, planes, mistakes)
-    if "rotor" in document:
-        read_table(RotorTable, document["rotor"], ("rotor",), mistakes)
-    if "quality" in document:
-        read_table(QualityTable, document["quality"], ("quality",), mistakes)
+    optional_table(RotorTable, document, "rotor", mistakes)
+    optional_table(QualityTable, document, "quality", mistakes)
 
 
 def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | None:
@@ -204,7 +203,7 @@ def _job(
     if not with_angles:
         check_without_phase(document, goal, mistakes)
     pairs = read_pairs(document, planes, mistakes)
-    machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
+    machine = optional_table(RotorTable, document, "rotor", mistakes)
     quality = read_quality(
         document,
         conventions,
@@ -233,7 +232,7 @@ def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
     conventions = Conventions("", "", "", "pk", "")
     if "conventions" in document:
         conventions = read_conventions(document, False, mistakes) or conventions
-    machine = read_table(RotorTable, document["rotor"], ("rotor",), mistakes) if "rotor" in document else None
+    machine = optional_table(RotorTable, document, "rotor", mistakes)
     speed = machine.speed.value if machine and machine.speed else None
     quality = read_quality(document, conventions, machine.mass.value if machine else None, speed, mistakes)
     job = RotorJob(

@@ -11,7 +11,7 @@ from pydantic import model_validator
 
 from vibopt.balancing.planes import MASS
 from vibopt.document.mistakes import Mistakes, Path, validated
-from vibopt.errors import QuantityError
+from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint
@@ -279,6 +279,11 @@ def read_table(kind: type[Kind], table: object, path: Path, mistakes: Mistakes) 
     return validated(kind, path, dict(table), mistakes)
 
 
+def optional_table(kind: type[Kind], document: Mapping[str, Any], key: str, mistakes: Mistakes) -> Kind | None:
+    """A table at the top of the file; None where there is none, or where something in it is wrong."""
+    return read_table(kind, document[key], (key,), mistakes) if key in document else None
+
+
 def read_value(path: Path, given: object, mistakes: Mistakes, read: Any, *more: Any) -> Any:
     """read(given, *more), or None with the complaint noted at `path`."""
     try:
@@ -286,6 +291,28 @@ def read_value(path: Path, given: object, mistakes: Mistakes, read: Any, *more: 
     except QuantityError as error:
         mistakes.value(path, given, error.complaint)
         return None
+
+
+def read_each(path: Path, given: object, mistakes: Mistakes, read: Any, *more: Any) -> list[Any]:
+    """Every value of a list, or the only one, read; those that were complained about are left out."""
+    every = [((*path, k), one) for k, one in enumerate(given)] if isinstance(given, list) else [(path, given)]
+    return [found for at, one in every if (found := read_value(at, one, mistakes, read, *more)) is not None]
+
+
+def positive(given: object, dimension: str) -> tuple[float, str]:
+    """A value in SI that is greater than zero, and its unit."""
+    found = read_quantity(given, dimension)
+    if not found.value > 0.0:
+        raise QuantityError("is not greater than zero.")
+    return found.value, found.unit
+
+
+def place_of(path: Path, name: str, what: str, known: Sequence[str], mistakes: Mistakes) -> int | None:
+    """Index of a plane or a sensor by its name; None, and the mistake noted, where the job has none of that name."""
+    if name in known:
+        return list(known).index(name)
+    mistakes.value(path, name, f"names no {what} of this job.{way_out(name, list(known))}")
+    return None
 
 
 def inner(given: object, dimension: str, read: Callable[..., float] | None = None) -> float:

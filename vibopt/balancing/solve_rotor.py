@@ -102,11 +102,12 @@ def _certified(plan: Answer[RotorJob], identified: Identified) -> Answer[RotorJo
     scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
     off = float((np.abs(shown - said) / np.maximum(scale, 1e-300)).max())
     details = {**plan.details, "put_back": {"greatest_difference": off}}
+    within = f"to {off:.0e}" if off > _ROUNDING else "up to rounding"
     if off <= AGREES:
         return replace(
             plan,
             details=details,
-            claim=f"{plan.claim}; put back into a simulated rotor, which shows the same {_within(off)}",
+            claim=f"{plan.claim}; put back into a simulated rotor, which shows the same {within}",
         )
     row = int(np.argmax(np.abs(shown - said)))
     text = (
@@ -114,11 +115,6 @@ def _certified(plan: Answer[RotorJob], identified: Identified) -> Answer[RotorJo
         f"plan says {fitting.rows[row].residual.short(6)}"
     )
     return replace(plan, status="check_failed", claim=text, details=details)
-
-
-def _within(off: float) -> str:
-    """How well two routes agree; what rounding alone decides has no digits."""
-    return f"to {off:.0e}" if off > _ROUNDING else "up to rounding"
 
 
 def _advice(job: RotorJob) -> Answer[RotorJob]:

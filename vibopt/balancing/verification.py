@@ -72,7 +72,7 @@ def _states(job: RotorJob) -> ComplexArray:
 
 def _weight(job: RotorJob, plane: int, text: str) -> complex:
     """Unbalance of a weight as written [kg m], its angle where it sits on the shaft, in the sense of rotation."""
-    parts = _WEIGHT.fullmatch(_plain(text))
+    parts = _WEIGHT.fullmatch(text.replace("−", "-").replace("\n", " "))
     if parts is None:
         return complex("nan")
     amount, radius, hole, angle = parts.groups()
@@ -102,10 +102,6 @@ def _value(text: str, dimension: str) -> float:
 def _unit(unit: str, dimension: str) -> float:
     """SI value, for amplitudes peak, of one unit as answers are shown in it."""
     return 1.0 / to_unit(1.0, unit, dimension)
-
-
-def _plain(text: str) -> str:
-    return text.replace("−", "-").replace("\n", " ")
 
 
 def _cosines(

@@ -17,7 +17,7 @@ from vibopt.balancing.engine.engine_tables import (
     EngineLimitTable,
     EngineTable,
 )
-from vibopt.balancing.rotor_tables import known_keys, listed_tables, read_table, read_tables, unbounded
+from vibopt.balancing.rotor_tables import known_keys, listed_tables, optional_table, read_table, read_tables, unbounded
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
 from vibopt.values import Choice, Fact
@@ -202,7 +202,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     shafts = read_tables(document, "balance_shafts", BalanceShaftTable, mistakes)
     limits = read_tables(document, "limits", EngineLimitTable, mistakes)
     measures = read_tables(document, "measures", EngineLimitTable, mistakes)
-    goal = read_table(EngineGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
+    goal = optional_table(EngineGoalTable, document, "goal", mistakes)
     mistakes.raise_any()
     assert engine is not None
     _check(engine, cylinders, counterweights, shafts, limits, goal, mistakes)
@@ -338,16 +338,13 @@ def _check(
     sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
     free = [one for one in sizes if isinstance(one, Choice)]
     shares = [engine.counterweight_share, engine.rotating_share]
-    if isinstance(engine.rotating_share, Choice) and not _turns(engine, cylinders):
+    if isinstance(engine.rotating_share, Choice) and not any(
+        _mass(one.rotating, engine.rotating) > 0.0 for one in cylinders
+    ):
         way = "Add rotating to [engine], or leave rotating_share out."
         mistakes.add(("engine", "rotating_share"), f"rotating_share is chosen, but no mass rotates. {way}")
     if goal is not None and not free and not wanted and not any(isinstance(one, Choice) for one in shares):
         mistakes.add(("goal",), 'there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.')
-
-
-def _turns(engine: EngineTable, cylinders: list[CylinderTable]) -> bool:
-    """Whether any cylinder has a rotating mass."""
-    return any(_mass(one.rotating, engine.rotating) > 0.0 for one in cylinders)
 
 
 def _unequal(engine: EngineTable, wanted: int) -> str:

@@ -195,7 +195,7 @@ def _crank(outcome: Answer[EngineJob], job: EngineJob, told: Sequence[str], radi
     weights = [_turning(outcome, job, k) for k in range(len(job.weights))]
     on_shaft = [k for k, one in enumerate(job.weights) if one.order == 1 and one.sense == 1]
     own = [weights[k] for k in on_shaft]
-    carried = any(_share(outcome, one.name, one.high) > 0.0 for one in job.shares)
+    carried = any((_number(outcome, one.name) if one.name in outcome.values else one.high) > 0.0 for one in job.shares)
     return _Crank(
         star=_star(throws, own),
         banks=tuple(dict.fromkeys(one.bank for one in job.cylinders)),
@@ -206,10 +206,6 @@ def _crank(outcome: Answer[EngineJob], job: EngineJob, told: Sequence[str], radi
         lines=tuple(_lines(outcome, job, weights, told)),
         radius=radius,
     )
-
-
-def _share(outcome: Answer[EngineJob], path: str, given: float) -> float:
-    return _number(outcome, path) if path in outcome.values else given
 
 
 def _turning(outcome: Answer[EngineJob], job: EngineJob, index: int) -> _Turning:

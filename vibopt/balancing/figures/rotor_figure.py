@@ -147,15 +147,13 @@ def _caption(job: RotorJob, dials: bool) -> str:
 def disc(spoken: Conventions, plane: Plane, answer: PlaneAnswer, which: str = "") -> Disc:
     """A plane with what happens in it."""
     look = "away" if answer.action == "remove" else "fit"
+    rim = max(plane.radii, default=0.0)
     spots = tuple(
-        Spot(one.angle % tau, _words(one, answer.mass), look, _part(one.radius, plane)) for one in answer.weights
+        Spot(one.angle % tau, _words(one, answer.mass), look, one.radius / rim if one.radius and rim else 1.0)
+        for one in answer.weights
     )
     title = f"{titled('plane', answer.name)}{which}"
     return Disc(title, spoken.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
-
-
-def _part(radius: float | None, plane: Plane) -> float:
-    return radius / max(plane.radii) if radius is not None and plane.radii else 1.0
 
 
 def _words(one: Weight, mass: Entry) -> str:

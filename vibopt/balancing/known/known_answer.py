@@ -207,7 +207,7 @@ def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
         return None
     aim = aim_of(job)
     if aim is None:
-        return "correction", Entry(_total(found), "mass")
+        return "correction", Entry(sum(amounts(found), 0.0), "mass")
     size = float(abs(unbalances(job)).sum()) * aim.scale
     return aim.name, Entry(_clean(aim.value(job, found.u), size), aim.dimension)
 
@@ -216,10 +216,6 @@ def _value(job: KnownJob, found: Correction) -> float:
     """The goal of an answer as a number."""
     goal = _goal(job, found)
     return float("nan") if goal is None else float(goal[1].value)
-
-
-def _total(found: Correction) -> float:
-    return sum(amounts(found), 0.0)
 
 
 def amounts(found: Correction) -> list[float]:
@@ -274,13 +270,9 @@ def _plane_values(plane: Plane, answer: PlaneAnswer) -> dict[str, Value]:
 
 def _weight_words(plane: Plane, weight: Weight) -> str:
     """ "5 g in hole 7 (105 deg)", or away from holes "5 g @ 105 deg"."""
-    turned = _degrees(weight.angle)
+    turned = f"{weight.angle / tau * 360.0:.6g} deg"
     where = f"@ {turned}" if weight.hole is None else f"in hole {weight.hole + 1} ({turned})"
     return f"{plane.show(weight.mass)} {where}"
-
-
-def _degrees(turn: float) -> str:
-    return f"{turn / tau * 360.0:.6g} deg"
 
 
 def _clean(value: float, size: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import Any, ClassVar
@@ -16,7 +15,7 @@ from vibopt.balancing.known.known_tables import (
 )
 from vibopt.balancing.parse_machine import read_planes
 from vibopt.balancing.planes import Corrected, Plane
-from vibopt.balancing.rotor_tables import known_keys, read_table, read_tables, unbounded
+from vibopt.balancing.rotor_tables import known_keys, optional_table, read_table, read_tables, unbounded
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
 
@@ -111,7 +110,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     planes = read_planes(document, mistakes, KnownPlaneTable)
     limits = read_tables(document, "limits", KnownLimitTable, mistakes)
     measures = read_tables(document, "measures", KnownLimitTable, mistakes)
-    goal = read_table(KnownGoalTable, document["goal"], ("goal",), mistakes) if "goal" in document else None
+    goal = optional_table(KnownGoalTable, document, "goal", mistakes)
     notes = _conventions(document.get("conventions", {}), mistakes)
     mistakes.raise_any()
     assert shaft is not None
@@ -125,7 +124,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     return KnownJob(
         name=mistakes.name,
         title=str(document.get("title", mistakes.name)),
-        masses=tuple(Mass(n, cmath.rect(m.size, m.angle.value), _at(m)) for n, m in masses.items()),
+        masses=tuple(Mass(name, one.phasor, 0.0 if one.at is None else one.at.value) for name, one in masses.items()),
         planes=planes,
         bearings=tuple(Bearing(n, at) for n, at in shaft.bearings.items()),
         speed=None if shaft.speed is None else shaft.speed.value,
@@ -137,10 +136,6 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         expected=tuple(document.get("expected", ())),
         document=document,
     )
-
-
-def _at(table: MassTable) -> float:
-    return 0.0 if table.at is None else table.at.value
 
 
 def _conventions(given: Any, mistakes: Mistakes) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -73,12 +74,12 @@ class MassTable(Table):
         return self
 
     @property
-    def size(self) -> float:
-        """Unbalance, signed: material that was removed counts backwards [kg m]."""
+    def phasor(self) -> complex:
+        """Unbalance at its angle; material that was removed counts backwards [kg m]."""
         full = self.unbalance.value if self.unbalance is not None else 1.0
         for part in (self.mass, self.radius):
             full *= part.value if part is not None else 1.0
-        return -full if self.removed else full
+        return cmath.rect(-full if self.removed else full, self.angle.value)
 
 
 class KnownPlaneTable(PlaneTable):
