@@ -1,16 +1,241 @@
-"""Corrections of any size and angle: closed form where it holds, else convex programs with a gap checked by us."""
+"""Corrections of any size and angle: the planes that are free, their arcs, closed form, and programs with our own gap."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.convex_rounds import Convex, solve_convex
-from vibopt.balancing.free_planes import Free, free_planes, solve_over_arcs
-from vibopt.balancing.question import Prices, Question, Solved, breaks, relative_gap
-from vibopt.balancing.scaled import Scaled, scaled
+from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
+from vibopt.balancing.planes import open_arcs
+from vibopt.balancing.question import Prices, Question, Sectors, Solved, breaks, inside_arc, relative_gap
+from vibopt.balancing.scaled import Scaled, into_wedge, scaled
+from vibopt.frontier import Frontier
+from vibopt.records import dataclass
+from vibopt.work import Budget
+
+Wedge = tuple[float, float]
+CLOSED = 1e-9
+MOST_PROGRAMS = 3000
+
+
+def allowed_arcs(sectors: Sectors) -> tuple[Wedge, ...]:
+    """What the forbidden sectors leave, as (middle, half width <= pi/2); empty where they leave nothing."""
+    return tuple(piece for low, high in (open_arcs(sectors) if sectors else ()) for piece in _halves(low, high))
+
+
+def _halves(low: float, high: float) -> list[Wedge]:
+    """The arc low..high in equal pieces of half a turn at most."""
+    pieces = int(np.ceil((high - low) / np.pi - 1e-12)) or 1
+    step = (high - low) / pieces
+    return [(low + (k + 0.5) * step, 0.5 * step) for k in range(pieces)]
+
+
+def covers_all(sectors: Sectors) -> bool:
+    """Whether no direction is left."""
+    return bool(sectors) and not allowed_arcs(sectors)
+
+
+def into_arcs(value: complex, sectors: Sectors) -> complex:
+    """Nearest point outside the forbidden sectors to `value`; the value itself where none is left."""
+    return _nearest(complex(value), allowed_arcs(sectors))
+
+
+def _nearest(value: complex, wedges: tuple[Wedge, ...]) -> complex:
+    points = np.array([into_wedge(value, *wedge) for wedge in wedges])
+    return complex(points[np.argmin(np.abs(points - value))]) if len(points) else value
+
+
+def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Convex:
+    """Best-first over the choice of an arc per plane; each program's own dual bound closes its branch.
+
+    `bound` and `factor` of the answer hold over all arcs, `rounds` counts the programs.
+    """
+    arcs = [allowed_arcs(entry) for entry in sectors] or [()] * scene.n_planes
+    frontier, root = Frontier(Budget(MOST_PROGRAMS - 1, "programs")), solve_convex(scene)
+    frontier.push(root.bound, (scene, root))
+    best, closed, programs = Convex(None, np.inf, np.inf, None), np.inf, 1
+    factors: list[float] = []
+    while frontier and not frontier.over:
+        bound, (node, answer) = frontier.pop()
+        if best.x is not None and bound >= best.value - CLOSED * max(abs(best.value), 1e-6):
+            closed = min(closed, bound)
+            break
+        if answer.x is None:
+            factors.append(answer.factor)
+            closed = min(closed, bound if np.isnan(answer.factor) else np.inf)
+            continue
+        outside = [_outside(answer.x[p], arcs[p]) for p in range(scene.n_planes)]
+        if max(outside) <= 1e-12 * float(np.abs(answer.x).max()):
+            best = answer if answer.value < best.value else best
+            closed = min(closed, bound)
+            continue
+        best = _snapped(scene, answer, arcs, best)
+        plane = int(np.argmax(outside))
+        for wedge in arcs[plane]:
+            child = replace(node, wedges=(*node.wedges[:plane], wedge, *node.wedges[plane + 1 :]))
+            solved = solve_convex(child)
+            programs += 1
+            frontier.budget.spend()
+            frontier.push(max(solved.bound, bound), (child, solved))
+    closed = min(closed, frontier.bound)
+    sure = not frontier and len(factors) > 0 and not np.isnan(factors).any()
+    factor = min(factors) if sure else float("nan")
+    return replace(best, bound=min(closed, best.value), factor=factor, rounds=programs)
+
+
+def _outside(value: complex, arcs: tuple[Wedge, ...]) -> float:
+    """Distance of a plane's correction from its allowed arcs, zero where it may point anywhere."""
+    return min((abs(value - into_wedge(value, *wedge)) for wedge in arcs), default=0.0)
+
+
+def _snapped(scene: Scaled, answer: Convex, arcs: list[tuple[Wedge, ...]], best: Convex) -> Convex:
+    """The nearest allowed point to a relaxed answer, if it keeps the limits and beats the best so far."""
+    assert answer.x is not None
+    near: ComplexArray = answer.x.copy()
+    for plane, wedges in enumerate(arcs):
+        near[plane] = _nearest(complex(near[plane]), wedges)
+    near = pull_in(replace(scene, wedges=(None,) * scene.n_planes), near)
+    if np.abs(scene.F @ near + scene.f).max(initial=0.0) > 1.0 + KEPT:
+        return best
+    value = scene.value(near)
+    return replace(answer, x=near, value=value) if value < best.value else best
+
+
+Places = NDArray[np.intp]
+SAME = 1e-9  # two unbalances this close (as a share of the greatest) are one
+
+
+@dataclass(frozen=True)
+class Free:
+    """A question in independent planes: u of the asker = spread @ x.
+
+    spread
+        Shape (n_planes, n_free), complex; one entry per row at most.
+    question
+        The same question in x, without pairs; each list holds only what caps, sectors and the stock allow.
+    places
+        Per free plane the rows of its first plane's list that are left; None without a list.
+    """
+
+    spread: ComplexArray
+    question: Question
+    places: tuple[Places | None, ...] = ()
+
+
+def free_planes(question: Question) -> Free:
+    """Merge pairs, drop planes with a cap of zero and planes that no reading sees."""
+    plain = not question.pairs and not any(question.sectors) and not question.is_discrete
+    if plain and np.all(question.caps > 0) and np.all(np.any(question.H != 0, axis=0)):
+        return Free(np.eye(question.n_planes, dtype=complex), question)
+    whole = _spread(question)
+    densities = np.abs(whole).T @ question.densities
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reach = np.where(whole != 0, question.caps[:, None] / np.abs(whole), np.inf).min(axis=0)
+    for column in range(whole.shape[1]):
+        if covers_all(_sectors(question, whole[:, column])):
+            reach[column] = 0.0
+    H = question.H @ whole
+    kept = [c for c in range(whole.shape[1]) if reach[c] > 0 and (np.any(H[:, c] != 0) or _must(question, whole, c))]
+    spread = whole[:, kept]
+    lists = [_list(question, spread[:, c]) for c in range(len(kept))]
+    inner = replace(
+        question,
+        H=H[:, kept],
+        caps=reach[kept],
+        sectors=tuple(_sectors(question, spread[:, c]) for c in range(len(kept))),
+        options=tuple(entry[0] for entry in lists),
+        option_masses=tuple(entry[1] for entry in lists),
+        option_uses=tuple(entry[3] for entry in lists) if len(question.stock) else (),
+        mass_per_unbalance=densities[kept],
+        pairs=(),
+    )
+    return Free(spread, inner, tuple(entry[2] for entry in lists))
+
+
+def _spread(question: Question) -> ComplexArray:
+    """One column per set of planes tied by pairs; a set that closes on itself with two ratios can only be zero."""
+    spread = np.eye(question.n_planes, dtype=complex)
+    for i, j, ratio in question.pairs:
+        a, b = np.flatnonzero(spread[i]), np.flatnonzero(spread[j])
+        if not len(a) or not len(b):
+            spread[:, np.concatenate([a, b])] = 0.0
+            continue
+        factor = ratio * spread[i, a[0]] / spread[j, b[0]]
+        if a[0] == b[0]:
+            if abs(factor - 1.0) > 1e-9:
+                spread[:, a[0]] = 0.0
+            continue
+        spread[:, a[0]] += factor * spread[:, b[0]]
+        spread[:, b[0]] = 0.0
+    return spread[:, np.any(spread != 0, axis=0)]
+
+
+def _must(question: Question, spread: ComplexArray, column: int) -> bool:
+    """Whether an unseen plane has a list without zero: something has to be fitted there."""
+    lists = [question.options[p] for p in np.flatnonzero(spread[:, column]) if question.options]
+    return any(entry is not None and np.abs(entry).min() > 0 for entry in lists)
+
+
+def _sectors(question: Question, column: ComplexArray) -> Sectors:
+    """Forbidden arcs of every plane of a set, turned into the angle of its first."""
+    if not question.sectors:
+        return ()
+    turned = [(p, float(np.angle(column[p]))) for p in np.flatnonzero(column)]
+    return tuple((low - by, high - by) for p, by in turned for low, high in question.sectors[p])
+
+
+List = tuple[ComplexArray | None, FloatArray | None, Places | None, FloatArray | None]
+
+
+def _list(question: Question, column: ComplexArray) -> List:
+    """Options of a set of planes that every one of its planes has, their masses, their places, and what they use."""
+    members = np.flatnonzero(column)
+    listed = [p for p in members if question.options and question.options[p] is not None]
+    if not listed:
+        return None, None, None, None
+    first = question.options[listed[0]]
+    assert first is not None
+    x = first / column[listed[0]]
+    fits, masses = np.ones(len(x), dtype=bool), np.zeros(len(x))
+    for p in members:
+        own = column[p] * x
+        fits &= _allowed(question, int(p), own)
+        option = question.options[p] if question.options else None
+        if option is None:
+            masses += np.abs(own) * question.densities[p]
+            continue
+        near = np.arange(len(x)) if p == listed[0] else _nearest_option(option, own)
+        fits &= np.abs(option[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
+        given = question.option_masses[p] if question.option_masses else None
+        masses += np.abs(option[near]) * question.densities[p] if given is None else given[near]
+    uses = question.option_uses[listed[0]] if len(question.stock) else None
+    if uses is not None:
+        fits &= np.all(uses <= question.stock, axis=1)
+    return x[fits], masses[fits], np.flatnonzero(fits), None if uses is None else uses[fits]
+
+
+def _allowed(question: Question, plane: int, values: ComplexArray) -> NDArray[np.bool_]:
+    """Which unbalances the cap and the forbidden sectors of a plane allow."""
+    fine = np.abs(values) <= question.caps[plane] * (1.0 + SAME)
+    slack = SAME * float(np.abs(values).max(initial=0.0))
+    for low, high in question.sectors[plane] if question.sectors else ():
+        fine &= ~inside_arc(values, low, high, slack)
+    return np.asarray(fine)
+
+
+def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> NDArray[np.intp]:
+    """For each wanted value the place of an equal option, or of some other one where there is none."""
+    along = np.exp(-0.7123j)  # a direction in which options of a regular pattern do not hide each other
+    order = np.argsort((options * along).real)
+    keys = (options * along).real[order]
+    at = np.searchsorted(keys, (wanted * along).real)
+    around = np.clip(at[:, None] + np.arange(-4, 5), 0, len(options) - 1)
+    best = np.argmin(np.abs(options[order[around]] - wanted[:, None]), axis=1)
+    return np.asarray(order[around[np.arange(len(wanted)), best]])
+
 
 RANK = 1e-13
 NOTHING = 1e-13  # residual that counts as nothing, as a share of the goal as found

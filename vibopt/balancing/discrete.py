@@ -8,8 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing.continuous import Free, free_planes, into_arcs
 from vibopt.balancing.convex_rounds import FEW, KEPT, Convex, likely_worst, solve_convex
-from vibopt.balancing.free_planes import Free, free_planes, into_arcs
 from vibopt.balancing.option_tree import Cells, Tree
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.balancing.rounding import rounded

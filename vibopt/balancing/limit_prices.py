@@ -14,7 +14,7 @@ from vibopt.answer.entry import Checked, Entry, Price, at_most
 from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import greatest_readings
-from vibopt.balancing.own_caps import OwnCap, own_caps
+from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.balancing.question_prices import ACTIVE, STEP, THOROUGH, Step, allowance, clash, left_out, solve_question
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob

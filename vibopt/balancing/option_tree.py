@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing.continuous import solve_over_arcs
 from vibopt.balancing.convex_rounds import KEPT, Convex, solve_convex
-from vibopt.balancing.free_planes import solve_over_arcs
 from vibopt.balancing.question import Sectors
 from vibopt.balancing.rounding import NO_STOCK, Boxes, goal_bounds, judge, mass_bounds, ratio_bounds, short_of
 from vibopt.balancing.scaled import Scaled

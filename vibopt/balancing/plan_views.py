@@ -11,8 +11,7 @@ from vibopt.answer.answer_schema import NUMBER, TEXT, TEXTS, listed, maybe, name
 from vibopt.answer.blocks import Block
 from vibopt.answer.entry import Entry
 from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_rotor
-from vibopt.balancing.blocks_engine import engine_blocks, engine_nearest
-from vibopt.balancing.blocks_known import known_blocks, known_nearest
+from vibopt.balancing.blocks_masses import engine_blocks, engine_nearest, known_blocks, known_nearest
 from vibopt.balancing.blocks_rotor import nearest_blocks as rotor_nearest
 from vibopt.balancing.blocks_rotor import rotor_blocks
 

@@ -198,7 +198,7 @@ def _rotor_file(made: Made, named: Named) -> dict[str, Any]:
 
 
 def _known_file(made: Made, named: Named) -> dict[str, Any]:
-    from vibopt.balancing.known import known_tables as tables
+    from vibopt.balancing.known import known_job as tables
 
     limit = made(tables.KnownLimitTable)
     return _closed(

@@ -11,9 +11,8 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table
+from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, impasse, prices
 from vibopt.balancing.engine.engine_job import EngineJob
-from vibopt.balancing.engine.engine_prices import impasse, prices
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, is_even
 from vibopt.balancing.engine.shaking import (

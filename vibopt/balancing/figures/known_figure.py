@@ -11,9 +11,8 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Value
 from vibopt.balancing.figures.dials import Disc, rows_of
 from vibopt.balancing.figures.dials import Spot as Placed
-from vibopt.balancing.figures.drawing import COMPACT, Bar, Bars, Key, page
+from vibopt.balancing.figures.drawing import COMPACT, Bar, Bars, Key, Piece, Shaft, page
 from vibopt.balancing.figures.rotor_figure import disc, titled
-from vibopt.balancing.figures.shaft import Piece, Shaft
 from vibopt.balancing.known.correct import AS_WRITTEN
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.report.figures.paper import WIDTH, drawn

@@ -11,8 +11,7 @@ from vibopt.answer.entry import Entry
 from vibopt.answer.plan import PlaneAnswer, RowAnswer, Weight
 from vibopt.balancing.conventions import MARK, Conventions
 from vibopt.balancing.figures.dials import Dial, Disc, Phasor, Row, Spot, rows_of
-from vibopt.balancing.figures.drawing import COMPACT, Bar, Bars, Key, Part, page
-from vibopt.balancing.figures.shaft import Piece, Shaft
+from vibopt.balancing.figures.drawing import COMPACT, Bar, Bars, Key, Part, Piece, Shaft, page
 from vibopt.balancing.plan_values import shows_whole
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import RotorJob

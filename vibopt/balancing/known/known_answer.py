@@ -11,8 +11,7 @@ from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, dir
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.known.correct import Correction, correct
-from vibopt.balancing.known.known_job import KnownJob
-from vibopt.balancing.known.known_tables import KnownLimitTable
+from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
     aim_of,
     balance_rows,
@@ -23,7 +22,7 @@ from vibopt.balancing.known.shaft_statics import (
     unbalances,
 )
 from vibopt.balancing.nearest_plan import left_words, narrowest, nearest_of
-from vibopt.balancing.own_caps import OwnCap, own_caps
+from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, Step, allowance, clash, prices_of
 from vibopt.units import show
