@@ -1,4 +1,4 @@
-"""Corrections of any size and angle: the planes that are free, their arcs, closed form, and programs with our own gap."""
+"""Corrections of any size and angle: the planes that are free, their arcs, closed form, and convex programs."""
 
 from __future__ import annotations
 
