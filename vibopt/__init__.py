@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vibopt.jobs import solve as solve
     from vibopt.jobs import with_changes as with_changes
     from vibopt.posed.posed_job import posed as posed
+    from vibopt.report.spectrum_views import shock_spectrum as shock_spectrum
     from vibopt.scene.language import Limit as Limit
     from vibopt.scene.language import Machine as Machine
     from vibopt.scene.language import Measure as Measure
@@ -52,6 +53,7 @@ _HOMES = {
     ),
     "vibopt.jobs": ("read", "solve", "with_changes"),
     "vibopt.posed.posed_job": ("posed",),
+    "vibopt.report.spectrum_views": ("shock_spectrum",),
     "vibopt.scene.read": ("from_dict", "from_text"),
     "vibopt.scene.scene": ("Scene",),
     "vibopt.document.toml_writing": ("to_toml", "write"),

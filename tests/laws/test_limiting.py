@@ -211,7 +211,7 @@ def test_a_force_on_the_mass_counts_as_the_path_of_a_base() -> None:
     [found] = limiting(
         answered(
             bases={},
-            links={"foam": {"between": ["a", "ground"], "stiffness": "10 N/m", "damping": "10 N s/m"}},
+            links={"foam": {"between": ["a", "ground"], "stiffness": "100 N/m", "damping": "30 N s/m"}},
             excitations={"blast": blast},
             limits={"sway": {"response": "peak_displacement", "of": "a", "at_most": "0.5 m"}},
             measures={"force": {"response": "peak_force", "into": "ground"}},

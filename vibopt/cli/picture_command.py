@@ -56,6 +56,9 @@ def _map_of(args: list[str]) -> Iterator[str]:
     help="Draw the plane of the two design variables instead, or of tuning and damping of one absorber.",
 )
 @click.option("--sketch", is_flag=True, help="Draw the machine instead: what stands on what, what shakes it.")
+@click.option(
+    "--spectrum", is_flag=True, help="Draw the shock spectrum of what comes once instead, and the machine in it."
+)
 @method
 @limited
 @changes
@@ -67,6 +70,7 @@ def plot(
     output: str,
     as_map: str | None,
     sketch: bool,
+    spectrum: bool,
     method: str | None,
     changes: tuple[str, ...],
     fresh: bool,
@@ -85,11 +89,14 @@ def plot(
 
     if sketch and as_map is not None:
         raise InputError("--sketch draws the machine and --map two of its numbers: leave one of them out.")
+    if spectrum and (sketch or as_map is not None):
+        raise InputError("--spectrum draws the load and --sketch or --map the machine: leave one of them out.")
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
     found = answered(Asked(file, job, changes, method), fresh=fresh)
     form = format_of(target, FORMATS)
-    write_file(target, _sketched(found, form) if sketch else _drawn(found, job, as_map, form))
+    drawn = _spectrum(found, form) if spectrum else None
+    write_file(target, drawn or (_sketched(found, form) if sketch else _drawn(found, job, as_map, form)))
     return _done(found, target, as_json)
 
 
@@ -110,6 +117,18 @@ def _sketched(found: Answer[Any], form: str) -> bytes:
         )
         raise InputError(f"{found.name}: there is no sketch: {why}.")
     return saved(figure, form)
+
+
+def _spectrum(found: Answer[Any], form: str) -> bytes:
+    """What a load does to any mount."""
+    from vibopt.jobs import is_scene
+    from vibopt.report.figures import response_figure, saved
+
+    if not is_scene(found.job):
+        raise InputError(f"{found.name}: --spectrum is of a load that comes once on a machine. Leave --spectrum out.")
+    from vibopt.report.spectrum_views import spectrum_asked
+
+    return saved(response_figure(spectrum_asked(found), found.title), form)
 
 
 def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes:

@@ -19,10 +19,10 @@ from vibopt.records import dataclass
 Numbers = NDArray[Any]
 """Real, or complex with the imaginary part as a slope."""
 _DEGREE, _FINE = 16, 65
-_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 _ODD_ONE = 0.3717
 """One more point of a panel, to see what would hide between the nodes."""
-_POINTS = np.append(_NODES, _ODD_ONE)
+_POINTS = np.append(NODES, _ODD_ONE)
 _MIDDLE, _END = _DEGREE // 2, _DEGREE
 _TERMS = 20
 """Of Taylor's series, for a matrix of norm 1."""
@@ -37,14 +37,14 @@ _CELL = 2.0 / (_FINE - 1)
 
 def _tables() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Coefficients from values at nodes; values at fine points, and at the odd one, from coefficients; bends."""
-    coefficients = np.asarray(np.linalg.inv(chebyshev.chebvander(2.0 * _NODES - 1.0, _DEGREE)), dtype=float)
+    coefficients = np.asarray(np.linalg.inv(chebyshev.chebvander(2.0 * NODES - 1.0, _DEGREE)), dtype=float)
     fine: FloatArray = np.asarray(chebyshev.chebvander(np.linspace(-1.0, 1.0, _FINE), _DEGREE), dtype=float)
     odd: FloatArray = chebyshev.chebvander(np.array([2.0 * _ODD_ONE - 1.0]), _DEGREE)[0]
     k = np.arange(_DEGREE + 1.0)
     return coefficients.T, fine.T, odd, k * k * (k * k - 1.0) / 3.0
 
 
-_COEFFICIENTS, _VALUES, _ODD, _BENDS = _tables()
+COEFFICIENTS, _VALUES, _ODD, _BENDS = _tables()
 
 
 class TooLongError(ArithmeticError):
@@ -83,7 +83,7 @@ def greatest(a: FloatArray, row: FloatArray, starts: FloatArray, least: float = 
         values = z @ (row @ step).T
         nodes, width = values[:, :-1], 0.5**level
         search.nodes(nodes, which, begin, width)
-        coefficients = nodes @ _COEFFICIENTS
+        coefficients = nodes @ COEFFICIENTS
         rounding = _EPSILON * 2.0 ** (len(steps) - level) * (np.abs(z) @ np.abs(row))  # each squaring doubles it
         room = np.maximum(_RESOLVED * search.most, rounding)
         off = np.maximum(np.abs(coefficients[:, -3:]).max(axis=1), 0.25 * np.abs(coefficients @ _ODD - values[:, -1]))
@@ -99,6 +99,19 @@ def greatest(a: FloatArray, row: FloatArray, starts: FloatArray, least: float = 
     return search.best
 
 
+def peaks_of(coefficients: FloatArray, least: FloatArray) -> FloatArray:
+    """Greatest size of each polynomial on a panel, (n, 17) to (n,), or a lesser one where it is below `least` (n,)."""
+    fine = coefficients @ _VALUES
+    top = np.maximum(np.abs(fine[:, :-1]), np.abs(fine[:, 1:]))
+    found: FloatArray = np.maximum(top.max(axis=1), least)
+    bent = np.abs(coefficients) @ _BENDS
+    panel, cell = np.nonzero(top + (bent * (_CELL**2 / 8.0))[:, None] >= found[:, None])
+    if len(panel):
+        values = _stationary(coefficients[panel].T, np.asarray(-1.0 + _CELL * cell, dtype=float))[1]
+        np.maximum.at(found, panel, np.abs(values))
+    return found
+
+
 class _Search:
     """The greatest value seen so far, and what may still be greater."""
 
@@ -110,7 +123,7 @@ class _Search:
     def nodes(self, values: FloatArray, which: IntArray, begin: FloatArray, width: float) -> None:
         """Values at the nodes of panels, (n, 17)."""
         at = np.unravel_index(int(np.abs(values).argmax()), values.shape)
-        self._say(float(values[at]), int(which[at[0]]), float(begin[at[0]] + width * _NODES[at[1]]))
+        self._say(float(values[at]), int(which[at[0]]), float(begin[at[0]] + width * NODES[at[1]]))
 
     def panels(self, coefficients: FloatArray, which: IntArray, begin: FloatArray, width: float) -> None:
         """Polynomials on panels, (n, 17): only where their bounds leave room are they looked at."""

@@ -142,9 +142,10 @@ def _compared(design: Design) -> Iterator[Limiting]:
 
 
 def _judged(peak: _Asked, room: _Asked, path: Path, per: float) -> Limiting | None:
-    """Where the room has a bound, the peak is compared in it; else the room where the peak has one."""
+    """Where the room has a bound, the peak is compared in it, or in what it takes more; else the room for a peak."""
     turned = room.bound is None and peak.bound is not None
-    given = peak.bound if turned and peak.bound is not None else room.bound or room.value
+    held = peak if turned else room
+    given = held.value if held.bound is None else max(held.bound, held.value)
     least = least_room(path, given / per) if turned else _scaled(least_peak(path, given), per)
     if least is None or least.high <= 0.0:
         return None

@@ -206,12 +206,13 @@ def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
     from vibopt.report.design_plane import absorbers_with_map, plane
     from vibopt.report.figures import below, plane_figure, response_figure, saved
     from vibopt.report.space_views import machine_figure
+    from vibopt.report.spectrum_views import spectrum_panels
 
     machine = machine_figure(design, "The machine")
     drawn = [("The machine", machine)] if machine is not None else []
     if design.status == "unbounded":
         return [(title, saved(figure, "svg").decode()) for title, figure in drawn]
-    drawn += [(panel.title, response_figure([panel])) for panel in panels(design)]
+    drawn += [(panel.title, response_figure([panel])) for panel in (*panels(design), *spectrum_panels(design))]
     drawn += [(one.title, response_figure([], "", [one])) for one in below(design)]
     for mapped in filter(None, (plane(design, name) for name in absorbers_with_map(design) or ("",))):
         drawn.append((mapped.title, plane_figure(mapped)))
