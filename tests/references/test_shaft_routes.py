@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
 
 from vibopt.units import read_quantity
 
@@ -109,3 +110,122 @@ def test_a_rotor_given_by_its_stiffness() -> None:
     right = {"running": whirl(*rotor, 120.0 * np.pi)[0], "resonance": whirl(*rotor, 250.0)[0]}
     right["on_the_way"] = greatest(*rotor, 0)[1]
     assert recorded("rao_9_21") == pytest.approx(right, rel=1e-7)
+
+
+# worked problems
+
+
+def expected(stem: str) -> dict[str, str]:
+    document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
+    return {one["path"]: one["value"] for one in document["expected"]}
+
+
+def overhung(diameter: float, span: float, out: float) -> tuple[float, float]:
+    """Stiffness [N/m] and stress [Pa/m] of a steel shaft loaded `out` beyond its second bearing, by Mohr's areas.
+
+    The moment falls from the bearing to either side: to the load, and to the other bearing.
+    """
+    bending = STEEL * np.pi * diameter**4 / 64.0
+    sag = out**2 * (span + out) / (3.0 * bending)  # per force
+    return 1.0 / sag, out * 0.5 * diameter * 64.0 / (np.pi * diameter**4) / sag
+
+
+def test_the_pump_shaft_is_the_thinnest() -> None:
+    """Stepping down from a thick one, the first limit that breaks, and its root; nothing thinner holds them all."""
+
+    def misses(diameter: float) -> float:
+        k, stress = overhung(diameter, 0.3, 0.18)
+        speeds = np.linspace(1.0, 2950.0 * np.pi / 30.0, 2000)
+        far = 0.4e-3 * speeds**2 / np.hypot(k - 14.0 * speeds**2, 300.0 * speeds)
+        own = np.sqrt(k / 14.0) * 30.0 / np.pi
+        sag = 14.0 * 9.80665 / k / 1e-4
+        apart = min(abs(own - 2360.0), abs(3540.0 - own)) / 3540.0 if 2360.0 < own < 3540.0 else 0.0
+        return max(far.max() / 0.12e-3 - 1.0, stress * far[-1] / 8e6 - 1.0, sag - 1.0, apart)
+
+    low = brentq(lambda one: np.sqrt(overhung(one, 0.3, 0.18)[0] / 14.0) - 118.0 * np.pi, 0.02, 0.05, xtol=1e-15)
+    assert misses(low * (1.0 + 1e-9)) <= 1e-12
+    assert all(misses(one) > 0.0 for one in np.geomspace(0.01, low * (1.0 - 1e-6), 3000))
+    found = expected("pump_shaft")
+    assert read_quantity(found["variables.links.shaft.beam.diameter"], "length").value == pytest.approx(low, rel=1e-7)
+
+
+def braked(diameter: float) -> tuple[float, float]:
+    """Greatest deflection [m] and stress [Pa] of the fan as it is braked, by Runge and Kutta on a complex phasor.
+
+    Its size at a time is the greatest over every angle at which it may have begun.
+    """
+    k, stress = overhung(diameter, 0.7, 0.35)
+    c, top = 0.06 * np.sqrt(60.0 * k), 100.0 * np.pi
+    slow = top / 4.0
+
+    def force(time: float) -> complex:
+        speed = max(top - slow * time, 0.0)
+        turned = top * time - 0.5 * slow * time**2
+        return complex(0.012 * (speed**2 + 1j * slow) * np.exp(1j * turned)) if time < 4.0 else 0.0j
+
+    def rates(time: float, now: Any) -> Any:
+        return np.array([now[1], (force(time) - c * now[1] - k * now[0]) / 60.0])
+
+    steady = 0.012 * top**2 / (k - 60.0 * top**2 + 1j * c * top)
+    begin = np.array([steady, 1j * top * steady])
+    run: Any = solve_ivp(rates, (0.0, 4.0), begin, method="DOP853", rtol=1e-10, atol=1e-14, max_step=2e-3)
+    sizes = np.abs(run.y[0])
+    near = int(np.clip(sizes.argmax(), 3, len(sizes) - 4)) + np.arange(-3, 4)
+    through = np.polynomial.Polynomial.fit(run.t[near], sizes[near], 6)
+    far = max(float(through(np.linspace(run.t[near[0]], run.t[near[-1]], 20001)).max()), sizes[0])
+    return far, stress * far
+
+
+def test_the_fan_takes_the_thinnest_bar_that_holds() -> None:
+    held = {}
+    for bar in (0.05, 0.055, 0.06, 0.065, 0.07, 0.075):
+        sag = 60.0 * 9.80665 / overhung(bar, 0.7, 0.35)[0]
+        held[bar] = sag <= 2e-4 and braked(bar)[1] <= 150e6
+    assert [bar for bar, good in held.items() if good] == [0.06, 0.075]
+    found, (far, stress) = expected("overhung_fan"), braked(0.06)
+    assert found["variables.links.shaft.beam.diameter"] == "60 mm"
+    assert read_quantity(found["limits.stress.value"], "stress").value == pytest.approx(stress, rel=1e-6)
+    assert read_quantity(found["measures.movement.value"], "length").value == pytest.approx(far, rel=1e-6)
+
+
+def test_the_turbine_whirls_least_on_the_softest_supports_and_their_best_damper() -> None:
+    shaft, _ = bent(STEEL, 0.06, 0.9)
+    softest = (132.0 * 9.80665) / 5e-5
+    speeds = np.linspace(10.0, 300.0 * np.pi, 6001)
+
+    def worst(k: float, c: float) -> float:
+        support = k + 1j * c * speeds - 12.0 * speeds**2
+        return float(np.abs(2.4e-3 * speeds**2 / (shaft * support / (shaft + support) - 120.0 * speeds**2)).max())
+
+    best: Any = minimize_scalar(lambda c: worst(softest, np.exp(c)), bounds=np.log([1e3, 1e6]), options={"xatol": 1e-9})
+    for k in np.geomspace(softest, 200e6, 30):
+        assert min(worst(k, c) for c in np.geomspace(1e4, 1e6, 60)) >= best.fun * (1.0 - 1e-9)
+    found = expected("turbine_on_flexible_supports")
+    assert read_quantity(found["goal"], "length").value == pytest.approx(best.fun, rel=1e-5)
+    assert read_quantity(found["variables.links.supports.stiffness"], "stiffness").value == pytest.approx(
+        softest, rel=1e-7
+    )
+    assert read_quantity(found["variables.links.supports.damping"], "damping").value == pytest.approx(
+        np.exp(best.x), rel=1e-3
+    )
+
+
+def test_the_ship_needs_the_shaft_that_was_found() -> None:
+    speeds = np.linspace(60.0, 140.0, 40_001) * np.pi / 30.0
+
+    def stress(diameter: float) -> float:
+        polar = np.pi * diameter**4 / 32.0
+        k, total = 80e9 * polar / 12.0, np.zeros(len(speeds))
+        for order, moment in ((3.0, 60e3), (6.0, 25e3)):
+            w = order * speeds
+            engine, propeller = -900.0 * w**2, 30e3j * w - 2500.0 * w**2
+            total += np.abs(k * moment * propeller / (engine * propeller + k * (engine + propeller)))
+        return float(total.max() * 0.5 * diameter / polar)
+
+    least = brentq(lambda one: stress(one) - 40e6, 0.29, 0.33, xtol=1e-13)
+    assert all(stress(one) > 40e6 for one in np.linspace(0.15, least * (1.0 - 1e-6), 400))
+    assert all(stress(one) < 40e6 for one in np.linspace(least * (1.0 + 1e-6), 0.5, 100))
+    document = tomllib.loads((PROBLEMS / "drive_line_of_a_ship.toml").read_text(encoding="utf-8"))
+    ((low, high),) = document["expected"][0]["value"]
+    assert read_quantity(low, "length").value == pytest.approx(least, rel=1e-6)
+    assert high == "500 mm"
