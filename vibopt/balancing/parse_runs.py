@@ -244,7 +244,8 @@ def _values(raw: Raw, written: Written) -> FloatArray | None:
     own = raw.readings
     if isinstance(own, WrittenByName) and own.written is written:
         return own.parsed
-    return numbers("\n".join((*written.amounts, *written.angles)), (2, len(written.amounts)))
+    read = numbers("\n".join((*written.amounts, *written.angles)), (2, len(written.amounts)))
+    return None if read is None else read[1]
 
 
 def _scales(

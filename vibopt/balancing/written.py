@@ -62,15 +62,16 @@ class WrittenByName(Mapping[str, str]):
         return len(self.names)
 
 
-def numbers(joined: str, shape: tuple[int, ...]) -> FloatArray | None:
-    """Plain decimal numbers in lines as an array; None where one is none, or is beyond all floats."""
+def numbers(joined: str, shape: tuple[int, ...]) -> tuple[list[str], FloatArray] | None:
+    """Plain decimal numbers in lines, and the same as an array; None where one is none, or is beyond all floats."""
     if joined.translate(_NO_SIGNS).strip("\n"):
         return None
+    parts = joined.split("\n")
     try:
-        found = np.array(list(map(float, joined.split("\n"))))
+        found = np.array(list(map(float, parts)))
     except ValueError:
         return None
-    return found.reshape(shape) if np.isfinite(found).all() else None
+    return (parts, found.reshape(shape)) if np.isfinite(found).all() else None
 
 
 def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[WrittenByName] | None:
@@ -84,10 +85,10 @@ def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[Writt
     if pairs.translate(_NO_SIGNS) != "\t\n" * len(texts):
         return None
     flat, n = pairs[:-1].replace("\t", "\n"), len(names)
-    values = numbers(flat, (len(rows), n, 2))
-    if values is None:
+    read = numbers(flat, (len(rows), n, 2))
+    if read is None:
         return None
-    parts = flat.split("\n")
+    parts, values = read
     return _by_name(
         names, parts[::2], parts[1::2], (first[2].strip(),) * n, (first[4].strip(),) * n, values.swapaxes(1, 2)
     )
@@ -97,11 +98,10 @@ def columns(
     names: tuple[str, ...], units: tuple[str, ...], turns: tuple[str, ...], rows: Sequence[str], n_rows: int
 ) -> list[WrittenByName] | None:
     """Rows of amounts, then of angles, as numbers in lines, with the units of their columns; None for others."""
-    joined = "\n".join(rows)
-    values = numbers(joined, (2, n_rows, len(names)))
-    if values is None:
+    read = numbers("\n".join(rows), (2, n_rows, len(names)))
+    if read is None:
         return None
-    parts = joined.split("\n")
+    parts, values = read
     half = len(parts) // 2
     return _by_name(names, parts[:half], parts[half:], units, turns, values.swapaxes(0, 1))
 
