@@ -85,6 +85,9 @@ def test_the_stress_of_a_beam_is_that_of_the_force_it_carries(held: dict[str, An
     right = force[1] * arm * 2.0 * over
     found = both(scene, {"response": "bending_stress", "of": "beam", "at_most": "1 MPa"}, values)
     assert found == pytest.approx((right, right), rel=1e-10)
+    right = 3.0 * 9.80665 * arm * 2.0 * over
+    found = both(scene, {"response": "static_bending_stress", "of": "beam", "at_most": "1 MPa"}, values)
+    assert found == pytest.approx((right, right), rel=1e-10)
 
 
 def test_the_stress_of_a_shaft_is_that_of_the_moment_it_hands_on() -> None:

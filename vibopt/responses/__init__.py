@@ -31,6 +31,7 @@ KINDS: Kinds[Response] = Kinds(
         "angular_jerk": "jerk.AngularJerk",
         "relative_displacement": "motion.RelativeDisplacement",
         "bending_stress": "stress.BendingStress",
+        "static_bending_stress": "stress.StaticBendingStress",
         "shear_stress": "stress.ShearStress",
         "static_deflection": "static_deflection.StaticDeflection",
         "natural_frequency": "natural_frequency.NaturalFrequency",

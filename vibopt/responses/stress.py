@@ -3,12 +3,16 @@
 from dataclasses import replace
 from typing import ClassVar
 
+import numpy as np
+
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms import Form, Monomials, StaticLoad
 from vibopt.mechanics.machine import Course, Machine, Motion
-from vibopt.mechanics.model import Model, stressed
+from vibopt.mechanics.model import STIFFNESS, Model, stressed
 from vibopt.responses.motion import RelativeDisplacement
-from vibopt.responses.response import HarmonicResponse, RandomResponse, TransientResponse
-from vibopt.signals import Output
+from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse
+from vibopt.responses.static_deflection import StaticDeflection
+from vibopt.signals import Combine, Drive, Output
 
 
 class BendingStress(HarmonicResponse):
@@ -47,6 +51,38 @@ class BendingStress(HarmonicResponse):
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
         return self._stretch.trace(machine, course) * machine.joint(self.of).stress
+
+
+class StaticBendingStress(Response):
+    """`response = "static_bending_stress"`: greatest in a beam or shaft under all weights [Pa].
+
+    As the machine stands upright along its line.  In a shaft that turns every fibre has it to and fro once a turn.
+
+    Keys
+    ----
+    of: The link with the beam: `of = "shaft"`.
+    """
+
+    of: str
+    dimension: ClassVar[str] = "stress"
+    against_friction: ClassVar[str] = "is not known, for friction holds the weight anywhere near where the spring would"
+    moves: ClassVar[str] = "line"
+    of_link: ClassVar[bool] = True
+    sags: ClassVar[bool] = True
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "link")}
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        (spring,) = (one for one in model.terms if one.owner == self.of and one.kind == STIFFNESS)
+        stress = model.counts[stressed(self.of)] ** -1.0
+        scale = stress.scale * spring.static_scale / spring.scale
+        return StaticLoad(model.links[self.of], Monomials(np.array([scale]), stress.row(model.n_vars)[None, :]))
+
+    def measure_static(self, machine: Machine) -> float:
+        joint = machine.joint(self.of)
+        stretch = StaticDeflection(response="static_deflection", of=self.of).measure_static(machine)
+        return stretch * joint.stress * joint.static_stiffness / joint.stiffness
 
 
 class ShearStress(BendingStress):
@@ -99,4 +135,4 @@ class PeakBendingStress(TransientResponse):
         return BendingStress(response="bending_stress", of=self.of)
 
 
-__all__ = ["BendingStress", "PeakBendingStress", "RmsBendingStress", "ShearStress"]
+__all__ = ["BendingStress", "PeakBendingStress", "RmsBendingStress", "ShearStress", "StaticBendingStress"]

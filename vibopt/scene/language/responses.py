@@ -122,6 +122,10 @@ class Responses:
         """Greatest stress in a beam or shaft that bends, without that of the weight [Pa]."""
         return Measure("bending_stress", of=of, **words)
 
+    def static_bending_stress(self, *, of: str, **words: Unpack[Shown]) -> Measure:
+        """Greatest stress in a beam or shaft under all weights [Pa]."""
+        return Measure("static_bending_stress", of=of, **words)
+
     def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
         """Root mean square motion of a body under white noise, absolute [m]."""
         return Measure("rms_displacement", of=of, **words)
