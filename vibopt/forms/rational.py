@@ -127,8 +127,9 @@ class Sampled:
 
     def at(self, x: FloatArray, chosen: slice | FloatArray = slice(None)) -> tuple[ComplexArray, ComplexArray]:
         """N and D at designs x (..., n_vars), each (..., n_samples)."""
-        values = self.groups.model.values(x, static=self.static)
-        kappa = ((values[..., None, :] * self.factors[chosen]) @ self.groups.selector) / self.scale[chosen]
+        values, scale = self.groups.model.values(x, static=self.static), self.scale[chosen]
+        each = self.factors[chosen].T[:, :, None] * self.groups.selector[:, None] / scale  # (n_terms, n_samples, G)
+        kappa = (values @ each.reshape(len(each), -1)).reshape(*values.shape[:-1], *scale.shape)
         return _multilinear(self.top[chosen], kappa), _multilinear(self.bottom[chosen], kappa)
 
 
@@ -248,9 +249,9 @@ def _product(degree: int) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Nodes on the unit box (n_nodes, n_vars), values-to-coefficients, and the table of products.
+    """Nodes on the unit box (n_nodes, n_vars), values-to-coefficients, and the table of squares.
 
-    The product table has shape (n_nodes**2, n_products).
+    The table has shape (n_products, n_pairs), of pairs of coefficients as `np.triu_indices` has them.
     """
     grids = np.meshgrid(*[np.linspace(0, 1, d + 1) if d else np.zeros(1) for d in degrees], indexing="ij")
     nodes = np.stack([grid.ravel() for grid in grids], axis=-1) if degrees else np.zeros((1, 0))
@@ -259,7 +260,8 @@ def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatA
     for degree in degrees:
         change = np.asarray(np.kron(change, to_bernstein(degree)), dtype=float)
         product = np.asarray(np.kron(product, _product(degree)), dtype=float)
-    return nodes, change, product.reshape(len(product), -1).T
+    i, j = np.triu_indices(len(change))
+    return nodes, change, np.where(i == j, product[:, i, j], product[:, i, j] + product[:, j, i])
 
 
 def box_coefficients(line: Sampled, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -269,20 +271,20 @@ def box_coefficients(line: Sampled, low: FloatArray, high: FloatArray) -> tuple[
         Corners of the boxes in x, shape (n_boxes, n_vars).
     """
     groups = line.groups
-    nodes, change, product = transforms(groups.degrees)
+    nodes, change, pairs = transforms(groups.degrees)
     root = 1.0 / groups.roots
     y_low, y_high = low**root, high**root
     y = y_low[:, None, :] + (y_high - y_low)[:, None, :] * nodes
     top, bottom = line.at(y**groups.roots)
-    return _square(top, change, product), _square(bottom, change, product)
+    return _square(top, change, pairs), _square(bottom, change, pairs)
 
 
-def _square(values: ComplexArray, change: FloatArray, product: FloatArray) -> FloatArray:
-    """|.|^2 from values at the nodes (n_boxes, n_nodes, n_samples)."""
-    c = np.einsum("kn,bns->bsk", change, values)
-    outer = c[..., :, None] * np.conj(c)[..., None, :]
-    real: FloatArray = outer.real.reshape(*c.shape[:-1], -1) @ product
-    return real
+def _square(values: ComplexArray, change: FloatArray, pairs: FloatArray) -> FloatArray:
+    """|.|^2 from values at the nodes (n_boxes, n_nodes, n_samples), shape (n_boxes, n_samples, n_products)."""
+    i, j = np.triu_indices(len(change))
+    real, imag = change @ values.real, change @ values.imag
+    found: FloatArray = pairs @ (real[:, i] * real[:, j] + imag[:, i] * imag[:, j])
+    return found.swapaxes(1, 2)
 
 
 def ratio_bounds(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -292,8 +294,9 @@ def ratio_bounds(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, Float
     because top - low * bottom then has no negative coefficient.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        quotient = top / bottom
-        positive = bottom > 0.0
+        quotient, positive = top / bottom, bottom > 0.0
+        if positive.all():
+            return np.maximum(quotient.min(axis=-1), 0.0), np.maximum(quotient.max(axis=-1), 0.0)
         low = np.where(positive, quotient, np.inf).min(axis=-1)
         low = np.where((~positive & (top < low[..., None] * bottom)).any(axis=-1), 0.0, low)
         high = np.where(positive.all(axis=-1), np.where(positive, quotient, -np.inf).max(axis=-1), np.inf)

@@ -77,16 +77,18 @@ def powers_on(boxes: Boxes, exponents: FloatArray, powers: IntArray) -> Scalar:
     middle, half = boxes.middle, boxes.half
     at = np.exp(np.log(np.maximum(middle[:, :-1], 1e-300)) @ exponents.T)
     far = half[:, :-1] @ np.abs(exponents).T
+    bent = at * (np.exp(far) - 1.0 - far)
     slope = np.zeros((*at.shape, middle.shape[1]))
-    slope[..., :-1] = at[..., None] * exponents
-    product = Scalar(at, slope, at * (np.exp(far) - 1.0 - far))
     if not powers.any():
-        return product
+        slope[..., :-1] = at[..., None] * exponents
+        return Scalar(at, slope, bent)
     speed, wide = middle[:, -1:], half[:, -1:]
-    rising = np.zeros_like(slope)
-    rising[..., -1] = powers * speed ** np.maximum(powers - 1, 0)
+    size, steep = speed**powers, powers * speed ** np.maximum(powers - 1, 0)
+    slope[..., :-1] = (at * size)[..., None] * exponents
+    slope[..., -1] = at * steep
     rest = np.where(powers == 2, wide**2, 0.0)
-    return product.times(Scalar(speed**powers, rising, rest), half[:, None, :])
+    beyond = at * rest + size * bent + (at * far + bent) * (steep * wide + rest)  # as of any product
+    return Scalar(at * size, slope, beyond)
 
 
 def amplitude_on(boxes: Boxes, line: Line, power: int) -> Scalar:

@@ -19,7 +19,8 @@ from vibopt.signals import Band, Drive
 from vibopt.work import Budget
 
 _ROUNDING = 1e-9
-_BATCH = 512
+_BATCH, _CHUNK = 512, 256
+"""Boxes that are looked at before the next are cut, and of them those at once: more would not stay in fast memory."""
 _MOST = 200_000
 
 Kept = Callable[[Boxes], tuple[BoolArray, FloatArray, FloatArray]]
@@ -77,7 +78,8 @@ class Vicinity:
             some = left.part(slice(-_BATCH, None))
             self.boxes += len(some.low)
             with np.errstate(all="ignore"):  # of a box that is too wide nothing is known
-                good, weight, excess = kept(some)
+                parts = [kept(some.part(slice(i, i + _CHUNK))) for i in range(0, len(some.low), _CHUNK)]
+            good, weight, excess = (np.concatenate(one) for one in zip(*parts, strict=True))
             first = int(np.argmax(np.nan_to_num(excess, nan=-np.inf)))
             if excess[first] > 0.0:
                 self.witness = some.middle[first, :-1]
@@ -85,9 +87,8 @@ class Vicinity:
             bad = Boxes(some.low[~good], some.high[~good])
             if len(bad.low) and not weight[~good].any(axis=1).all():
                 return False
-            parts = bad.halves(weight[~good])
-            rest = left.part(slice(None, -_BATCH))
-            left = Boxes(np.concatenate([rest.low, parts.low]), np.concatenate([rest.high, parts.high]))
+            halves, rest = bad.halves(weight[~good]), left.part(slice(None, -_BATCH))
+            left = Boxes(np.concatenate([rest.low, halves.low]), np.concatenate([rest.high, halves.high]))
         return True
 
     def _rates(self, form: ModeFrequency) -> list[Band]:
