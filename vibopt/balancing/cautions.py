@@ -95,14 +95,8 @@ def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified,
     if noise is not None and identified.learnt:
         ends = bands(job, identified, noise, u)
         worst = int(np.argmax(np.nan_to_num(weight * ends[:, 1], nan=-1.0)))
-        band = (
-            ""
-            if np.isnan(ends[worst, 1])
-            else (
-                f"{amplitude(job, worst, float(ends[worst, 0])).shown} to "
-                f"{amplitude(job, worst, float(ends[worst, 1])).shown} at {job.row_name(worst)}"
-            )
-        )
+        low, high = (amplitude(job, worst, float(end)).shown for end in ends[worst])
+        band = "" if np.isnan(ends[worst, 1]) else f"{low} to {high} at {job.row_name(worst)}"
     rms = float(np.sqrt(np.mean((weight * left) ** 2)))
     return Remedy(name, amplitude(job, row, float(left[row])), amplitude(job, 0, rms), masses, band)
 

@@ -95,12 +95,9 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
     sets: list[tuple[str, RotorJob]] = []
     for one in of.found:
         if one.out:
-            sets.append(
-                (
-                    f"with {_named(of.whole, one.out)}{_AGAINST[len(one.out) > 1]}",
-                    replace(of.job, odd=tuple(run for run in of.job.odd if run not in one.out)),
-                )
-            )
+            again = tuple(run for run in of.job.odd if run not in one.out)
+            name = f"with {_named(of.whole, one.out)}{_AGAINST[len(one.out) > 1]}"
+            sets.append((name, replace(of.job, odd=again)))
         elif not one.told:
             sets += [(f"without {_named(of.whole, out)}", without(of.job, out)) for out in one.possible]
     if not sets:

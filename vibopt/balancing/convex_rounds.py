@@ -251,15 +251,9 @@ def least_factor(scene: Scaled) -> Scaled:
     """The program whose answer is the least common factor on all limits."""
     none = np.empty((0, scene.n_planes), dtype=complex)
     return replace(
-        scene,
-        G=scene.F,
-        g=scene.f,
-        F=none,
-        f=none[:, 0],
-        limited=np.empty(0, dtype=np.intp),
-        goal="worst",
+        scene, G=scene.F, g=scene.f, F=none, f=none[:, 0], limited=np.empty(0, dtype=np.intp), goal="worst",
         goal_size=1.0,
-    )
+    )  # fmt: skip
 
 
 def _patient(scene: Scaled) -> Convex:

@@ -84,9 +84,10 @@ class CsvMistakes(Mistakes):
 
     def place(self, path: Path) -> tuple[int, Column | None]:
         """Row and column of ("cell", row, index) and ("header", row), or of a value as [[runs]] would have it."""
-        if path[0] != "runs":
-            column = next((one for one in self.columns if one is not None and one.index in path[2:]), None)
-            return (int(path[1]), column) if len(path) > 1 else (0, None)
+        if path[0] == "header":
+            return int(path[1]), Column("", int(path[2]), "", "", "") if len(path) > 2 else None
+        if path[0] == "cell":
+            return int(path[1]), self.columns[int(path[2])]
         if len(path) < 2 or int(path[1]) >= len(self.rows):
             return 0, None
         row, cells = self.rows[int(path[1])]
@@ -318,7 +319,6 @@ def _columns(
 ) -> list[Column | None]:
     known, named = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors], {*planes, *sensors}
     columns = [_known_column(part, named) for part in parts]
-    mistakes.columns = [Column("", part.index, "", "", "") for part in parts]
     for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
         if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown
             name = heading_of(part.heading)[0]

@@ -75,11 +75,7 @@ def _plane(plane: Any) -> str:
 
 
 def _known(job: KnownJob) -> dict[str, Any]:
-    goal = (
-        "an analysis, nothing to choose"
-        if job.goal is None
-        else f"goal: minimise {job.goal.minimise.replace('_', ' ')}"
-    )
+    goal = "an analysis, nothing to choose" if job.goal is None else f"goal: minimise {job.aim.replace('_', ' ')}"
     return {
         "title": job.title, "masses": len(job.masses), "planes": len(job.planes), "bearings": len(job.bearings),
         "limits": len(job.limits), "measures": len(job.measures), "expected": len(job.expected), "asked": goal,
@@ -98,11 +94,8 @@ def _engine(job: EngineJob) -> dict[str, Any]:
         if one.fixed is None:
             cap = f"up to {show(one.cap, one.unit, 'unbalance')}" if one.cap < float("inf") else "any size"
             choices[f"{one.family}.{one.name}"] = f"{cap}, any angle"
-    if job.goal is None:
-        goal = "an analysis, nothing to choose"
-    else:
-        order = f" of order {job.goal.order}" if job.goal.order else ""
-        goal = f"goal: minimise {job.goal.minimise.replace('_', ' ')}{order}"
+    order = f" of order {job.goal.order}" if job.goal is not None and job.goal.order else ""
+    goal = f"goal: minimise {job.aim.replace('_', ' ')}{order}" if job.aim else "an analysis, nothing to choose"
     return {
         "title": job.title, "cylinders": len(job.cylinders), "weights": len(job.weights), "limits": len(job.limits),
         "measures": len(job.measures), "expected": len(job.expected), "asked": goal, "choices": choices, "notes": [],

@@ -14,6 +14,7 @@ from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import Options, neighbours
 from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name
+from vibopt.balancing.question import felt
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.units import show
@@ -31,17 +32,10 @@ def fitting_of(
     band: FloatArray | None = None,
 ) -> Fitting:
     """The correction u as weights, and what is left with it."""
-    tiny = NOTHING * _scale(identified, u)
+    tiny = NOTHING * max(felt(identified.y0, identified.H), float(np.abs(u).max(initial=0.0)))
     planes = fitted_planes(job.planes, job.conventions, u, options, tiny)
     left = _without_rounding(identified, u)
     return Fitting(planes, DeferredRows(len(left), lambda: _rows(job, identified, left, band)), left)
-
-
-def _scale(identified: Identified, u: ComplexArray) -> float:
-    """An unbalance that the readings could not miss [kg m]."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        felt = np.abs(identified.y0).max(initial=0.0) / np.abs(identified.H).max(initial=0.0)
-    return float(max(felt if np.isfinite(felt) else 0.0, np.abs(u).max(initial=0.0)))
 
 
 def fitted_planes(

@@ -110,17 +110,7 @@ def read_runs(
     near = {speed: [abs(one - speed) for one in groups] for speed, _ in dict.fromkeys(speeds)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
-        Run(
-            raw.label,
-            of_speed[speed],
-            speed,
-            total,
-            y,
-            tuple(_fitted(raw, planes)),
-            own,
-            raw.stayed,
-            raw.verification,
-        )
+        Run(raw.label, of_speed[speed], speed, total, y, _fitted(raw, planes), own, raw.stayed, raw.verification)
         for raw, (speed, _), total, y, own in zip(raws, speeds, weights, readings, written, strict=True)
     )
     return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
@@ -394,12 +384,11 @@ def with_units(planes: Sequence[Plane], weights: Sequence[tuple[str, Any]]) -> t
     return tuple(shown)
 
 
-def _fitted(raw: Raw, planes: Sequence[Plane]) -> list[tuple[int, str]]:
+def _fitted(raw: Raw, planes: Sequence[Plane]) -> tuple[tuple[int, str], ...]:
+    """The weights of a run as written, by plane."""
     names = [plane.name for plane in planes] if raw.weights else []
-    fitted = []
-    for name, given in raw.weights.items():
-        fitted += [(names.index(name), str(text)) for text in (given if isinstance(given, list) else [given])]
-    return fitted
+    listed = [(name, given if isinstance(given, list) else [given]) for name, given in raw.weights.items()]
+    return tuple((names.index(name), str(text)) for name, texts in listed for text in texts)
 
 
 def _written(raw: Raw, names: Sequence[str]) -> Written | None:

@@ -242,13 +242,7 @@ def _open(job: RotorJob, answers: Answers, posed: Posed, solved: Solved, fitting
 
 
 def _several(fittings: list[Fitting]) -> tuple[str, str]:
-    many = (
-        "two"
-        if len(fittings) == 2
-        else f"{len(fittings)}"
-        if len(fittings) < MOST_ANSWERS
-        else f"at least {MOST_ANSWERS}"
-    )
+    many = {2: "two", MOST_ANSWERS: f"at least {MOST_ANSWERS}"}.get(len(fittings), f"{len(fittings)}")
     return "unproven", f"the amplitudes leave {many} answers; one more trial run decides"
 
 

@@ -245,6 +245,13 @@ def first_greatest(values: FloatArray) -> int:
     return int(np.flatnonzero(values >= values.max() - 1e-7 * abs(values.max()))[0])
 
 
+def felt(y0: ComplexArray, H: ComplexArray) -> float:
+    """An unbalance that the readings could not miss [kg m]; zero where none is known."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        size = float(np.abs(y0).max(initial=0.0) / np.abs(H).max(initial=0.0))
+    return size if np.isfinite(size) else 0.0
+
+
 def relative_gap(value: float, bound: float, size: float) -> float:
     """(value - bound) relative to the value, or to 1e-3 of the goal's natural `size` where the value is about zero."""
     return max(value - bound, 0.0) / max(abs(value), 1e-3 * size, 1e-300)

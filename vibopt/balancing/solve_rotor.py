@@ -104,11 +104,8 @@ def _certified(plan: Answer[RotorJob], identified: Identified) -> Answer[RotorJo
     details = {**plan.details, "put_back": {"greatest_difference": off}}
     within = f"to {off:.0e}" if off > _ROUNDING else "up to rounding"
     if off <= AGREES:
-        return replace(
-            plan,
-            details=details,
-            claim=f"{plan.claim}; put back into a simulated rotor, which shows the same {within}",
-        )
+        claim = f"{plan.claim}; put back into a simulated rotor, which shows the same {within}"
+        return replace(plan, details=details, claim=claim)
     row = int(np.argmax(np.abs(shown - said)))
     text = (
         f"the simulated rotor shows {amplitude(job, row, float(shown[row])).short(6)} at {job.row_name(row)}, the "
@@ -124,13 +121,8 @@ def _advice(job: RotorJob) -> Answer[RotorJob]:
         for name, entry in trial_advice(job).items()
         if name.endswith(".trial")
     )
-    return begun(
-        job,
-        status="unproven",
-        claim="no trial run yet: what a weight does is not known",
-        words=words,
-        reason="Make one run a plane with a trial weight.",
-    )
+    claim, reason = "no trial run yet: what a weight does is not known", "Make one run a plane with a trial weight."
+    return begun(job, status="unproven", claim=claim, words=words, reason=reason)
 
 
 def _quality_only(job: RotorJob) -> Answer[RotorJob]:
@@ -138,9 +130,6 @@ def _quality_only(job: RotorJob) -> Answer[RotorJob]:
     values = quality_values(job, None, None)
     word = values.get("quality.met")
     status = "met" if word is None or word.shown == "yes" else "violated"
-    claim = (
-        "permissible residual unbalance from the grade"
-        if word is None
-        else f"the grade asked for is {'' if status == 'met' else 'not '}earned"
-    )
+    earned = f"the grade asked for is {'' if status == 'met' else 'not '}earned"
+    claim = "permissible residual unbalance from the grade" if word is None else earned
     return begun(job, status=status, claim=claim, values=values, method="lever rule")

@@ -12,7 +12,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.lengths import Box, Lengths, least
-from vibopt.balancing.question import Question, Solved
+from vibopt.balancing.question import Question, Solved, felt
 from vibopt.errors import counted
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
@@ -125,14 +125,7 @@ def _choices(question: Question, fans: tuple[Fan | None, ...]) -> tuple[ComplexA
     for place, plane in enumerate(free):
         spread[plane, len(holes) + 2 * place : len(holes) + 2 * place + 2] = 1.0, 1j
     shares = tuple((0.0, float(min(question.caps[plane], each))) for plane, _, each in holes)
-    return spread, Box(shares, tuple(float(question.caps[k]) for k in free), _unit(question))
-
-
-def _unit(question: Question) -> float:
-    """A correction that matters [kg m]."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        felt = np.abs(question.y0).max(initial=0.0) / np.abs(question.H).max(initial=0.0)
-    return float(felt) if np.isfinite(felt) and felt > 0.0 else 1.0
+    return spread, Box(shares, tuple(float(question.caps[k]) for k in free), felt(question.y0, question.H) or 1.0)
 
 
 def _masses(question: Question, spread: ComplexArray, n_parts: int) -> ComplexArray:
