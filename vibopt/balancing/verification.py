@@ -12,7 +12,6 @@ import cmath
 import re
 from collections.abc import Sequence
 from functools import cache
-from itertools import chain
 from math import pi
 from typing import Any
 
@@ -125,7 +124,7 @@ def _cosines(
 def _numbers(rows: Sequence[Sequence[str]]) -> FloatArray:
     """Rows of numbers as they stand in the file; zero where there is none."""
     try:
-        return np.array(list(map(float, chain.from_iterable(rows)))).reshape(len(rows), -1)
+        return np.array(rows, dtype=float).reshape(len(rows), -1)
     except ValueError:
         return np.array([[float(text or "0") for text in row] for row in rows])
 

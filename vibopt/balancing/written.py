@@ -68,7 +68,7 @@ def numbers(joined: str, shape: tuple[int, ...]) -> tuple[list[str], FloatArray]
         return None
     parts = joined.split("\n")
     try:
-        found = np.array(list(map(float, parts)))
+        found = np.array(parts, dtype=float)
     except ValueError:
         return None
     return (parts, found.reshape(shape)) if np.isfinite(found).all() else None
