@@ -21,8 +21,8 @@ IDLE = frozenset(
 """Words that say nothing of what is meant."""
 _HEADING, _HINT = 6, 4
 """What a word counts in a heading or among the words that serve the search, against once in the text."""
-_REFUSED, _CHANGED = 0.4, 0.3
-"""What a word counts in a list of refusals, and in the list of changes, against anywhere else."""
+_REFUSED, _ASIDE = 0.4, {"changelog": 0.3, "contributing": 0.75}
+"""What a word counts in a list of refusals, and in topics that are not for those who ask, against anywhere else."""
 _FLAT, _LONG = 1.5, 0.6
 """Constants of Okapi's weighting (BM25): how soon more of a word counts no more, and how much length counts."""
 
@@ -48,10 +48,7 @@ class Index:
             + sum(self._rare(self.pair_spread[one]) for one in pairs & there)
             for k, there in enumerate(self.pairs)
         ]
-        scores = [
-            _CHANGED * score if one.heading == "Changelog" else score
-            for one, score in zip(self.sections, scores, strict=True)
-        ]
+        scores = [_ASIDE.get(one.topic, 1.0) * score for one, score in zip(self.sections, scores, strict=True)]
         order = sorted(range(len(scores)), key=lambda k: (-scores[k], k))
         return tuple(self.sections[k] for k in order if scores[k] > 0.0)
 
