@@ -35,7 +35,7 @@ def settled(program: Program, hits: Mapping[int, Hit]) -> tuple[dict[int, Hit], 
     """The worst machines, after a search that misses none, and the names of what is neither broken nor proven."""
     final, left = {}, []
     for index, part in parts_of(program).items():
-        one, sure = _raised(part, program.axes, hits[index])
+        one, sure = raised(part, program.axes, hits[index])
         final[index] = replace(one, sure=sure)
         broken = isinstance(part, Limit) and missed(part, one.value) > TOLERANCE
         if not (sure or broken or _held(part, program.axes, one)):
@@ -76,7 +76,7 @@ def _pieces(part: Limit | Aim) -> tuple[Limit | Aim, ...]:
     return part.pieces if isinstance(part, Aim) else (part,)
 
 
-def _raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bool]:
+def raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bool]:
     """The hit, or a worse one where the proof that there is none fails on a machine; whether it is proven to MARGIN."""
     if one.proven:
         return one, True
@@ -136,4 +136,4 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
     return all(top > 0.0 and _covered(one, axes, top, least) for one, top in shares)
 
 
-__all__ = ["breaks", "parts_of", "settled", "tight", "worst_machines"]
+__all__ = ["breaks", "parts_of", "raised", "settled", "tight", "worst_machines"]
