@@ -171,12 +171,12 @@ class Segment:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A force whose speed changes evenly from one to another, and stays there; before, it stays at the first.
+    """A force whose speed changes from one to another, and stays there; before, it stays at the first.
 
     speeds
-        First and last, and those between at which the force changes its way, rising or falling [rad/s].
-    rate
-        Change of the speed [rad/s^2]; below zero where it falls.
+        First and last, and those between at which the force or the rate changes its way, rising or falling [rad/s].
+    rates
+        Change of the speed on each stretch between two of them [rad/s^2], even on it; below zero where it falls.
     powers
         On each stretch between two of `speeds` the complex amplitude by powers of the speed, (n_powers,) [N].
     still
@@ -184,6 +184,15 @@ class Sweep:
     """
 
     speeds: tuple[float, ...]
-    rate: float
+    rates: tuple[float, ...]
     powers: tuple[ComplexArray, ...]
     still: tuple[float, float]
+
+    @property
+    def times(self) -> FloatArray:
+        """When it reaches each of `speeds` [s], from the beginning on."""
+        return np.concatenate([[0.0], np.cumsum(np.diff(self.speeds) / self.rates)])
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """The speed at times [rad/s], shape of `times`."""
+        return np.interp(times, self.times, self.speeds)

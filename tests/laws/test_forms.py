@@ -204,7 +204,7 @@ _PUSH = Drive("shaker", (Line(1.0, np.array([5.0 + 0j]), Amplitude((Piece(Band(0
               (Band(_SPEED, _SPEED),))  # fmt: skip
 _READ = Output(_ROW, _NONE)
 _ON = Segment(3.0, np.array([1.0]), np.zeros((1, 1)), np.eye(1), np.zeros(1))
-_RISING = Sweep((0.0, 24.0), 24.0, (np.array([0.0, 0.1 + 0j]),), (0.0, 2.4))
+_RISING = Sweep((0.0, 24.0), (24.0,), (np.array([0.0, 0.1 + 0j]),), (0.0, 2.4))
 _MODULUS, _PEAK = Modulus(_READ, (_DRIVE,), "sum"), PeakInTime(_READ, np.array([[5.0], [0.0]]), (_ON,))
 _FACTOR = Monomials(np.array([1.0 / _RATING]), np.array([[1.0, 0.0, 0.0]]))
 CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {

@@ -34,6 +34,11 @@ class Force(Directed):
 
     @model_validator(mode="after")
     def _one_beginning(self) -> "Force":
+        if self.run_up is not None and self.run_up.torque is not None:
+            raise word(
+                "has a run_up by torque, but what a force takes from a motor nobody knows. Write an unbalance, or the "
+                'acceleration that the motor reaches: run_up = { acceleration = "50 rpm/s" }.'
+            )
         if self.run_up is not None and self.begins is not None:
             raise word("has run_up and begins: does it gain speed, or begin suddenly at full speed? Keep one.")
         return self

@@ -3,20 +3,79 @@
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import create_model, model_validator
 
 from vibopt.arrays import ComplexArray
+from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import Excitation
-from vibopt.signals import Amplitude, Band, Sweep
+from vibopt.mechanics.motor import Motor
+from vibopt.signals import Amplitude, Band, Piece, Sweep
+from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word
+from vibopt.values.fields import ReadBy, complaint
 
 _WHOLE = (
     "chooses the {}, but a run-up has a given one: its greatest amplitude rises and falls with the rate, so that no "
     "rate between two good ones is sure to be good. Write one value, and look at all of them with vibopt sweep."
 )
+
+
+def _torque(given: object, key: str) -> Amplitude:
+    if not isinstance(given, list):
+        try:
+            return Amplitude((Piece(Band(0.0, math.inf), read_quantity(given, "moment").value),))
+        except QuantityError as error:
+            raise complaint(str(error)) from None
+    if len(given) < 2 or not all(isinstance(row, list) and len(row) == 2 for row in given):
+        raise complaint(
+            f'is not a table of at least two rows [speed, torque]. Write {key} = [["0 rpm", "40 N m"], ["1500 rpm", '
+            '"25 N m"]].'
+        )
+    try:
+        at = [read_quantity(row[0], "angular_rate").value for row in given]
+        torques = [read_quantity(row[1], "moment").value for row in given]
+    except QuantityError as error:
+        raise complaint(f"has a row that cannot be read: it {error}") from None
+    if any(b <= a for a, b in pairwise(at)):
+        raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")
+    pieces = []
+    for (a, b), (ta, tb) in zip(pairwise(at), pairwise(torques), strict=True):
+        slope = (tb - ta) / (b - a)
+        pieces.append(Piece(Band(a, b), ta - slope * a, slope))
+    return Amplitude(tuple(pieces))
+
+
+def _driving(given: object) -> Amplitude:
+    return given if isinstance(given, Amplitude) else _torque(given, "torque")
+
+
+def _load(given: object) -> Amplitude:
+    if isinstance(given, Amplitude):
+        return given
+    if not isinstance(given, Mapping):
+        return _torque(given, "load")
+    if {*given} != {"torque", "at", "varies"} or given["varies"] not in _POWERS:
+        raise complaint(
+            'is no load that vibopt knows. Write { torque = "20 N m", at = "1500 rpm", varies = "speed^2" } (or '
+            '"speed"), one torque, or rows of speed and torque.'
+        )
+    try:
+        torque, at = read_quantity(given["torque"], "moment").value, read_quantity(given["at"], "angular_rate").value
+    except QuantityError as error:
+        raise complaint(f"has a value that cannot be read: it {error}") from None
+    if not at > 0.0:
+        raise complaint('grows with the speed, but is given at standstill. Write at = "1500 rpm".')
+    power = _POWERS[given["varies"]]
+    return Amplitude((Piece(Band(0.0, math.inf), torque / at**power, 0.0, power),))
+
+
+_POWERS = {"speed": 1, "speed^2": 2}
+_ROWS = {"anyOf": [{"type": "string"}, {"type": "array", "description": "rows [speed, torque]"}]}
+Curve = Annotated[Amplitude, ReadBy(_driving, _ROWS)]
+Load = Annotated[Amplitude, ReadBy(_load, {"anyOf": [*_ROWS["anyOf"], {"type": "object"}]})]
 
 
 class RunUpTable(Table):
@@ -27,31 +86,43 @@ class RunUpTable(Table):
     from: Speed at which it begins, in steady vibration: `from = "0 rpm"`, which is also what is taken without it.
     to: Speed at which it stays: `to = "3000 rpm"`; without it the greatest of the excitation's own.
     acceleration: Size of the change of the speed, also where it falls: `acceleration = "50 rpm/s"`. One of
-        `acceleration` and `duration`.
+        `acceleration`, `duration` and `torque`.
     duration: How long it takes from the one speed to the other: `duration = "60 s"`.
+    torque: Of the motor, of an unbalance: the speed then follows from torque, load and inertia, and the vibration takes
+        up its part. One value, or rows of speed and torque, straight between them: `torque = [["0 rpm", "40 N m"],
+        ["1500 rpm", "25 N m"]]`; below zero it brakes.
+    load: Torque that the machine takes against the speed, as `torque`, or by a power of the speed: `load = { torque =
+        "20 N m", at = "1500 rpm", varies = "speed^2" }`. Nothing without it.
+    inertia: Of all that turns, with `torque`: `inertia = "3 kg m2"`.
     """
 
     to: Fact | None = number("angular_rate", choice=False, sign="not negative")
     acceleration: Fact | None = number("angular_acceleration", choice=False)
     duration: Fact | None = number("time", choice=False)
+    torque: Curve | None = None
+    load: Load | None = None
+    inertia: Fact | None = number("inertia", choice=False)
 
     @model_validator(mode="before")
     @classmethod
     def _given_rate(cls, given: Any) -> Any:
         for key in given if isinstance(given, Mapping) else ():
-            if key in ("torque", "inertia", "load"):
-                raise word(
-                    f"speaks of a {key}. Near a resonance the vibration takes up torque, so that a weak motor may "
-                    'stick there, which is not answered yet. Write the rate that it reaches: acceleration = "50 rpm/s".'
-                )
             if key in ("acceleration", "duration") and isinstance(given[key], Mapping):
                 raise word(_WHOLE.format(key))
         return given
 
     @model_validator(mode="after")
     def _one_rate(self) -> "RunUpTable":
-        if (self.acceleration is None) == (self.duration is None):
-            raise word('needs one of acceleration and duration. Write acceleration = "50 rpm/s".')
+        said = [key for key in ("acceleration", "duration", "torque") if getattr(self, key) is not None]
+        if len(said) != 1:
+            raise word('needs one of acceleration, duration and torque. Write acceleration = "50 rpm/s".')
+        if self.torque is not None and self.inertia is None:
+            raise word('gives a torque, but to what inertia? Add inertia = "3 kg m2", of all that turns.')
+        idle = [key for key in ("load", "inertia") if getattr(self, key) is not None and self.torque is None]
+        if idle:
+            raise word(
+                f"gives {idle[0]} and {said[0]}, which says the rate already. Write torque instead, or remove it."
+            )
         if self.to is not None and self.to.value == self.begins:
             raise word("ends at the speed at which it begins. Write another to, or leave run_up out.")
         return self
@@ -83,8 +154,17 @@ def ends_of(excitation: Excitation) -> tuple[float, float]:
     return table.begins, table.to.value if table.to is not None else max(one.high for one in excitation.own_bands())
 
 
+def motor_of(excitation: Excitation) -> Motor | None:
+    """What turns it, where its speed follows from torque."""
+    table = _ramp(excitation)
+    if table.torque is None or table.inertia is None:
+        return None
+    load = table.load or Amplitude((Piece(Band(0.0, math.inf), 0.0),))
+    return Motor(*ends_of(excitation), table.torque, load, table.inertia.value, abs(excitation.swung))
+
+
 def rate_of(excitation: Excitation) -> float:
-    """Change of its speed [rad/s^2]; below zero where it falls."""
+    """Change of its speed [rad/s^2], which is given; below zero where it falls."""
     table = _ramp(excitation)
     low, high = ends_of(excitation)
     if table.duration is not None:
@@ -93,8 +173,11 @@ def rate_of(excitation: Excitation) -> float:
     return math.copysign(table.acceleration.value, high - low)
 
 
-def sweep_of(excitation: Excitation) -> Sweep:
-    """Its force against the speed, and how that changes."""
+def course_of(excitation: Excitation) -> Sweep | Motor:
+    """Its force against the speed, and how that changes, or what changes it."""
+    motor = motor_of(excitation)
+    if motor is not None:
+        return motor
     low, high = ends_of(excitation)
     [line] = excitation.lines(np.ones(1))
     rate, amplitude, own = rate_of(excitation), line.amplitude, sorted((low, high))
@@ -103,7 +186,7 @@ def sweep_of(excitation: Excitation) -> Sweep:
     still = amplitude.at(np.array([low, high]))
     if rate < 0.0:
         joints, powers = joints[::-1], powers[::-1]
-    return Sweep(tuple(joints), rate, tuple(powers), (float(still[0]), float(still[1])))
+    return Sweep(tuple(joints), (rate,) * len(powers), tuple(powers), (float(still[0]), float(still[1])))
 
 
 def _powers(amplitude: Amplitude, speed: float, along: complex) -> ComplexArray:
@@ -122,4 +205,4 @@ def band_of(excitation: Excitation) -> Band:
     return Band(*sorted(ends_of(excitation)))
 
 
-__all__ = ["RunUp", "RunUpTable", "band_of", "ends_of", "rate_of", "sweep_of"]
+__all__ = ["RunUp", "RunUpTable", "band_of", "course_of", "ends_of", "motor_of", "rate_of"]

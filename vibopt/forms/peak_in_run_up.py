@@ -6,13 +6,16 @@ around the design, for the answer is analytic in the coefficients and its modulu
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, by_differences
+from vibopt.forms.form import ROOTS, Form, by_differences
 from vibopt.forms.peak_in_time import matrices, reading
+from vibopt.mechanics.motor import NO_SWEEP, Motor
+from vibopt.mechanics.transient import Reading
 from vibopt.records import dataclass
 from vibopt.signals import Output, Sweep
 
@@ -21,9 +24,11 @@ if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.sweep_response import RunUp
-    from vibopt.mechanics.transient import Peak, Reading
+    from vibopt.mechanics.transient import Peak
 
 _KEPT = 64
+BY_TORQUE = 2e-4
+"""Part of itself to which the greatest is known where the speed follows from torque."""
 _HALF, _AROUND = 4, 0.05
 """Points of half a circle around a design, and the greatest change of a phase on it [rad]."""
 
@@ -35,12 +40,12 @@ class PeakInRunUp(Form):
     load
         (n_coords,): what a force of one acts on.
     sweep
-        How force and speed change.
+        How force and speed change: a given way, or by the torque of a motor, which depends on the design.
     """
 
     output: Output
     load: FloatArray
-    sweep: Sweep
+    sweep: Sweep | Motor
     no_bounds = "is a peak in a run-up: it has no bounds on boxes of designs"
     not_convex = "is a peak in a run-up, which is not convex in stiffness and damping"
     rough = "is a peak in a run-up: its instant is found by a search, and jumps from one resonance to another"
@@ -52,7 +57,7 @@ class PeakInRunUp(Form):
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         peak, p = self.peak(model, x), model.values(x)
-        if not 0.0 < peak.value < np.inf:
+        if not 0.0 < peak.value < np.inf or not isinstance(self.sweep, Sweep):
             return by_differences(lambda at: self.value(model, at), x)
         machine, row = self.run_up(model, p)
         own = machine.modal(row)
@@ -93,12 +98,36 @@ class PeakInRunUp(Form):
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
-            machine, row = self.run_up(model, model.values(x))
-            known[key] = self, machine.peak(row)  # the form stays, and so its number
+            known[key] = self, self._peak(model, model.values(x))  # the form stays, and so its number
         return known[key][1]
 
+    def _peak(self, model: Model, p: FloatArray) -> Peak:
+        from vibopt.mechanics.transient import Peak
+
+        made = self.run_up(model, p)
+        return made[0].peak(made[1]) if made[0].sweep.speeds else Peak(np.inf, np.inf)
+
     def run_up(self, model: Model, p: Numbers) -> tuple[RunUp, Reading]:
-        """The machine under its force, and what is read, at coefficients p (n_terms,), real or complex."""
+        """The machine under its force, and what is read, at coefficients p (n_terms,), real or complex.
+
+        Of a motor that sticks the run-up has no speeds.
+        """
         from vibopt.mechanics.sweep_response import RunUp
 
-        return RunUp(*matrices(model, p), model.n_free, self.load, self.sweep), reading(model, self.output, p)
+        read = reading(model, self.output, p)
+        if isinstance(self.sweep, Sweep):
+            return RunUp(*matrices(model, p), model.n_free, self.load, self.sweep), read
+        machine = RunUp(*matrices(model, p), model.n_free, self.load, NO_SWEEP)
+        motor, own = self.sweep, machine.modal(Reading(self.load, 0.0 * self.load, 0.0 * self.load))
+
+        def drag(speeds: FloatArray) -> FloatArray:
+            moved = (own.parts / (1j * speeds[..., None] - own.poles)).sum(axis=-1)
+            return motor.drag(moved, speeds)
+
+        return replace(machine, sweep=motor.against(drag, own.poles) or NO_SWEEP), read
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """Accelerations that follow from torque are even on stretches."""
+        return (ROOTS if isinstance(self.sweep, Sweep) else BY_TORQUE) * max(
+            [0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]
+        )

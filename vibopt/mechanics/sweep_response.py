@@ -67,8 +67,8 @@ class RunUp:
     def steady(self, reading: Reading, speeds: FloatArray) -> FloatArray:
         """Size of the steady vibration at speeds of the run-up [rad/s], (n,)."""
         machine, sweep = self.modal(reading), self.sweep
-        joints = np.array(sweep.speeds[1:-1])
-        which = np.searchsorted(np.sign(sweep.rate) * joints, np.sign(sweep.rate) * speeds)
+        sense, joints = np.sign(sweep.rates[0]), np.array(sweep.speeds[1:-1])
+        which = np.searchsorted(sense * joints, sense * speeds)
         size = np.array([_polynomial(sweep.powers[one], speed) for one, speed in zip(which, speeds, strict=True)]).real
         with np.errstate(divide="ignore", invalid="ignore"):
             driven = machine.parts @ (1.0 / (1j * speeds - machine.poles[:, None]))
@@ -88,8 +88,8 @@ class RunUp:
         with np.errstate(divide="ignore", invalid="ignore"):
             state = sweep.still[0] / (1j * sweep.speeds[0] - machine.poles)
         found = []
-        for low, high, powers in zip(sweep.speeds[:-1], sweep.speeds[1:], sweep.powers, strict=True):
-            one = Stretch(machine, state, low, sweep.rate, (high - low) / sweep.rate, powers)
+        for low, high, rate, powers in zip(sweep.speeds, sweep.speeds[1:], sweep.rates, sweep.powers, strict=False):
+            one = Stretch(machine, state, low, rate, (high - low) / rate, powers)
             found.append((begun, one))
             state, begun = one.states(np.array([one.length]))[:, 0], begun + one.length
         stays = np.array([sweep.still[1]], dtype=complex)

@@ -31,7 +31,7 @@ from vibopt.scene.drives import (
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
-from vibopt.signals import Drive, Sweep
+from vibopt.signals import Drive
 
 RATED = ": rated load"
 """How the names of limits end that a part brings with it."""
@@ -158,7 +158,7 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         return forms.Added(tuple(_form_of(scene, model, one) for one in alone), response.combine == "rss")
     if isinstance(response, TransientResponse):
         loads, signals = signals_for(scene, response, model.points, model.n_free)
-        if isinstance(signals, Sweep):
+        if not isinstance(signals, tuple):
             return forms.PeakInRunUp(response.output(model), loads[:, 0], signals)
         between = durations_of(scene, response)
         if between is not None:

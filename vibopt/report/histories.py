@@ -109,29 +109,29 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
 
 def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunUp) -> Panel | None:
     """A run-up: its envelope against the speed, beside the steady vibration."""
-    x, sweep = np.array(design.x), form.sweep
+    x = np.array(design.x)
     peak, count = form.peak(model, x), mount_count(model, form.output, x)
     if not isfinite(peak.value):
         return None
     machine, row = form.run_up(model, model.values(x))
-    begin, length = sweep.speeds[0], (sweep.speeds[-1] - sweep.speeds[0]) / sweep.rate
+    sweep, length = machine.sweep, float(machine.sweep.times[-1])
     top_time = min(peak.time, length)
     times = np.sort(np.append(np.linspace(0.0, length, _FINE), top_time))
-    swept = begin + sweep.rate * times
+    swept = sweep.at(times)
     modes = natural_frequencies(model, model.values(x))
     speeds = np.sort(np.append(swept, modes[(modes > swept.min()) & (modes < swept.max())]))
     [name] = names_for(design.scene, asked.response)
     unit_x, dimension, most = design.scene.excitations[name].speed.unit, asked.response.dimension, peak.value / count
     unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
     factor, per = to_unit(1.0, unit, dimension), to_unit(1.0, unit_x, "angular_rate")
-    steady, at = machine.steady(row, speeds) / count, begin + sweep.rate * top_time
+    steady, at = machine.steady(row, speeds) / count, float(sweep.at(np.array(top_time)))
     seen = 3.0 * max(most, asked.bound or 0.0)
     top = factor * max(most, asked.bound or 0.0, float(np.minimum(np.nan_to_num(steady), seen).max()))
     found = f"{show(most, unit, dimension)} at {show(at, unit_x, 'angular_rate')}"
     words = value_at(asked.row) if asked.row is not None else found
     span = (per * float(swept.min()), per * float(swept.max()))
     known = np.ones(len(speeds), dtype=bool)
-    runs = "run-up" if sweep.rate > 0.0 else "run-down"
+    runs = "run-up" if sweep.rates[0] > 0.0 else "run-down"
     return Panel(
         title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}",
         x_label=f"speed of {name} [{unit_x}]",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isfinite
 
-from vibopt.excitations.run_up import band_of, ends_of
+from vibopt.excitations.run_up import band_of, ends_of, motor_of
 from vibopt.mechanics.machine import Machine
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
@@ -15,6 +15,7 @@ from vibopt.units import best_unit, show
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import ROTATION
 from vibopt.verify.as_built import machine_of
+from vibopt.verify.by_torque import ByTorque
 from vibopt.verify.certify import measure_on
 
 _SAME = 5e-3
@@ -35,7 +36,7 @@ def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         if one.combine is not None:
             told.update(names)
         elif name in rising:
-            notes += _never(scene, machine, name) if name not in told else []
+            notes += [*_never(scene, machine, name), *_torque(scene, machine, name)] if name not in told else []
             told.add(name)
             notes.append(_beside(scene, machine, where, name, one))
     notes += [
@@ -54,7 +55,10 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
     found = measure_on(scene, machine, response, "at_most")
     over = {"over": {name: SpeedRange((band,), ROTATION, unit)}, "due_to": (name,)}
     steady = measure_on(scene, machine, response.steady.model_copy(update=over), "at_most")
-    if not isfinite(found.value) or not isfinite(steady.value):
+    if isfinite(steady.value) and not isfinite(found.value):  # the motor sticks, as is said
+        most = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
+        return f"{where}: steady, it is at most {most} on the way, at {show(steady.speeds[name], unit, ROTATION)}."
+    if not isfinite(steady.value):
         return (
             f"{where}: run slowly it is infinite, at {show(steady.speeds[name], unit, ROTATION)}; in the run-up "
             f"{'too' if not isfinite(found.value) else 'it is not'}."
@@ -82,6 +86,28 @@ def _never(scene: Scene, machine: Machine, name: str) -> list[str]:
     return [
         f"excitations.{name}: its {_run(scene, name)} passes no resonance; the nearest natural frequency is "
         f"{show(near, unit, ROTATION)}."
+    ]
+
+
+def _torque(scene: Scene, machine: Machine, name: str) -> list[str]:
+    """How much of the torque that is left the vibration takes up, and that it may take all."""
+    motor = motor_of(scene.excitations[name])
+    if motor is None:
+        return []
+    unit, course = scene.excitations[name].speed.unit, ByTorque(machine, motor, scene.excitations[name].on)
+    speed, taken, left = course.dearest
+    where, much, rest = show(speed, unit, ROTATION), show(taken, "N m", "moment"), show(left, "N m", "moment")
+    if course.sticks:
+        return [
+            f"excitations.{name}: the motor may stick at about {where}. The vibration takes up {much} there, torque "
+            f"and load leave {rest}. Take more damping, less unbalance or more torque."
+        ]
+    if left < 0.0:
+        return []
+    part = f"{100.0 * taken / left:.2g} %"
+    return [
+        f"excitations.{name}: of the {rest} that torque and load leave at {where} the vibration takes up {much} "
+        f"({part}); it passes as slowly as if that were steady, which is on the safe side for one resonance."
     ]
 
 

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from vibopt.arrays import FloatArray
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.excitations.run_up import band_of, ends_of, rate_of
+from vibopt.excitations.excitation import Excitation
+from vibopt.excitations.run_up import band_of, ends_of, motor_of, rate_of
 from vibopt.mechanics.builder import GROUND
+from vibopt.mechanics.motor import Motor
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
 from vibopt.units import show
@@ -33,7 +38,22 @@ def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
             f"{where}.run_up goes up to {shown(band.high)}, but speed = {shown(own)} is beyond it: which of the two "
             f'does the machine reach? Write to = "{shown(own)}", or a lower speed.',
         )
-    elif abs(stays**2 - begins**2) / abs(2.0 * rate_of(one)) > _TURNS * 2.0 * math.pi:
+    elif (motor := motor_of(one)) is not None and not _covers(motor):
+        mistakes.add(
+            path,
+            f"{where}.run_up goes from {shown(begins)} to {shown(stays)}, and its torque is not known at all of these "
+            "speeds. Extend its rows.",
+        )
+    elif motor is not None and (weak := _weak(motor)) is not None:
+        speed, way = weak, "up" if stays > begins else "down"
+        left = show(float(motor.left(np.array([speed]))[0]), "N m", "moment")
+        mistakes.add(
+            path,
+            f"{where}.run_up never gets from {shown(begins)} to {shown(stays)}: at {shown(speed)} torque less load is "
+            f"{left}, which turns it no further {way}. Write a {'greater' if stays > begins else 'smaller'} torque, or "
+            "another end.",
+        )
+    elif _turned(one) > _TURNS * 2.0 * math.pi:
         mistakes.add(
             path,
             f"{where}.run_up takes more than {_TURNS:.0f} turns, so slowly that it is steady at every speed. Ask for "
@@ -45,6 +65,36 @@ def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
             f"{where}.run_up goes from {shown(begins)} to {shown(stays)}, and its amplitude is not known at all of "
             f'these speeds. Add varies = "constant" or varies = "speed^2" to {where}, or extend its table.',
         )
+
+
+def _covers(motor: Motor) -> bool:
+    """Whether torque and load are known on the whole way."""
+    low, high = sorted((motor.begins, motor.stays))
+    curves = (motor.driving.pieces, motor.load.pieces)
+    return all(one[0].band.low <= low and high <= one[-1].band.high * (1.0 + _ROOM) for one in curves)
+
+
+def _known(motor: Motor) -> FloatArray:
+    """Speeds at which torques are looked at: ends, joints of their curves, and some between."""
+    low, high = sorted((motor.begins, motor.stays))
+    joints = [one for one in (*motor.driving.breaks(), *motor.load.breaks()) if low < one < high]
+    return np.sort(np.concatenate([np.linspace(low, high, 201), joints]))
+
+
+def _weak(motor: Motor) -> float | None:
+    """The first speed on its way at which torque and load leave nothing over [rad/s]; None without one."""
+    sense, speeds = math.copysign(1.0, motor.stays - motor.begins), _known(motor)
+    stuck = speeds[sense * motor.left(speeds) <= 0.0]
+    return float(stuck[0] if sense > 0.0 else stuck[-1]) if len(stuck) else None
+
+
+def _turned(one: Excitation) -> float:
+    """Angle through which it turns on its way [rad]."""
+    motor, (begins, stays) = motor_of(one), ends_of(one)
+    if motor is None:
+        return abs(stays**2 - begins**2) / abs(2.0 * rate_of(one))
+    speeds = _known(motor)
+    return float(abs(np.trapezoid(speeds * motor.inertia / motor.left(speeds), speeds)))
 
 
 def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mistakes, *, together: bool) -> bool:

@@ -22,6 +22,7 @@ from vibopt.values.speeds import VEHICLE
 
 if TYPE_CHECKING:
     from vibopt.devices.mount import MountTable
+    from vibopt.mechanics.motor import Motor
 
 
 UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
@@ -41,7 +42,7 @@ def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, Floa
 
 def signals_for(
     scene: Scene, response: TransientResponse, points: Mapping[str, FloatArray], n_free: int
-) -> tuple[FloatArray, tuple[Segment, ...] | Sweep]:
+) -> tuple[FloatArray, tuple[Segment, ...] | Sweep | Motor]:
     """What the response counts in time: the coordinates that it acts on, (n_coords, n_signals), signals or a run-up."""
     every = [scene.excitations[name] for name in names_for(scene, response)]
     rows = np.array([row_of(one, points) for one in every]).T
@@ -49,9 +50,9 @@ def signals_for(
     acts = np.arange(len(rows))[:, None] < n_free
     loads = np.where(acts == forces, rows, 0.0)
     if every[0].ramp is not None:
-        from vibopt.excitations.run_up import sweep_of
+        from vibopt.excitations.run_up import course_of
 
-        return loads, sweep_of(every[0])
+        return loads, course_of(every[0])
     from vibopt.excitations.segments import together
 
     once = [one.once for one in every if one.once is not None]

@@ -18,17 +18,20 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.excitations.excitation import Excitation
-from vibopt.excitations.run_up import ends_of, rate_of
+from vibopt.excitations.run_up import ends_of, motor_of, rate_of
 from vibopt.mechanics.machine import Course, Machine
 from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
 from vibopt.signals import Line
+from vibopt.verify.by_torque import ByTorque
 from vibopt.verify.states import States
 
 _TURN, _SOFT = 0.5, 8.0
 """Radians of force and fastest motion in a step; how much faster may decay what does not swing."""
 _POINTS, _CHUNK, _BEST, _INSIDE, _AROUND = 16, 4096, 60, 64, 4
 """Points of Gauss's rule in a step, steps at once, tops looked at closely, parts of two steps there, on either side."""
+_FINE = 20_001
+"""Times between which a rate that follows from torque is straight."""
 _PERIODS, _HORIZON = 6.0, 1000.0
 """Periods of the slowest mode in a look behind, and in all."""
 _MEET, _FADED, _EVEN, _NEAR = 3.0, 1e-11, 1e-12, 0.998
@@ -57,6 +60,8 @@ class Followed:
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response over every angle at which the force begins, and the speed then [rad/s]."""
         low, high = ends_of(self.excitation)
+        if self._motor is not None and self._motor.sticks:
+            return float("inf"), self._motor.dearest[0]
         if not np.isfinite(self._vibrating(low)).all() or not np.isfinite(self._vibrating(high)).all():
             return float("inf"), high
         tops: list[_Top] = []
@@ -78,19 +83,48 @@ class Followed:
         high_ones = [top for top in tops if top.height >= _NEAR * tops[0].height]
         found = max((self._closely(response, top) for top in high_ones), default=(0.0, 0.0))
         value, time = (steady, np.inf) if steady > found[0] * (1.0 + _EVEN) else found
-        return value, low + (high - low) * min(time / self._length, 1.0)
+        return value, float(self._speed(np.array([min(time, self._length)]))[0])
+
+    @cached_property
+    def _motor(self) -> ByTorque | None:
+        motor = motor_of(self.excitation)
+        return None if motor is None else ByTorque(self.machine, motor, self.excitation.on)
 
     @cached_property
     def _length(self) -> float:
         """How long the speed changes [s]."""
+        if self._motor is not None:
+            return self._motor.course[1]
         low, high = ends_of(self.excitation)
         return (high - low) / rate_of(self.excitation)
+
+    def _speed(self, times: FloatArray) -> FloatArray:
+        """Speed at times while it changes [rad/s], shape of `times`."""
+        if self._motor is not None:
+            return np.asarray(self._motor.course[0](np.ravel(times))[0].reshape(np.shape(times)), dtype=float)
+        return np.asarray(ends_of(self.excitation)[0] + rate_of(self.excitation) * times, dtype=float)
+
+    def _rate(self, times: FloatArray) -> Any:
+        """Change of the speed at times while it changes [rad/s^2]."""
+        return rate_of(self.excitation) if self._motor is None else np.interp(times, *self._rates)
+
+    @cached_property
+    def _rates(self) -> tuple[FloatArray, FloatArray]:
+        """Many times, and the change of the speed then [rad/s^2]."""
+        assert self._motor is not None
+        times = np.linspace(0.0, self._length, _FINE)
+        return times, self._motor.rate(self._speed(times))
 
     @property
     def _spans(self) -> list[tuple[float, float]]:
         """Times between those at which the force changes its way, and looks behind, where the speed stays [s]."""
-        low, rate = ends_of(self.excitation)[0], rate_of(self.excitation)
-        bends = [(one - low) / rate for one in self._line.amplitude.breaks()]
+        bends = (
+            []
+            if self._motor is not None
+            else [
+                (one - ends_of(self.excitation)[0]) / rate_of(self.excitation) for one in self._line.amplitude.breaks()
+            ]
+        )
         joints = [0.0, *sorted(one for one in bends if 0.0 < one < self._length), self._length]
         period, looks = 2.0 * np.pi / float(self.machine.natural_frequencies().min()), int(_HORIZON / _PERIODS)
         behind = [self._length + _HORIZON * period * number / looks for number in range(looks + 1)]
@@ -129,13 +163,16 @@ class Followed:
         """Angle through which the force has turned [rad]."""
         low, high = ends_of(self.excitation)
         rising = np.minimum(times, self._length)
+        if self._motor is not None:
+            turned = self._motor.course[0](np.ravel(rising))[1].reshape(np.shape(times))
+            return np.asarray(turned + high * (times - rising))
         return (low + 0.5 * rate_of(self.excitation) * rising) * rising + high * (times - rising)
 
     def _force(self, times: FloatArray, rising: bool) -> ComplexArray:
         """Force at times, shape of `times`, while the speed changes or behind."""
-        low, high = ends_of(self.excitation)
-        rate = rate_of(self.excitation) if rising else 0.0
-        size = self._line.amplitude.at(low + rate * times if rising else np.full(times.shape, high))
+        high = ends_of(self.excitation)[1]
+        rate = self._rate(times) if rising else 0.0
+        size = self._line.amplitude.at(self._speed(times) if rising else np.full(times.shape, high))
         return np.asarray((size - 1j * rate * self.excitation.swung) * np.exp(1j * self._phase(times)))
 
     def _steps(self, begin: float, end: float) -> int:

@@ -1,0 +1,97 @@
+"""A run-up by torque: what motor and load leave over turns the rotor faster, less what the vibration takes up.
+
+The vibration of an unbalance takes its power from the shaft.  Mean values over a turn of the steady vibration stand for
+it: J w' = T(w) - L(w) - D(w), D = (m e w^2)^2 (-Im H(w)) / 2.  In a passage the vibration has not built up, so that it
+takes less than that, passes faster, and is no greater.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.records import dataclass
+from vibopt.signals import Amplitude, Sweep
+
+Drag = Callable[[FloatArray], FloatArray]
+_CHANGE, _EVEN, _AROUND = 0.015, 400, 60
+"""Change of the acceleration on one stretch, as a part; speeds looked at evenly, and on either side of a resonance."""
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+NO_SWEEP = Sweep((), (), (), (0.0, 0.0))
+"""Of a motor that sticks on its way."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motor:
+    """A rotor whose speed follows from torque.
+
+    begins, stays
+        Speeds from which and to which it goes [rad/s].
+    driving, load
+        Torques against the speed [N m].
+    inertia, unbalance
+        Of all that turns [kg m^2], and mass times distance from the axis [kg m].
+    """
+
+    begins: float
+    stays: float
+    driving: Amplitude
+    load: Amplitude
+    inertia: float
+    unbalance: float
+
+    def left(self, speeds: FloatArray) -> FloatArray:
+        """Torque that load and motor leave over [N m], shape of `speeds`."""
+        return self.driving.at(speeds) - self.load.at(speeds)
+
+    def drag(self, receptance: ComplexArray, speeds: FloatArray) -> FloatArray:
+        """Mean torque of the steady vibration [N m], by the motion of the rotor under a force of one [m/N]."""
+        return np.asarray(-0.5 * (self.unbalance * speeds**2) ** 2 * np.imag(receptance))
+
+    def against(self, drag: Drag, poles: ComplexArray) -> Sweep | None:
+        """The run-up in stretches of even acceleration, each as long as it takes; None where the motor sticks.
+
+        `poles` [1/s] say where the drag changes quickly.
+        """
+        sense, grid = np.sign(self.stays - self.begins), self._looked_at(poles)
+        rise = sense * (self.left(grid) - drag(grid)) / self.inertia
+        if not (rise > 0.0).all():
+            return None
+        changed = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.log(rise))))])
+        steps = np.linspace(0.0, changed[-1], int(np.ceil(changed[-1] / _CHANGE)) + 1)
+        ends = [self.begins, self.stays, *(one for one in self._joints if grid[0] < one < grid[-1])]
+        speeds = np.unique(np.concatenate([np.interp(steps, changed, grid), ends]))
+        middle, half = 0.5 * (speeds[1:] + speeds[:-1]), 0.5 * np.diff(speeds)
+        inside = middle[:, None] + half[:, None] * _PLACES
+        within = sense * (self.left(inside) - drag(inside)) / self.inertia
+        if not (within > 0.0).all():
+            return None
+        rates = sense * np.diff(speeds) / ((1.0 / within) @ _WEIGHTS * half)
+        slope = (within @ (_WEIGHTS * _PLACES)) * 1.5 / half * sense
+        powers = [
+            np.array([-1j * self.unbalance * (rate - bend * at), -1j * self.unbalance * bend, self.unbalance])
+            for rate, bend, at in zip(rates, slope, middle, strict=True)
+        ]
+        if sense < 0.0:
+            speeds, rates, powers = speeds[::-1], rates[::-1], powers[::-1]
+        still = (self.unbalance * self.begins**2, self.unbalance * self.stays**2)
+        return Sweep(tuple(speeds.tolist()), tuple(rates.tolist()), tuple(powers), still)
+
+    @property
+    def _joints(self) -> tuple[float, ...]:
+        return (*self.driving.breaks(), *self.load.breaks())
+
+    def _looked_at(self, poles: ComplexArray) -> FloatArray:
+        """Speeds at which the acceleration is looked at, rising, (n,) [rad/s]."""
+        low, high = sorted((self.begins, self.stays))
+        near = np.geomspace(0.02, 100.0, _AROUND)
+        wide = np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles))[:, None] * np.concatenate([-near, [0.0], near])
+        around = (np.abs(poles.imag)[:, None] + wide).ravel()
+        inside = around[(around > low) & (around < high)]
+        return np.unique(np.concatenate([np.linspace(low, high, _EVEN), inside]))
+
+
+__all__ = ["NO_SWEEP", "Motor"]
