@@ -1,0 +1,37 @@
+"""The truths of the charts of shock: each by a second and a third route."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from vibopt.charts import shock_cases
+from vibopt.charts.shock_cases import METHODS, Load, hard, speed, truth
+from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, Case
+
+QUICK = [(case, load) for case, load in speed(quick=True).cases if load.bodies < 20 or "triangle" in case.name]
+
+
+@pytest.mark.parametrize(("case", "load"), QUICK, ids=lambda one: getattr(one, "name", ""))
+def test_vibopt_and_the_integrator_agree_with_modes_in_closed_form(case: Case, load: Load) -> None:
+    for method in (DEFAULT, "dop853"):
+        one = speed_trial(case, load, method)
+        assert (one.verdict, one.error < 1e-9) == (RIGHT, True), (method, one.error)
+
+
+@pytest.mark.parametrize(("case", "load"), hard(quick=True).cases, ids=lambda one: getattr(one, "name", ""))
+def test_formulas_of_hard_ground_are_those_of_the_modes_and_vibopt_is_right(case: Case, load: Load) -> None:
+    assert speed_trial(case, load, DEFAULT).error < 1e-9
+    if 0.0 < load.ratio < 1.0 or load.turns < 1.0:
+        assert truth(load) == pytest.approx(case.goal, rel=1e-9)
+
+
+def speed_trial(case: Case, load: Load, method: str) -> Any:
+    return hard(quick=True).tried(case, load, method, 1)
+
+
+def test_a_rival_that_is_not_there_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shock_cases, "find_spec", lambda _: None)
+    said = METHODS["solve_exp2"](QUICK[0][1])
+    assert (said.status, said.claim) == (MISSING, "pip install pyyeti")
