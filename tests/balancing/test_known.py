@@ -476,6 +476,25 @@ def test_what_cannot_be_meant_is_refused(tables: dict[str, Any], message: str) -
     assert caught.value.messages == (message,)
 
 
+@pytest.mark.parametrize("goal", ["unbalance", "correction"])
+def test_in_one_plane_a_limit_on_the_couple_holds_and_changes_nothing(goal: str) -> None:
+    couple = {"response": "couple_unbalance", "at_most": "1 kg mm2"}
+
+    def answer(**more: Any) -> Answer[Any]:
+        document = changed(goal={"minimise": goal}, planes__P={"weight": {"from": "0 kg", "to": "1 kg"}})
+        document["limits"] = {"static": {"response": "static_unbalance", "at_most": "50 kg mm"}, **more}
+        del document["shaft"]
+        for family in ("masses", "planes"):
+            for one in document[family].values():
+                del one["at"]
+        return solved(document)
+
+    bare, limited = answer(), answer(couple=couple)
+    assert limited.limits["couple"].met
+    assert limited.status == bare.status == "optimal"
+    assert limited.goal == bare.goal
+
+
 def test_a_couple_needs_places() -> None:
     document = changed(goal={"minimise": "couple_unbalance"})
     del document["shaft"]

@@ -80,7 +80,7 @@ def named_known(job: KnownJob) -> Named:
     """The question of known masses in the words of its file; complete balance where no limit says how good."""
     import numpy as np
 
-    from vibopt.balancing.known.correct import complete, pose
+    from vibopt.balancing.known.correct import bounded_rows, complete, pose
     from vibopt.posed.weights import Named
 
     question = complete(job, pose(job)[0])
@@ -89,9 +89,9 @@ def named_known(job: KnownJob) -> Named:
     bare = pose(replace(job, limits={}))[0]
     for name, table in job.limits.items():
         own = pose(replace(job, limits={name: table}))[0]
-        rows = np.flatnonzero(np.isfinite(own.limits))
-        if len(rows):
-            limits.append((f"limits.{name}", rows, own.limits[rows]))
+        bounded, size = bounded_rows(job, table)
+        if bounded:
+            limits.append((f"limits.{name}", np.array(bounded), np.full(len(bounded), table.bound / size)))
         for plane in np.flatnonzero(own.caps < bare.caps).tolist():
             caps[plane] = f"limits.{name}"
         total = f"limits.{name}" if np.isfinite(own.total_cap) else total

@@ -13,10 +13,9 @@ from vibopt.answer.plan import PlaneAnswer
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.fitting import fitted_planes
-from vibopt.balancing.known.known_job import KnownJob
+from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
     Aim,
-    Rows,
     aim_of,
     balance_rows,
     bearing_rows,
@@ -104,7 +103,7 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
         y0=np.concatenate([one.masses @ known for one in rows]),
         H=np.concatenate([one.planes for one in rows]).astype(complex),
         importance=importance,
-        limits=_limits(job, rows),
+        limits=_limits(job, len(importance)),
         caps=np.minimum(caps, _own_caps(job)),
         total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
         goal=_combined(job, aim),
@@ -137,25 +136,24 @@ def _combined(job: KnownJob, aim: Aim | None) -> Goal:
     return cast(Goal, aim.combine if aim is not None else "rms")
 
 
-def _limits(job: KnownJob, rows: list[Rows]) -> FloatArray:
+def bounded_rows(job: KnownJob, table: KnownLimitTable) -> tuple[list[int], float]:
+    """Rows of the question that a limit bounds, and what a row of one is [SI]; none where it bounds no row."""
+    n_balance = len(balance_rows(job).names)
+    if table.response == "static_unbalance":
+        return [0], 1.0
+    if table.response == "couple_unbalance":
+        return ([1] if n_balance > 1 else []), middle_and_arm(job)[1]
+    if table.response == "bearing_reaction" and job.speed:
+        return [n_balance + k for k, one in enumerate(job.bearings) if table.of in (None, one.name)], job.speed**2
+    return [], 1.0
+
+
+def _limits(job: KnownJob, n_rows: int) -> FloatArray:
     """Greatest amplitude per row [kg m]; with the goal "correction" and no limit, complete balance is meant."""
-    names = [(k, name) for k, one in enumerate(rows) for name in one.names]
-    limits = np.full(len(names), inf)
-    _, arm = middle_and_arm(job)
+    limits = np.full(n_rows, inf)
     for table in job.limits.values():
-        for row, (k, name) in enumerate(names):
-            if table.response == "static_unbalance" and (k, name) == (0, "static"):
-                limits[row] = min(limits[row], table.bound)
-            elif table.response == "couple_unbalance" and (k, name) == (0, "couple"):
-                limits[row] = min(limits[row], table.bound / arm)
-            elif (
-                table.response == "bearing_reaction"
-                and job.bearings
-                and k == 1
-                and table.of in (None, name)
-                and job.speed
-            ):
-                limits[row] = min(limits[row], table.bound / job.speed**2)
+        rows, size = bounded_rows(job, table)
+        limits[rows] = np.minimum(limits[rows], table.bound / size)
     return limits
 
 
@@ -271,22 +269,16 @@ def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, floa
     if prices is None:
         return {}
     found: dict[str, float] = {}
-    _, arm = middle_and_arm(job)
-    aim = aim_of(job)
-    n_rows = len(balance_rows(job).names)
     for name, table in job.limits.items():
-        if table.response == "static_unbalance":
-            found[name] = float(prices.readings[0])
-        elif table.response == "couple_unbalance" and n_rows > 1:
-            found[name] = float(prices.readings[1]) / arm
-        elif table.response == "bearing_reaction" and job.speed:
-            rows = [n_rows + k for k, one in enumerate(job.bearings) if table.of in (None, one.name)]
-            found[name] = float(max(prices.readings[k] for k in rows)) / job.speed**2
+        rows, size = bounded_rows(job, table)
+        if rows:
+            found[name] = float(max(prices.readings[k] for k in rows)) / size
         elif table.total:
             found[name] = float(prices.total)
-        else:
+        elif table.response == "correction":
             k = next(i for i, plane in enumerate(job.planes) if plane.name == table.of)
             found[name] = float(prices.caps[k]) * job.planes[k].radius
+    aim = aim_of(job)
     if aim is not None:
         found = {name: price * aim.scale for name, price in found.items()}
     return found
