@@ -17,6 +17,7 @@ from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name
 from vibopt.balancing.question import felt
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
+from vibopt.balancing.verification import simulated
 from vibopt.units import show
 
 _OWN = ("a", "an", "my", "our", "your", "its", "this", "that", "where", "zero")
@@ -218,6 +219,13 @@ def amplitude(job: RotorJob, row: int, value: float) -> Entry:
     """A peak amplitude of a row as its sensor's readings are written."""
     sensor = job.sensors[job.readings[row][1]]
     return Entry(value, sensor.dimension, sensor.shown_unit)
+
+
+def put_back(job: RotorJob, identified: Identified, fitting: Fitting) -> tuple[FloatArray, FloatArray]:
+    """What a simulated rotor shows with the plan per row [SI peak], and how far off that is as a part of the readings."""
+    shown = simulated(job, plan_text(job, fitting))
+    scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs([one.u for one in fitting.planes])
+    return shown, np.abs(shown - np.abs(fitting.left)) / np.maximum(scale, 1e-300)
 
 
 def plan_text(job: RotorJob, fitting: Fitting) -> tuple[tuple[int, str, bool], ...]:

@@ -1,4 +1,4 @@
-"""What each limit of a measured rotor costs, by solving again; and the loosening that would make a job possible."""
+"""What each limit of a measured rotor costs, by solving again; without an answer what to loosen, and what is near."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.answer.answer import Conflict
+from vibopt.answer.answer import Conflict, Least, Nearest
 from vibopt.answer.entry import Checked, Entry, Price, at_most
 from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.fitting import greatest_readings
+from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.balancing.question_prices import ACTIVE, STEP, THOROUGH, Step, allowance, clash, left_out, solve_question
@@ -25,6 +27,8 @@ from vibopt.work import Budget, is_limited, late
 
 Limit = ResidualLimit | CorrectionLimit
 Known = Limit | OwnCap
+AGREES = 1e-6
+"""Part of the readings by which a simulated rotor may differ from what is said of a plan."""
 _LOOKS = 24
 _CLOSE = 1e-7
 NONE: Mapping[str, float] = {}
@@ -319,3 +323,59 @@ def loosenings(job: RotorJob, posed: Posed, names: Sequence[str], most: float | 
         now, then = (Entry(one, _dimension(job, limit), limit.unit) for one in (limit.at_most, solved.value * 1.0005))
         found.append((limit.name, now, then))
     return found
+
+
+def nearest_plan(
+    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False
+) -> Nearest | None:
+    """The plan that misses the limits on residuals least, all others kept.
+
+    None where there is no limit on a residual, where it would take more than the prices of an answer may, and where
+    the simulated rotor does not show what the plan says.
+    """
+    budget = allowance(thorough)
+    if not job.residual_limits or (1 + len(job.residual_limits)) * solved.work > budget.most:
+        return None
+    bound = posed.question.limits
+    asked = np.isfinite(bound) & (bound > 0.0)
+    if not asked.any():
+        return None
+    best = _least(posed.question, np.where(asked, 1.0 / np.where(asked, bound, 1.0), 0.0), budget)
+    if best.u is None:
+        return None
+    there = posed.chosen_only(best.chosen)
+    fitting = fitting_of(job, identified, best.u, there.options)
+    if not (put_back(job, identified, fitting)[1] <= AGREES).all():
+        return None
+    greatest = greatest_readings(job)
+    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
+    rows = {one.name: measured(job, there, one, best.u, greatest) for one in limits}
+    alone = with_limits(replace(job, residual_limits=(), correction_limits=()), posed)
+    least = {}
+    for limit in job.residual_limits:
+        if (one := _alone(job, replace(posed, question=alone), limit, budget)) is not None:
+            least[limit.name] = one
+    left = tuple(one.name for one in job.residual_limits if one.name not in least)
+    return Nearest(words=todo(job, fitting), values=fitting.entries(), limits=rows, least=least, left=left)
+
+
+def _least(question: Question, importance: object, budget: Budget) -> Solved:
+    """Without limits on residuals, the least of the greatest amplitude times its importance."""
+    free = np.full(len(question.limits), np.inf)
+    asked = replace(question, limits=free, importance=np.asarray(importance, dtype=float), goal="worst")
+    most = None if not question.is_search or budget.most > 1e9 else float(max(budget.most - budget.spent, 1))
+    solved = solve_question(asked, most)
+    budget.spend(int(np.ceil(solved.work)))
+    return solved
+
+
+def _alone(job: RotorJob, posed: Posed, limit: ResidualLimit, budget: Budget) -> Least | None:
+    """What one limit could be, within the caps of the planes; None where the work is done."""
+    if budget.over:
+        return None
+    rows = np.arange(len(posed.question.limits)) % posed.n_rows
+    best = _least(posed.question, np.isin(rows, rows_of(job, limit.sensor, limit.speed)).astype(float), budget)
+    if best.u is None:
+        return None
+    row = measured(job, posed.chosen_only(best.chosen), limit, best.u, greatest_readings(job))
+    return Least(row.value, best.status == "optimal", row.met)

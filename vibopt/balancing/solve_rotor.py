@@ -11,19 +11,17 @@ from vibopt.answer.plan import Fitting
 from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, begun, nothing, plan_of
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
-from vibopt.balancing.fitting import amplitude, fitting_of, plan_text
+from vibopt.balancing.fitting import amplitude, fitting_of, put_back
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.nearest_plan import left_words, nearest_plan
+from vibopt.balancing.limit_prices import AGREES, nearest_plan
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import quality_values, trial_advice
 from vibopt.balancing.question import Solved
-from vibopt.balancing.question_prices import Solver, solve_question
+from vibopt.balancing.question_prices import Solver, left_words, solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed, pose
 from vibopt.balancing.trust import Noise
-from vibopt.balancing.verification import simulated
 
-AGREES = 1e-6
 _ROUNDING = 1e-12
 
 
@@ -97,16 +95,14 @@ def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:
 def _certified(plan: Answer[RotorJob], identified: Identified) -> Answer[RotorJob]:
     """The plan, if the simulated rotor shows what it says."""
     job, fitting = plan.job, plan.plan.fittings[0]
-    shown = simulated(job, plan_text(job, fitting))
-    said, u = np.abs(fitting.left), np.array([one.u for one in fitting.planes])
-    scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
-    off = float((np.abs(shown - said) / np.maximum(scale, 1e-300)).max())
+    shown, apart = put_back(job, identified, fitting)
+    off = float(apart.max())
     details = {**plan.details, "put_back": {"greatest_difference": off}}
     within = f"to {off:.0e}" if off > _ROUNDING else "up to rounding"
     if off <= AGREES:
         claim = f"{plan.claim}; put back into a simulated rotor, which shows the same {within}"
         return replace(plan, details=details, claim=claim)
-    row = int(np.argmax(np.abs(shown - said)))
+    row = int(np.argmax(np.abs(shown - np.abs(fitting.left))))
     text = (
         f"the simulated rotor shows {amplitude(job, row, float(shown[row])).short(6)} at {job.row_name(row)}, the "
         f"plan says {fitting.rows[row].residual.short(6)}"

@@ -26,8 +26,7 @@ from vibopt.balancing.engine.shaking import (
     peak,
 )
 from vibopt.balancing.lengths import least
-from vibopt.balancing.nearest_plan import left_words, nearest_of
-from vibopt.balancing.question_prices import allowance
+from vibopt.balancing.question_prices import allowance, left_words, nearest_of
 from vibopt.units import show
 from vibopt.work import metered
 

@@ -21,10 +21,20 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
-from vibopt.balancing.nearest_plan import left_words, narrowest, nearest_of
 from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.planes import MASS, Plane
-from vibopt.balancing.question_prices import ACTIVE, Bound, Solver, Step, allowance, clash, prices_of
+from vibopt.balancing.question_prices import (
+    ACTIVE,
+    Bound,
+    Solver,
+    Step,
+    allowance,
+    clash,
+    left_words,
+    narrowest,
+    nearest_of,
+    prices_of,
+)
 from vibopt.units import show
 from vibopt.work import Budget, metered
 
