@@ -222,7 +222,7 @@ def amplitude(job: RotorJob, row: int, value: float) -> Entry:
 
 
 def put_back(job: RotorJob, identified: Identified, fitting: Fitting) -> tuple[FloatArray, FloatArray]:
-    """What a simulated rotor shows with the plan per row [SI peak], and how far off that is as a part of the readings."""
+    """What a simulated rotor shows with the plan per row [SI peak], and how far off that is, over the readings."""
     shown = simulated(job, plan_text(job, fitting))
     scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs([one.u for one in fitting.planes])
     return shown, np.abs(shown - np.abs(fitting.left)) / np.maximum(scale, 1e-300)
