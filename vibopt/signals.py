@@ -188,6 +188,10 @@ class Sweep:
     powers: tuple[ComplexArray, ...]
     still: tuple[float, float]
 
+    def of(self, x: FloatArray) -> Sweep:
+        """At a design (n_vars,): it is the same at all."""
+        return self
+
     @property
     def times(self) -> FloatArray:
         """When it reaches each of `speeds` [s], from the beginning on."""
@@ -196,3 +200,19 @@ class Sweep:
     def at(self, times: FloatArray) -> FloatArray:
         """The speed at times [rad/s], shape of `times`."""
         return np.interp(times, self.times, self.speeds)
+
+
+@dataclass(frozen=True)
+class Sweeps:
+    """Run-ups of every rate in a range, of which one is chosen: `make` gives the one of a size of the rate [rad/s^2].
+
+    index
+        Of the variable that says it.
+    """
+
+    make: Callable[[float], Sweep]
+    index: int
+
+    def of(self, x: FloatArray) -> Sweep:
+        """At a design (n_vars,)."""
+        return self.make(float(x[self.index]))

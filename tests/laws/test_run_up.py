@@ -282,6 +282,52 @@ def test_slopes_are_those_of_differences() -> None:
             assert limit.form.slope(limit.model, np.array(x)) == pytest.approx(differences, abs=1e-6)
 
 
+def chosen_rate(low: str, high: str, bound: str) -> dict[str, Any]:
+    """A fan on a frame whose rate is to be chosen: its peak force rises and falls with it."""
+    springs = {"between": ["fan", "frame"], "stiffness": "800 kN/m", "damping": "500 N s/m"}
+    floor = {"between": ["frame", "ground"], "stiffness": "2 MN/m", "damping": "3 kN s/m"}
+    rate = {"from": f"{low} rpm/s", "to": f"{high} rpm/s"}
+    return {
+        "title": "fan on a frame",
+        "bodies": {"fan": {"mass": "200 kg"}, "frame": {"mass": "300 kg"}},
+        "links": {"springs": springs, "floor": floor},
+        "excitations": {"blade": {**FAN["excitations"]["blade"], "run_up": {"acceleration": rate}}},
+        "limits": {"force": {"response": "peak_force", "into": "ground", "at_most": bound}},
+    }
+
+
+def test_all_rates_that_keep_a_limit_are_the_intervals_of_a_fine_sweep() -> None:
+    """Neither the least rate nor the greatest says which between them are good."""
+    path = "excitations.blade.run_up.acceleration"
+    scene = vo.from_dict({**chosen_rate("455", "620", "5.86 kN"), "goal": {"find_all": path}})
+    answer = vo.solve(scene)
+    assert answer.status == "met", answer.claim
+    intervals = [(low.value, high.value) for low, high in answer.found]
+    assert len(intervals) == 2
+    [limit] = pose(scene).limits
+    for rate in np.geomspace(455.0, 620.0, 60) * np.pi / 30.0:
+        value = limit.form.value(limit.model, np.array([rate]))
+        inside = any(low <= rate <= high for low, high in intervals)
+        if abs(value - limit.bound) > 1e-6 * limit.bound:
+            assert (value < limit.bound) == inside, rate
+
+
+def test_a_rate_is_chosen_beside_a_damper_and_has_its_slope() -> None:
+    document = chosen_rate("20", "500", "9 kN")
+    document["links"]["springs"]["damping"] = {"from": "100 N s/m", "to": "5 kN s/m"}
+    scene = vo.from_dict({**document, "goal": {"minimise": "peak_displacement", "of": "fan"}})
+    program = pose(scene)
+    assert [axis.path for axis in program.axes] == ["links.springs.damping", "excitations.blade.run_up.acceleration"]
+    for limit in program.limits:
+        for x in ([500.0, 5.0], [3e3, 20.0], [800.0, 47.0]):
+            near = [np.array(x) * np.exp(1e-5 * sign * turn) for turn in np.eye(2) for sign in (1.0, -1.0)]
+            logs = [np.log(limit.form.value(limit.model, one)) for one in near]
+            differences = [(logs[0] - logs[1]) / 2e-5, (logs[2] - logs[3]) / 2e-5]
+            assert limit.form.slope(limit.model, np.array(x)) == pytest.approx(differences, abs=2e-6)
+            held = limit.form.held(np.array(x), [0])
+            assert held.value(limit.model, np.array(x)) == pytest.approx(limit.form.value(limit.model, np.array(x)))
+
+
 def shaken(**changes: Any) -> dict[str, Any]:
     return {"excitations": {"blade": {**FAN["excitations"]["blade"], **changes}}}
 
@@ -291,11 +337,21 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         shaken(run_up={"acceleration": "1 rpm/s", "duration": "3 s"}),
         'excitations.blade.run_up needs one of acceleration, duration and torque. Write acceleration = "50 rpm/s".',
     ),
-    "a choice": (
-        shaken(run_up={"acceleration": {"from": "1 rpm/s", "to": "3 rpm/s"}}),
-        "excitations.blade.run_up chooses the acceleration, but a run-up has a given one: its greatest amplitude rises "
-        "and falls with the rate, so that no rate between two good ones is sure to be good. Write one value, and look "
-        "at all of them with vibopt sweep.",
+    "a choice of the duration": (
+        shaken(run_up={"duration": {"from": "1 s", "to": "3 s"}}),
+        'excitations.blade.run_up chooses the duration. What may be chosen is the rate: acceleration = { from = "5 '
+        'rpm/s", to = "500 rpm/s" }.',
+    ),
+    "a choice without an end": (
+        shaken(run_up={"acceleration": {"from": "0 rpm/s", "to": "3 rpm/s"}}),
+        "excitations.blade.run_up chooses the acceleration in a range without both ends: a run-up at no rate takes for "
+        'ever. Write { from = "5 rpm/s", to = "500 rpm/s" }.',
+    ),
+    "a tolerance": (
+        shaken(run_up={"acceleration": {"value": "50 rpm/s", "tolerance": "5 %"}}),
+        "excitations.blade.run_up gives the acceleration a tolerance: peaks rise and fall with the rate, and are worst "
+        'anywhere in it. Write acceleration = { from = "45 rpm/s", to = "55 rpm/s" }, and [goal] with maximise and the '
+        "peak.",
     ),
     "a unit": (
         shaken(run_up={"acceleration": "50 rpm"}),

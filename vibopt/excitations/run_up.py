@@ -12,15 +12,12 @@ from vibopt.arrays import ComplexArray
 from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import Excitation
 from vibopt.mechanics.motor import Motor
-from vibopt.signals import Amplitude, Band, Piece, Sweep
+from vibopt.signals import Amplitude, Band, Piece, Sweep, Sweeps
 from vibopt.units import read_quantity
-from vibopt.values import Fact, Table, number, word
+from vibopt.values import Choice, Fact, Table, Value, number, word
 from vibopt.values.fields import ReadBy, complaint
 
-_WHOLE = (
-    "chooses the {}, but a run-up has a given one: its greatest amplitude rises and falls with the rate, so that no "
-    "rate between two good ones is sure to be good. Write one value, and look at all of them with vibopt sweep."
-)
+_WHOLE = 'chooses the duration. What may be chosen is the rate: acceleration = { from = "5 rpm/s", to = "500 rpm/s" }.'
 
 
 def _torque(given: object, key: str) -> Amplitude:
@@ -85,8 +82,8 @@ class RunUpTable(Table):
     ----
     from: Speed at which it begins, in steady vibration: `from = "0 rpm"`, which is also what is taken without it.
     to: Speed at which it stays: `to = "3000 rpm"`; without it the greatest of the excitation's own.
-    acceleration: Size of the change of the speed, also where it falls: `acceleration = "50 rpm/s"`. One of
-        `acceleration`, `duration` and `torque`.
+    acceleration: Size of the change of the speed, also where it falls: `acceleration = "50 rpm/s"`, or to be chosen,
+        `{ from = "5 rpm/s", to = "500 rpm/s" }`. One of `acceleration`, `duration` and `torque`.
     duration: How long it takes from the one speed to the other: `duration = "60 s"`.
     torque: Of the motor, of an unbalance: the speed then follows from torque, load and inertia, and the vibration takes
         up its part. One value, or rows of speed and torque, straight between them: `torque = [["0 rpm", "40 N m"],
@@ -97,7 +94,7 @@ class RunUpTable(Table):
     """
 
     to: Fact | None = number("angular_rate", choice=False, sign="not negative")
-    acceleration: Fact | None = number("angular_acceleration", choice=False)
+    acceleration: Value | None = number("angular_acceleration")
     duration: Fact | None = number("time", choice=False)
     torque: Curve | None = None
     load: Load | None = None
@@ -107,8 +104,8 @@ class RunUpTable(Table):
     @classmethod
     def _given_rate(cls, given: Any) -> Any:
         for key in given if isinstance(given, Mapping) else ():
-            if key in ("acceleration", "duration") and isinstance(given[key], Mapping):
-                raise word(_WHOLE.format(key))
+            if key == "duration" and isinstance(given[key], Mapping):
+                raise word(_WHOLE)
         return given
 
     @model_validator(mode="after")
@@ -118,6 +115,17 @@ class RunUpTable(Table):
             raise word('needs one of acceleration, duration and torque. Write acceleration = "50 rpm/s".')
         if self.torque is not None and self.inertia is None:
             raise word('gives a torque, but to what inertia? Add inertia = "3 kg m2", of all that turns.')
+        rate = self.acceleration
+        if rate is not None and rate.tolerance:
+            raise word(
+                "gives the acceleration a tolerance: peaks rise and fall with the rate, and are worst anywhere in it. "
+                'Write acceleration = { from = "45 rpm/s", to = "55 rpm/s" }, and [goal] with maximise and the peak.'
+            )
+        if isinstance(rate, Choice) and (rate.open_low or math.isinf(rate.high)):
+            raise word(
+                "chooses the acceleration in a range without both ends: a run-up at no rate takes for ever. Write { "
+                'from = "5 rpm/s", to = "500 rpm/s" }.'
+            )
         idle = [key for key in ("load", "inertia") if getattr(self, key) is not None and self.torque is None]
         if idle:
             raise word(
@@ -164,20 +172,35 @@ def motor_of(excitation: Excitation) -> Motor | None:
 
 
 def rate_of(excitation: Excitation) -> float:
-    """Change of its speed [rad/s^2], which is given; below zero where it falls."""
+    """Change of its speed [rad/s^2], the slowest where it may be chosen; below zero where it falls."""
     table = _ramp(excitation)
     low, high = ends_of(excitation)
     if table.duration is not None:
         return (high - low) / table.duration.value
-    assert table.acceleration is not None
-    return math.copysign(table.acceleration.value, high - low)
+    size = table.acceleration
+    assert size is not None
+    return math.copysign(size.low if isinstance(size, Choice) else size.value, high - low)
 
 
-def course_of(excitation: Excitation) -> Sweep | Motor:
-    """Its force against the speed, and how that changes, or what changes it."""
-    motor = motor_of(excitation)
+def at_rate(excitation: Excitation, size: float | None) -> Excitation:
+    """Itself with its rate as it was chosen [rad/s^2]; as it is with None."""
+    if size is None:
+        return excitation
+    table = _ramp(excitation).model_copy(update={"acceleration": Fact(size, "rad/s²")})
+    return excitation.model_copy(update={"run_up": table})
+
+
+def course_of(excitation: Excitation, places: Mapping[str, int], name: str) -> Sweep | Sweeps | Motor:
+    """Its force against the speed, and how that changes, or what changes it; places of the variables by path."""
+    motor, chosen = motor_of(excitation), places.get(RATE.format(name))
     if motor is not None:
         return motor
+    if chosen is not None:
+        return Sweeps(lambda size: _sweep(at_rate(excitation, size)), chosen)
+    return _sweep(excitation)
+
+
+def _sweep(excitation: Excitation) -> Sweep:
     low, high = ends_of(excitation)
     [line] = excitation.lines(np.ones(1))
     rate, amplitude, own = rate_of(excitation), line.amplitude, sorted((low, high))
@@ -205,4 +228,7 @@ def band_of(excitation: Excitation) -> Band:
     return Band(*sorted(ends_of(excitation)))
 
 
-__all__ = ["RunUp", "RunUpTable", "band_of", "course_of", "ends_of", "motor_of", "rate_of"]
+RATE = "excitations.{}.run_up.acceleration"
+"""Path of a rate that may be chosen."""
+
+__all__ = ["RATE", "RunUp", "RunUpTable", "at_rate", "band_of", "course_of", "ends_of", "motor_of", "rate_of"]

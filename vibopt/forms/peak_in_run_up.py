@@ -17,7 +17,7 @@ from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.motor import NO_SWEEP, Motor
 from vibopt.mechanics.transient import Reading
 from vibopt.records import dataclass
-from vibopt.signals import Output, Sweep
+from vibopt.signals import Output, Sweep, Sweeps
 
 if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 _KEPT = 64
 BY_TORQUE = 2e-4
 """Part of itself to which the greatest is known where the speed follows from torque."""
+_STEP = 1e-5
 _HALF, _AROUND = 4, 0.05
 """Points of half a circle around a design, and the greatest change of a phase on it [rad]."""
 
@@ -40,12 +41,13 @@ class PeakInRunUp(Form):
     load
         (n_coords,): what a force of one acts on.
     sweep
-        How force and speed change: a given way, or by the torque of a motor, which depends on the design.
+        How force and speed change: a given way, at a rate to be chosen, or by the torque of a motor, which depends on
+        the design.
     """
 
     output: Output
     load: FloatArray
-    sweep: Sweep | Motor
+    sweep: Sweep | Sweeps | Motor
     no_bounds = "is a peak in a run-up: it has no bounds on boxes of designs"
     not_convex = "is a peak in a run-up, which is not convex in stiffness and damping"
     rough = "is a peak in a run-up: its instant is found by a search, and jumps from one resonance to another"
@@ -57,31 +59,61 @@ class PeakInRunUp(Form):
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         peak, p = self.peak(model, x), model.values(x)
-        if not 0.0 < peak.value < np.inf or not isinstance(self.sweep, Sweep):
+        if not 0.0 < peak.value < np.inf or isinstance(self.sweep, Motor):
             return by_differences(lambda at: self.value(model, at), x)
-        machine, row = self.run_up(model, p)
+        machine, row = self.run_up(model, x, p)
         own = machine.modal(row)
         here = machine.turning(own, np.array([peak.time]))[0]
         reach = _AROUND / (1.0 + float(np.abs(own.poles).max()) * (peak.time if np.isfinite(peak.time) else 0.0))
-        changes = [self._change(model, p, reach, model.exponents[:, i], peak.time) for i in range(model.n_vars)]
+        changes = [self._change(model, x, reach, i, peak.time) for i in range(model.n_vars)]
         slope: FloatArray = np.real(np.array(changes) / here)
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
 
-    def _change(self, model: Model, p: FloatArray, reach: float, exponents: FloatArray, time: float) -> complex:
-        """Slope of the complex reading at one time in the log of one variable; exponents (n_terms,) of it.
+    def _change(self, model: Model, x: FloatArray, reach: float, index: int, time: float) -> complex:
+        """Slope of the complex reading at one time in the log of one variable.
 
-        On the lower half of the circle all is conjugate to the upper.
+        On the lower half of the circle all is conjugate to the upper.  A rate moves joints of the force, too, in which
+        nothing is analytic: its slope is that of the reading's size, by differences.
         """
         from vibopt.mechanics.sweep_response import Modal, mean
 
+        p, exponents = model.values(x), model.exponents[:, index]
+        if isinstance(self.sweep, Sweeps) and self.sweep.index == index:
+            return self._change_of_rate(model, x, time)
+
         turns = np.exp(2j * np.pi * (np.arange(_HALF) + 0.5) / (2 * _HALF))
-        around = [self.run_up(model, p * (1.0 + reach * turn * exponents)) for turn in turns]
+        around = [self.run_up(model, x, p * (1.0 + reach * turn * exponents)) for turn in turns]
         upper = [machine.modal(row) for machine, row in around]
         lower = [Modal(one.poles.conj(), one.parts.conj(), one.through.conjugate()) for one in upper]
         weights = 0.5 / (_HALF * reach * np.concatenate([turns, turns.conj()]))
         return complex(around[0][0].turning(mean([*upper, *lower], weights), np.array([time]))[0])
+
+    def _change_of_rate(self, model: Model, x: FloatArray, time: float) -> complex:
+        """What changes the size of the reading at one time in the log of the rate, in the phase of the reading."""
+        if not np.isfinite(time):
+            return 0j
+        assert isinstance(self.sweep, Sweeps)
+        sizes, at = [], np.array([time])
+        for off in (-_STEP, _STEP, 0.0):
+            beside = x.copy()
+            beside[self.sweep.index] *= np.exp(off)
+            machine, row = self.run_up(model, beside, model.values(x))
+            sizes.append(complex(machine.turning(machine.modal(row), at)[0]))
+        return (abs(sizes[1]) - abs(sizes[0])) / (2.0 * _STEP) * sizes[2] / abs(sizes[2])
+
+    def acting(self, model: Model) -> FloatArray:
+        if not isinstance(self.sweep, Sweeps):
+            return model.exponents
+        return np.vstack([model.exponents, np.eye(model.n_vars)[self.sweep.index]])
+
+    def held(self, x: FloatArray, free: list[int]) -> PeakInRunUp:
+        if not isinstance(self.sweep, Sweeps):
+            return self
+        if self.sweep.index in free:
+            return replace(self, sweep=replace(self.sweep, index=free.index(self.sweep.index)))
+        return replace(self, sweep=self.sweep.of(x))
 
     def reach(self, model: Model) -> Reach:
         from vibopt.forms.reduce import driven
@@ -98,25 +130,25 @@ class PeakInRunUp(Form):
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
-            known[key] = self, self._peak(model, model.values(x))  # the form stays, and so its number
+            known[key] = self, self._peak(model, np.asarray(x, dtype=float))  # the form stays, and so its number
         return known[key][1]
 
-    def _peak(self, model: Model, p: FloatArray) -> Peak:
+    def _peak(self, model: Model, x: FloatArray) -> Peak:
         from vibopt.mechanics.transient import Peak
 
-        made = self.run_up(model, p)
+        made = self.run_up(model, x, model.values(x))
         return made[0].peak(made[1]) if made[0].sweep.speeds else Peak(np.inf, np.inf)
 
-    def run_up(self, model: Model, p: Numbers) -> tuple[RunUp, Reading]:
-        """The machine under its force, and what is read, at coefficients p (n_terms,), real or complex.
+    def run_up(self, model: Model, x: FloatArray, p: Numbers) -> tuple[RunUp, Reading]:
+        """The machine under its force, and what is read, at a design and coefficients p (n_terms,), real or complex.
 
         Of a motor that sticks the run-up has no speeds.
         """
         from vibopt.mechanics.sweep_response import RunUp
 
         read = reading(model, self.output, p)
-        if isinstance(self.sweep, Sweep):
-            return RunUp(*matrices(model, p), model.n_free, self.load, self.sweep), read
+        if not isinstance(self.sweep, Motor):
+            return RunUp(*matrices(model, p), model.n_free, self.load, self.sweep.of(x)), read
         machine = RunUp(*matrices(model, p), model.n_free, self.load, NO_SWEEP)
         motor, own = self.sweep, machine.modal(Reading(self.load, 0.0 * self.load, 0.0 * self.load))
 
@@ -128,6 +160,6 @@ class PeakInRunUp(Form):
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """Accelerations that follow from torque are even on stretches."""
-        return (ROOTS if isinstance(self.sweep, Sweep) else BY_TORQUE) * max(
+        return (BY_TORQUE if isinstance(self.sweep, Motor) else ROOTS) * max(
             [0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]
         )

@@ -126,6 +126,8 @@ class Machine:
         Part of each mass on which gravity acts along the coordinate [kg].
     tuned
         Absorbers by name.
+    rates
+        Rates of run-ups that were chosen with it, by path [rad/s^2].
     """
 
     masses: dict[str, float]
@@ -133,6 +135,7 @@ class Machine:
     bases: tuple[str, ...] = ()
     weights: Mapping[str, float] = field(default_factory=dict)
     tuned: Mapping[str, Tuned] = field(default_factory=dict)
+    rates: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     in_space: ClassVar[bool] = False
     on_structures: ClassVar[bool] = False
 

@@ -113,7 +113,7 @@ def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunU
     peak, count = form.peak(model, x), mount_count(model, form.output, x)
     if not isfinite(peak.value):
         return None
-    machine, row = form.run_up(model, model.values(x))
+    machine, row = form.run_up(model, x, model.values(x))
     sweep, length = machine.sweep, float(machine.sweep.times[-1])
     top_time = min(peak.time, length)
     times = np.sort(np.append(np.linspace(0.0, length, _FINE), top_time))

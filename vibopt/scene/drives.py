@@ -15,7 +15,7 @@ from vibopt.responses import HarmonicResponse, RandomResponse, Response, Transie
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices, rubbing
 from vibopt.scene.scene import Scene
-from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment, Sweep
+from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment, Sweep, Sweeps
 from vibopt.units import Quantity
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import VEHICLE
@@ -42,7 +42,7 @@ def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, Floa
 
 def signals_for(
     scene: Scene, response: TransientResponse, points: Mapping[str, FloatArray], n_free: int
-) -> tuple[FloatArray, tuple[Segment, ...] | Sweep | Motor]:
+) -> tuple[FloatArray, tuple[Segment, ...] | Sweep | Sweeps | Motor]:
     """What the response counts in time: the coordinates that it acts on, (n_coords, n_signals), signals or a run-up."""
     every = [scene.excitations[name] for name in names_for(scene, response)]
     rows = np.array([row_of(one, points) for one in every]).T
@@ -52,7 +52,8 @@ def signals_for(
     if every[0].ramp is not None:
         from vibopt.excitations.run_up import course_of
 
-        return loads, course_of(every[0])
+        places = {one.path: i for i, one in enumerate(scene.variables)}
+        return loads, course_of(every[0], places, names_for(scene, response)[0])
     from vibopt.excitations.segments import together
 
     once = [one.once for one in every if one.once is not None]

@@ -34,7 +34,9 @@ def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
     """
     known, key = vars(scene), tuple(chosen.items())
     if known.get("built", (None,))[0] != key:  # every row of an answer asks for the same one
-        known["built"] = key, built(scene, chosen)
+        rates = {path: value for path, value in chosen.items() if path.startswith("excitations.")}
+        machine = built(scene, chosen)
+        known["built"] = key, replace(machine, rates=rates) if rates else machine
     found: Machine = known["built"][1]
     return found
 

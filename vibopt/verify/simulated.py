@@ -394,9 +394,11 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
     """
     names = names_for(scene, response)
     if scene.excitations[names[0]].ramp is not None:
+        from vibopt.excitations.run_up import RATE, at_rate
         from vibopt.verify.every_cycle import Followed
 
-        value, speed = Followed(machine, scene.excitations[names[0]]).peak(response)
+        excitation = at_rate(scene.excitations[names[0]], machine.rates.get(RATE.format(names[0])))
+        value, speed = Followed(machine, excitation).peak(response)
         return value, {names[0]: speed}
     known: dict[tuple[str, ...], Simulated] = vars(machine).setdefault("simulated", {})
     if names not in known:
