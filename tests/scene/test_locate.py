@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibopt.document.locate import Locator, Path
+from vibopt.document.locate import DEEPEST, Locator, Path, may_be_too_deep
 
 PRESS = '''\
 # [not.a.table]
@@ -230,3 +230,22 @@ def test_no_text_makes_it_raise(text: str) -> None:
 @pytest.mark.parametrize("deep", ["a = " + "[" * 10_000, "a = " + "{b=" * 10_000, "a." * 100 + "b = 1", "a = [1 2"])
 def test_no_depth_makes_it_raise(deep: str) -> None:
     assert Locator(deep).line_of(("a",)) == 1
+
+
+PARTS = st.one_of(
+    st.text("ab_-", min_size=1, max_size=3),
+    st.text("ab.=@ µé", max_size=4).map(lambda one: f'"{one}"'),
+    st.text("ab.=@ µé", max_size=4).map(lambda one: f"'{one}'"),
+)
+
+
+@given(st.lists(st.tuples(PARTS, st.sampled_from((".", " . ", "\t."))), min_size=DEEPEST + 1, max_size=DEEPEST + 9))
+def test_a_key_that_goes_too_deep_is_never_overlooked(parts: list[tuple[str, str]]) -> None:
+    text = f"x = 1\n{''.join(name + point for name, point in parts)}end = 2\n"
+    assert Locator(text).too_deep
+    assert may_be_too_deep(text)
+
+
+def test_readings_are_not_taken_for_a_deep_key() -> None:
+    cells = ", ".join(f's{k} = "{k}.5 µm pp @ {k}.25 deg"' for k in range(500))
+    assert not may_be_too_deep(f"[[runs]]\nreadings = {{ {cells} }}\n")
