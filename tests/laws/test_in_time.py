@@ -293,6 +293,30 @@ def test_the_best_spring_and_damper_for_a_drop_are_those_of_the_books() -> None:
     assert answer.goal[1].value * 0.04 / (2.0 * 9.80665 * 0.3) == pytest.approx(0.521, abs=1e-3)
 
 
+@pytest.mark.parametrize("turns", [40.0, 1e3, 1e4])
+def test_a_base_that_is_pushed_far_away_leaves_the_digits_of_what_rides_on_it(turns: float) -> None:
+    """Two masses in a row, undamped, under a constant acceleration for so many turns: by modes; and slopes."""
+    springs = np.array([1.0, 0.4])
+    table = np.array([[1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
+    stiff = (table.T * springs) @ table
+    length = 2.0 * np.pi * turns
+    squares, shapes = np.linalg.eigh(stiff[:2, :2])
+    share = shapes[0] * shapes.sum(axis=0) / squares
+    times = np.linspace(0.0, length, int(40 * turns) + 1)
+    seen = np.abs((1.0 - np.cos(np.outer(times, np.sqrt(squares)))) @ share).max()
+    mass, moved = np.diag([1.0, 1.0, 0.0]), np.eye(3)[:, 2:]
+    apart, none = np.array([1.0, 0.0, -1.0]), np.zeros(3)
+    reading = Reading(apart, none, none)
+    machine = Transient(mass, np.zeros((3, 3)), stiff, 2, moved, (line(length, 1.0, 1.0),))
+    found = machine.peak(reading)
+    assert seen * (1.0 - 1e-12) <= abs(found.value) <= 2.0 * np.abs(share).sum()
+    assert abs(found.value) == pytest.approx(seen, rel=2e-2)
+    [at] = machine.history(reading, np.array([found.time]))
+    exact = float((1.0 - np.cos(found.time * np.sqrt(squares))) @ share)
+    assert abs(at) == pytest.approx(exact, rel=1e-10)
+    assert abs(found.value) == pytest.approx(exact, rel=1e-10)
+
+
 def test_a_history_stays_below_the_mark_of_its_greatest_value_and_reaches_it() -> None:
     document = {**BOX, "limits": {"room": {**BOX["measures"]["rattle"], "at_most": "50 mm"}}}
     design = vo.solve(vo.from_dict(document))

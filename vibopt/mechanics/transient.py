@@ -31,6 +31,8 @@ _MET, _FADED = 1e-9, 1e-12
 """Part of a speed by which it must miss every pole; part of a reading to which what fades is no more."""
 _STOPPED, _TOGETHER = 1e-9, 1e-10
 """Parts to which rounding brings the speed of a base that stops, and the difference of speeds that are one."""
+_HELD, _FOLLOWS = 1e6, 1e-9
+"""Condition of the stiffness up to which bodies follow a base that moves slowly; rounding of how far."""
 _JOINED, _AT_ONCE = 1e-12, 256
 """Part of a time within which it is a joint; exponentials that are made at once."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
@@ -275,17 +277,44 @@ class Transient:
         whole[:n, :n] = self.root
         own = np.arange(n, len(whole))
         whole[own, own] = 1.0 / np.sqrt(np.trace(mass[:n, :n]).real)
+        whole[:n, n:] = self.ride * whole[own, own]
         return whole
+
+    @cached_property
+    def ride(self) -> Numbers:
+        """How free coordinates follow the bases when these move slowly, (n, n_bases): places count from there.
+
+        A base that is pushed for a thousand periods is far away, and what is near it would be lost in rounding.
+        """
+        _, _, stiffness, n, heavy = self.parts
+        held, led = stiffness[:n, :n], stiffness[:n, n:]
+        if heavy < n or self.jointed is not None or not led.shape[1] or np.linalg.cond(held.real) > _HELD:
+            return np.zeros(led.shape, dtype=self.root.dtype)
+        back = np.linalg.inv(held.real)
+        found, whole = -back @ led.real, np.rint(-back @ led.real)
+        found = np.where(np.abs(found - whole) < _FOLLOWS, whole, found)
+        if not np.iscomplexobj(stiffness):
+            return np.asarray(found)
+        turned = held.imag @ found + led.imag
+        size = np.abs(back) @ (np.abs(held.imag) @ np.abs(found) + np.abs(led.imag))
+        return np.asarray(found - 1j * np.where(np.abs(back @ turned) > _FOLLOWS * size, back @ turned, 0.0))
 
     @cached_property
     def elastic(self) -> Numbers:
         """Forces on the normalised free coordinates per place, (n, size / 2), time in 1 / rate."""
-        return np.asarray(self.root.T @ self.parts[2][: self.parts[3]] @ self._turned / self.rate**2)
+        found = np.asarray(self.root.T @ self.parts[2][: self.parts[3]] @ self._turned / self.rate**2)
+        if self.ride.any():
+            found[:, self.parts[3] :] = 0.0
+        return found
 
     @cached_property
     def braked(self) -> Numbers:
         """The same per rate."""
-        return np.asarray(self.root.T @ self.parts[1][: self.parts[3]] @ self._turned / self.rate)
+        n = self.parts[3]
+        found = np.asarray(self.root.T @ self.parts[1][:n] @ self._turned / self.rate)
+        if self.ride.any():
+            found[:, n:] = self.root.T @ _product(self.parts[1][:n], self._turned[:, n:]) / self.rate
+        return found
 
     @cached_property
     def own(self) -> Numbers:
@@ -319,7 +348,10 @@ class Transient:
     def _pushed_by_one(self) -> Numbers:
         """What signals of one add to the rates of the states, (size, n_signals), time in 1 / rate."""
         own, n, half = self.n_free, self.parts[3], self.size // 2
-        b = self.struck @ (self.loads[:own] - self.mass[:own, own:] @ self.loads[own:]) / self.rate
+        led = self.mass[:own, own:]
+        if self.ride.any():
+            led = led + self.mass[:own, :own] @ self.ride
+        b = self.struck @ (self.loads[:own] - led @ self.loads[own:]) / self.rate
         b[half + n :] = self.loads[own:] * np.sqrt(np.trace(self.mass[:own, :own]).real) / self.rate**2
         return b
 
@@ -340,8 +372,8 @@ class Transient:
         """Row over the states that a reading is, where z' = a z, time in 1 / rate."""
         places = np.zeros((len(self.mass), len(a)), dtype=self.root.dtype)
         places[:, : self.size // 2] = self.places
-        rates = places @ a * self.rate
-        row = reading.row @ places + reading.rates @ rates + reading.inertia @ rates @ a * self.rate
+        placed, moved, pushed = _product(np.array([reading.row, reading.rates, reading.inertia]), places)
+        row = placed + (moved + pushed @ a * self.rate) @ a * self.rate
         for _ in range(reading.power):
             row = row @ a * self.rate
         return np.asarray(row * self.scale)
@@ -382,6 +414,17 @@ class Transient:
             states[reach:] += states[:-reach] @ power.T
             reach, power = 2 * reach, power @ power
         return np.hstack([states[:-1], signals]), states[-1]
+
+
+def _product(left: Numbers, right: Numbers) -> Numbers:
+    """Product without what is left of sums that cancel; real, or complex with the imaginary part as a slope."""
+    found = np.asarray(left @ right)
+    kept = np.abs(found.real) > _NOTHING * (np.abs(left.real) @ np.abs(right.real))
+    if not np.iscomplexobj(found):
+        return np.where(kept, found, 0.0)
+    size = np.abs(left.real) @ np.abs(right.imag) + np.abs(left.imag) @ np.abs(right.real)
+    slopes = np.where(np.abs(found.imag) > _NOTHING * size, found.imag, 0.0)
+    return np.asarray(np.where(kept, found.real, 0.0) + 1j * slopes)
 
 
 def _read(row: Numbers, a: Numbers, parts: FloatArray, starts: Numbers) -> FloatArray:
