@@ -42,8 +42,9 @@ class Condensed:
 
 
 def massless(mass: Numbers, n_free: int) -> IntArray:
-    """Free coordinates that no mass resists, ascending."""
-    return np.flatnonzero(~np.asarray(mass)[:n_free].any(axis=1))
+    """Free coordinates that no mass resists, ascending; none without a mass of its own has one with another."""
+    found: IntArray = (np.diagonal(mass)[:n_free] == 0.0).nonzero()[0]
+    return found
 
 
 def condensed(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) -> Condensed:
