@@ -309,11 +309,13 @@ class LinkTable(Device):
             return numbers(f"links.{name}.part.{key}", getattr(self.part, key, None), default)
 
         relative, count = self.relative_to or assembly.only, given("count", default=1.0)
-        (single, stress), (as_said, _) = (self._single(name, of) for of in (numbers, numbers.said))
-        stiffness, said = count * single, given("count", numbers.said, 1.0) * as_said
+        single, stress = self._single(name, numbers)
+        stiffness = count * single
         damping, ratio = count * (given("damping") + given("torsional_damping")), 0.0  # one of them at most
         if relative in assembly.masses and self.has_spring:
-            damping = damping + given("damping_ratio") * 2.0 * (said * assembly.said[relative]) ** 0.5
+            if self.damping_ratio is not None:
+                said = given("count", numbers.said, 1.0) * self._single(name, numbers.said)[0]
+                damping = damping + given("damping_ratio") * 2.0 * (said * assembly.said[relative]) ** 0.5
             ratio = damping / (2.0 * (stiffness * assembly.masses[relative]) ** 0.5)
         static = given("dynamic_to_static", default=1.0) if self.part is None else of_part("dynamic_to_static", 1.0)
         joint = Joint(
