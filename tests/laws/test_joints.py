@@ -396,3 +396,16 @@ def test_a_mass_that_may_be_chosen_is_still_greater_than_zero() -> None:
     bodies = {**ZENER["bodies"], "joint": {"mass": {"one_of": ["0 kg", "1 kg"]}}}
     with pytest.raises(InputError, match="is not greater than zero"):
         vo.solve(vo.from_dict(changed(bodies=bodies)))
+
+
+def test_a_joint_is_drawn_below_what_it_holds() -> None:
+    """Floor, joint, machine; the main spring goes past the joint, and the sheet calls it one."""
+    from vibopt.report.machine_parts import sketch_of
+    from vibopt.report.sheet.machine_tables import body_rows
+    from vibopt.report.sketch import levels
+    from vibopt.verify.as_built import machine_of
+
+    answer = vo.solve(vo.from_dict(ZENER))
+    assert levels(sketch_of(answer)) == {"floor": 0, "joint": 1, "machine": 2}
+    rows = dict(body_rows(answer.scene, machine_of(answer.scene, dict(zip(answer.variables, answer.x, strict=True)))))
+    assert rows["joint"] == "joint without mass; moves along one line"

@@ -42,7 +42,7 @@ FAR = "is beyond what any machine has"
 WRONG = {
     "zero mass": (
         {'"100 kg"': '"0 kg"'},
-        'line 4: bodies.fan.mass = "0 kg" is not greater than zero. Write a positive value, for example "300 kg".',
+        'line 3: nothing has a mass, so that nothing vibrates. Give a body its mass: "300 kg".',
     ),
     "negative mass": (
         {'"100 kg"': '"-5 kg"'},

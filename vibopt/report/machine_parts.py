@@ -10,7 +10,7 @@ from vibopt.mechanics.machine import GROUND
 from vibopt.records import dataclass
 from vibopt.report.figures.paper import drawn
 from vibopt.responses.response import place_of
-from vibopt.scene.places import carried, devices, ends, springs, supports
+from vibopt.scene.places import carried, devices, ends, joints, springs, supports
 from vibopt.scene.scene import Design, Scene
 
 LONGEST = 18
@@ -25,11 +25,12 @@ MOST_SITES = 12
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A body, a base, a point of a structure or the ground; `still` what holds others."""
+    """A body, a base, a point of a structure or the ground; `still` what holds others, `joint` without mass."""
 
     name: str
     words: str
     still: bool
+    joint: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,10 +70,10 @@ def sketch_of(design: Design) -> Sketch:
     """Of a machine on a line or about an axis, with what was chosen of it."""
     scene = design.scene
     still = {GROUND, *supports(scene), *carried(scene)}
-    joints = ends(scene)
-    names = list(dict.fromkeys([*(end for two in joints.values() for end in two), *scene.bodies]))
+    joined = ends(scene)
+    names = list(dict.fromkeys([*(end for two in joined.values() for end in two), *scene.bodies]))
     tables = {link: (family, name, table) for family, name, table in devices(scene) for link in table.joins(name)}
-    links = tuple(_link(design, link, two, *tables[link]) for link, two in joints.items())
+    links = tuple(_link(design, link, two, *tables[link]) for link, two in joined.items())
     shakes = tuple(
         Shake(name, str(one.on or ""), shake_words(scene, name), one.on in supports(scene))
         for name, one in scene.excitations.items()
@@ -91,6 +92,8 @@ def notes_of(scene: Scene) -> tuple[str, ...]:
 
 
 def _piece(design: Design, name: str, still: bool) -> Piece:
+    if name in joints(design.scene):
+        return Piece(name, drawn(name, LONGEST), still, joint=True)
     table = next(
         (f"{family}.{name}" for family in ("bodies", "absorbers") if name in getattr(design.scene, family)), ""
     )

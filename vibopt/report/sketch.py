@@ -132,8 +132,19 @@ class _Page:
         ends = [other for link in self.sketch.links for other in link.ends if name in link.ends and other in placed]
         return float(np.mean([placed[one] for one in ends])) if ends else 0.5 * self.width
 
+    def _past_joints(self, name: str) -> list[Link]:
+        """Links down from a box past a joint on which it stands, too."""
+        down = [one for one in self.sketch.links if name in one.ends and self._gap_of(one)[1] == self.level[name]]
+        on_joints = any(one.joint for one in self.sketch.boxes for link in down if one.name in link.ends)
+        return [one for one in down if on_joints and self.level[name] - self._gap_of(one)[0] > 1]
+
     def _half(self, name: str) -> float:
         """Half the width of a box."""
+        if self._past_joints(name):
+            return self._own_half(name) + 0.5
+        return self._own_half(name)
+
+    def _own_half(self, name: str) -> float:
         if name == GROUND:
             row = sum(self.level[one.name] == 0 for one in self.sketch.boxes)
             return 0.46 * self.width / row
@@ -154,6 +165,8 @@ class _Page:
         beside = [one.name for one in self.sketch.links if set(one.ends) == set(link.ends)]
         upper = [one for one in self.sketch.links if b in one.ends and self._gap_of(one) == self._gap_of(link)]
         shift = (beside.index(link.name) + 0.5) / len(beside) - 0.5
+        if link in self._past_joints(b):
+            return self.x[b] + self._half(b) - 0.12
         if self.level[a] == self.level[b]:
             return 0.5 * (self.x[a] + self.x[b])
         low = max(self.x[a] - self._half(a), self.x[b] - self._half(b)) + 0.1
@@ -248,13 +261,18 @@ class _Page:
 
 
 def levels(sketch: Sketch) -> dict[str, int]:
-    """How many links each box is above supports and structures; what hangs on none is counted from one end."""
+    """How many links each box is above supports and structures; what hangs on none is counted from one end.
+
+    A joint stands below the body that it holds, wherever it leads to what carries both.
+    """
+    light = {one.name for one in sketch.boxes if one.joint}
     level = {one.name: 0 for one in sketch.boxes if one.still}
     left = [one.ends for one in sketch.links]
     if not level and left:
         level[left[0][1]] = 0
     while left:
-        near = next((two for two in left if two[0] in level or two[1] in level), left[0])
+        ready = [two for two in left if two[0] in level or two[1] in level]
+        near = next((two for two in ready if light & {*two}), ready[0] if ready else left[0])
         left.remove(near)
         a, b = near if near[0] in level else near[::-1]
         level.setdefault(a, 0)

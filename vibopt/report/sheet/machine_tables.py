@@ -10,7 +10,7 @@ from vibopt.arrays import FloatArray
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import Rigid, SpaceMachine
 from vibopt.report.sheet.mount_plan import said
-from vibopt.scene.places import turning
+from vibopt.scene.places import joints, turning
 from vibopt.scene.scene import Scene
 from vibopt.units import plain, show
 
@@ -40,6 +40,8 @@ def _mass(scene: Scene, name: str, value: float) -> str:
 
 
 def _on_a_line(scene: Scene, machine: Machine, name: str, around: bool) -> str:
+    if name in joints(scene):
+        return "joint without mass; turns about its axis" if around else "joint without mass; moves along one line"
     if around:
         return f"inertia {show(machine.masses[name], '', 'inertia')}; turns about its axis"
     return f"{_mass(scene, name, machine.weights.get(name, machine.masses[name]))}; moves along one line"
