@@ -47,6 +47,11 @@ def _tables() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
 COEFFICIENTS, _VALUES, _ODD, _BENDS = _tables()
 
 
+_ORDERS = np.arange(_DEGREE + 1.0)[:, None]
+_SLOPES = np.vstack([chebyshev.chebder(np.eye(_DEGREE + 1)), np.zeros(_DEGREE + 1)])
+"""Coefficients of the slope from those of a polynomial."""
+
+
 class TooLongError(ArithmeticError):
     """More periods than can be followed."""
 
@@ -152,15 +157,15 @@ class _Search:
 
 def _stationary(coefficients: FloatArray, low: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Where polynomials (17, n) are greatest in size on the cells from `low`, and their values there."""
-    slope, bend = chebyshev.chebder(coefficients), chebyshev.chebder(coefficients, 2)
+    slope, bend = _SLOPES @ coefficients, _SLOPES @ (_SLOPES @ coefficients)
     at = low + 0.5 * _CELL
     for _ in range(_NEWTON):
-        curved = chebyshev.chebval(at, bend, tensor=False)
+        terms = np.cos(_ORDERS * np.arccos(at))
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = np.nan_to_num(chebyshev.chebval(at, slope, tensor=False) / curved, posinf=0.0, neginf=0.0)
-        at = np.clip(at - step, low, low + _CELL)
+            step = (slope * terms).sum(axis=0) / (bend * terms).sum(axis=0)
+        at = np.clip(at - np.where(np.isfinite(step), step, 0.0), low, np.minimum(low + _CELL, 1.0))
     places = np.array([low, at, low + _CELL])
-    values = np.array([chebyshev.chebval(one, coefficients, tensor=False) for one in places])
+    values = chebyshev.chebval(places, coefficients, tensor=False)
     best = np.abs(values).argmax(axis=0)
     which = np.arange(len(low))
     return places[best, which], values[best, which]
