@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.answer.blocks import TEXT, Block, spoken
 from vibopt.answer.entry import Entry
-from vibopt.mechanics.limiting import Between, Path, least_peak, least_room
 from vibopt.mechanics.machine import GROUND, Machine
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import form_of
 from vibopt.records import dataclass
-from vibopt.report.series import Curve, Mark, Panel, Zone
 from vibopt.report.what_to_build import machine_in
 from vibopt.responses import TransientResponse
 from vibopt.responses.response import place_of
@@ -24,6 +23,10 @@ from vibopt.scene.drives import names_for
 from vibopt.scene.scene import MINIMISE, Design
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, outward, plain, show, to_unit
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.limiting import Between, Path
+    from vibopt.report.series import Panel
 
 TITLE = "Beside any isolator"
 _SAME, _DIGITS = 1e-3, 4
@@ -143,6 +146,8 @@ def _compared(design: Design) -> Iterator[Limiting]:
 
 def _judged(peak: _Asked, room: _Asked, path: Path, per: float) -> Limiting | None:
     """Where the room has a bound, the peak is compared in it, or in what it takes more; else the room for a peak."""
+    from vibopt.mechanics.limiting import least_peak, least_room
+
     turned = room.bound is None and peak.bound is not None
     held = peak if turned else room
     given = held.value if held.bound is None else max(held.bound, held.value)
@@ -153,7 +158,7 @@ def _judged(peak: _Asked, room: _Asked, path: Path, per: float) -> Limiting | No
 
 
 def _scaled(found: Between | None, per: float) -> Between | None:
-    return None if found is None else Between(found.low * per, found.high * per)
+    return None if found is None else replace(found, low=found.low * per, high=found.high * per)
 
 
 def _in_time(design: Design) -> Iterator[_Asked]:
@@ -197,6 +202,8 @@ def _path(
     design: Design, model: Model, peak: _Asked, room: _Asked, ends: tuple[str, str], machine: Machine
 ) -> tuple[Path, float] | None:
     """What pushes the mass away from its support, as a path; and the peak for an acceleration of one."""
+    from vibopt.mechanics.limiting import Path
+
     names = [set(names_for(design.scene, one.response)) for one in (peak, room)]
     form = form_of(design.scene, model, peak.response).in_time
     if names[0] != names[1] or form is None or form.segments[-1].endless:
@@ -222,6 +229,9 @@ def limiting_panels(design: Design) -> list[Panel]:
 
 
 def _panel(one: Limiting) -> Panel:
+    from vibopt.mechanics.limiting import least_peak
+    from vibopt.report.series import Curve, Mark, Panel, Zone
+
     kinds = one.room.response.dimension, one.peak.response.dimension
     units = tuple(
         asked.unit or best_unit(asked.bound or asked.value, kind)
