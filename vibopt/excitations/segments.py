@@ -15,11 +15,13 @@ from vibopt.signals import Segment
 AFTER = 1e-3
 """What is written out behind a blow [s]; nothing happens in it."""
 _NOTHING = 1e-12
+_STRAIGHT = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[1.0, 0.0]]), np.zeros(1)
+"""Rates, what reads them, and no blow: of all lines, for a record has thousands."""
 
 
 def line(length: float, first: float, last: float) -> Segment:
     """From one value to another in a straight line over `length` [s]."""
-    return _segment(length, [first, last - first], [[0.0, 1.0], [0.0, 0.0]])
+    return Segment(length, np.array([first, last - first], dtype=float), *_STRAIGHT)
 
 
 def sine(length: float, size: float, phase: float, turned: float, decay: float = 0.0, offset: float = 0.0) -> Segment:
