@@ -392,6 +392,60 @@ def test_what_cannot_be_is_said(name: str) -> None:
     assert text in str(error.value).replace("\n", " ")
 
 
+SOFT = {
+    "title": "springs in a row",
+    "bodies": {"m": {"mass": "10 kg"}, "q": {"mass": "0 kg"}},
+    "bases": {"floor": {}},
+    "links": {
+        "upper": {"between": ["m", "q"], "stiffness": "1 kN/m"},
+        "lower": {"between": ["q", "floor"], "stiffness": "2 kN/m"},
+        "damper": {"between": ["m", "ground"], "damping": "9 N s/m"},
+    },
+}
+PUSHED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "a pulse": (
+        {"kind": "pulse", "on": "q", "shape": "half sine", "amplitude": "5 N", "duration": "20 ms"},
+        {"response": "peak_displacement", "of": "m"},
+        "measures.x: excitations.e pushes q, which springs alone hold, so that it jumps with the force. Push a body "
+        "with mass, or give it a damper.",
+    ),
+    "noise": (
+        {"kind": "white_noise", "on": "q", "density": "1 N²/Hz"},
+        {"response": "rms_displacement", "of": "m"},
+        "measures.x: excitations.e pushes q, which springs alone hold, so that it jumps with the force.",
+    ),
+    "noise of a base beside ground": (
+        {"kind": "white_noise", "on": "floor", "density": "1 (m/s²)²/Hz"},
+        {"response": "rms_relative_displacement", "across": "upper"},
+        "measures.x: excitations.e shakes floor, which accelerates beside another support, with a joint without mass "
+        "on the machine. That is not supported yet. Let every support be that base, or give the joint its mass.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PUSHED)
+def test_what_pushes_a_joint_without_an_answer_is_said(name: str) -> None:
+    excitation, measure, text = PUSHED[name]
+    with pytest.raises(InputError) as error:
+        vo.solve(vo.from_dict({**SOFT, "excitations": {"e": excitation}, "measures": {"x": measure}}))
+    assert text in str(error.value)
+
+
+def test_a_motion_that_is_let_go_is_of_bodies_with_mass() -> None:
+    asked = {
+        "x": {"response": "free_displacement", "of": "m", "after": "1 s", "released": {"m": {"displacement": "1 mm"}}}
+    }
+    with pytest.raises(InputError, match="has no mass that would keep one"):
+        vo.solve(vo.from_dict({**SOFT, "measures": asked}))
+
+
+def test_the_acceleration_of_a_joint_that_is_pushed_is_refused() -> None:
+    document = machine(np.random.default_rng(3), "0 kg")
+    asked = {"x": {"response": "peak_acceleration", "of": "j0"}}
+    with pytest.raises(InputError, match="has no mass: its acceleration follows the rate of the force"):
+        vo.solve(vo.from_dict({**document, "excitations": {"kick": SHAKEN["kick"]}, "measures": asked}))
+
+
 def test_a_mass_that_may_be_chosen_is_still_greater_than_zero() -> None:
     bodies = {**ZENER["bodies"], "joint": {"mass": {"one_of": ["0 kg", "1 kg"]}}}
     with pytest.raises(InputError, match="is not greater than zero"):

@@ -124,6 +124,8 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
     """What has no answer in time: loss factors, what turns, structures; and what no pulse reaches."""
     check_lossy(scene, path, "greatest in time", mistakes)
     names = names_for(scene, response)
+    if _joint_pushed(scene, path, response, names, mistakes):
+        return
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
         return
     turning = _turns(scene, response)
@@ -228,7 +230,9 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
     """What is infinite whatever the design, and what no noise reaches."""
     check_lossy(scene, path, "response to white noise", mistakes)
     names, power = names_for(scene, response), getattr(response.steady, "power", None)
-    if _through_inerter(scene, path, response, names, mistakes):
+    if _joint_pushed(scene, path, response, names, mistakes) or _through_inerter(
+        scene, path, response, names, mistakes
+    ):
         return
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
         return
@@ -255,6 +259,43 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
                 f"(excitations.{name}) drifts away, and {place} with it. Ask for rms_relative_displacement across a "
                 "link, or for rms_acceleration.",
             )
+
+
+def _joint_pushed(
+    scene: Scene,
+    path: Path,
+    response: RandomResponse | TransientResponse,
+    names: tuple[str, ...],
+    mistakes: Mistakes,
+) -> bool:
+    """Whether a load that is not steady acts on a joint in a way that has no answer; adds the mistake."""
+    light = places.joints(scene)
+    held = {end for link in damped_links(scene) for end in places.ends(scene).get(link, ())}
+    place, power = next((name for name, _ in response.places().values()), ""), getattr(response.steady, "power", 0)
+    for name in names:
+        on = str(scene.excitations[name].on)
+        if on in light and on not in held:
+            why = "springs alone hold, so that it jumps with the force. Push a body with mass, or give it a damper."
+        elif on in light and on == place and (power or 0) > 1:
+            why = "has no mass: its acceleration follows the rate of the force. Ask for its velocity or displacement."
+        elif light and scene.excitations[name].sort == "random" and _beside_base(scene, name):
+            why = (
+                "accelerates beside another support, with a joint without mass on the machine. That is not supported "
+                "yet. Let every support be that base, or give the joint its mass."
+            )
+        else:
+            continue
+        does = "shakes" if on not in light else "pushes"
+        mistakes.add(path, f"{dotted(path)}: excitations.{name} {does} {on}, which {why}")
+        return True
+    return False
+
+
+def _beside_base(scene: Scene, name: str) -> bool:
+    """Whether a white noise of acceleration moves a base and something else holds the machine, too."""
+    noise = scene.excitations[name]
+    others = {end for two in places.ends(scene).values() for end in two if end not in places.moving(scene)} - {noise.on}
+    return noise.family == "bases" and not noise.displaced and bool(others)
 
 
 def _through_inerter(

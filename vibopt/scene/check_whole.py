@@ -154,6 +154,13 @@ def check_free(scene: Scene, path: Path, response: Response, mistakes: Mistakes)
     if is_spatial(scene) or scene.structures:
         mistakes.add(path, f"{where}: {key} is not supported for machines in space or on structures yet. Remove it.")
         return False
+    if places.joints(scene) and "after" in type(response).model_fields:
+        mistakes.add(
+            path,
+            f"{where}: {key} begins with the velocity of every body, and bodies.{places.joints(scene)[0]} has no mass "
+            "that would keep one. Give it its mass, or remove the response.",
+        )
+        return False
     doubts = uncertain(scene)
     if doubts:
         mistakes.add(
