@@ -452,6 +452,11 @@ def test_a_mass_that_may_be_chosen_is_still_greater_than_zero() -> None:
         vo.solve(vo.from_dict(changed(bodies=bodies)))
 
 
+def test_programs_in_the_open_are_refused() -> None:
+    with pytest.raises(InputError, match="has no mass, and programs take every body to have one"):
+        vo.posed(vo.from_dict(aimed("mode", TWO))).cvxpy()
+
+
 def test_a_joint_is_drawn_below_what_it_holds() -> None:
     """Floor, joint, machine; the main spring goes past the joint, and the sheet calls it one."""
     from vibopt.report.machine_parts import sketch_of
