@@ -198,6 +198,29 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "excitations.bump needs one of amplitude, a force on a body, and acceleration or displacement of a base. Write "
         'amplitude = "2 kN".',
     ),
+    "two sizes": (
+        {
+            "excitations": {
+                "bump": {
+                    "kind": "pulse", "on": "floor", "shape": "sine", "duration": "1 s", "amplitude": "3 N",
+                    "acceleration": "30 m/s2",
+                }
+            }
+        },
+        "excitations.bump gives amplitude and acceleration. Keep one: it is a force on a body, or the motion of a "
+        "base.",
+    ),
+    "a range": (
+        {
+            "excitations": {
+                "bump": {
+                    "kind": "pulse", "on": "floor", "shape": "sine", "duration": "1..11 ms", "acceleration": "30 m/s2"
+                }
+            }
+        },
+        'excitations.bump.duration = "1..11 ms" asks for every value in a range, which is not supported for this fact '
+        "yet. Write one value.",
+    ),
     "standstill": (
         {
             "excitations": {"pump": {**TABLE["excitations"]["pump"], "speed": "0..9 Hz"}},

@@ -85,7 +85,10 @@ class Pulse(Transient):
 
     @model_validator(mode="after")
     def _consistent(self) -> "Pulse":
-        if [self.amplitude, self.acceleration, self.displacement].count(None) != 2:
+        sizes = [one for one in ("amplitude", "acceleration", "displacement") if getattr(self, one) is not None]
+        if len(sizes) > 1:
+            raise word(f"gives {' and '.join(sizes)}. Keep one: it is a force on a body, or the motion of a base.")
+        if not sizes:
             raise word(
                 "needs one of amplitude, a force on a body, and acceleration or displacement of a base. Write "
                 'amplitude = "2 kN".'

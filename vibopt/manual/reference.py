@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -166,12 +166,22 @@ def _public(name: str) -> tuple[str, str]:
     one = getattr(_PACKAGE, name)
     words = ""
     if not isinstance(one, type):
-        words = f"({', '.join(inspect.signature(one).parameters)})"
+        words = f"({', '.join(_called(inspect.signature(one).parameters.values()))})"
     first = (inspect.getdoc(one) or "").split("\n\n")[0]
     return f"`vo.{name}{words}`", " ".join(first.split())
 
 
 COMMON = frozenset(key.name for kind in _MODELS.values() for key in keys_of(kind))
+
+
+def _called(parameters: Iterable[inspect.Parameter]) -> Iterator[str]:
+    """Names of parameters, a star before the first that must be named."""
+    named = False
+    for one in parameters:
+        if one.kind is one.KEYWORD_ONLY and not named:
+            named = True
+            yield "*"
+        yield one.name
 
 
 def _said(kind: type[Table]) -> str:

@@ -13,6 +13,7 @@ from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show, to_unit
 from vibopt.units.spelling import split_detector
+from vibopt.values.fields import rule_of
 from vibopt.verify.as_built import machine_of
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ _WORDS = (
     "count",
     "shear_ratio",
     "damping_ratio",
+    "beam",
+    "shaft",
 )
 
 
@@ -80,7 +83,7 @@ def build_rows(design: Design, machine: Machine, *, whole: bool = True) -> list[
     for name, link in scene.links.items():
         joint = machine.joint(name)
         if whole or link.part is not None or joint.count > 1 or _chosen_in(design, f"links.{name}"):
-            order = _order(design, f"links.{name}", link.part, joint.count)
+            order = _order(design, f"links.{name}", link.part, joint.count) or _sizes(design, name, exact, whole=whole)
             rows.append((name, _joined(order, _link(link, joint, exact))))
     for part in parts_of(design):
         words = [f"{key.replace('_', ' ')} {_again(one)}" for key, one in part.numbers.items()]
@@ -117,6 +120,27 @@ def _order(design: Design, path: str, part: Part | None, count: float) -> str:
     one = chosen.value.value if chosen is not None else getattr(price, "value", 0.0)
     unit = price.unit
     return f"{words} ({_money(one, unit)} each, {_money(count * one, unit)})"
+
+
+def _sizes(design: Design, link: str, exact: Shown, *, whole: bool) -> str:
+    """Of a beam or shaft that was chosen, or all of them: "overhung beam, length 0.3 m, diameter 31.48 mm"."""
+    table = design.scene.links[link]
+    key, bar = ("beam", table.beam) if table.beam is not None else ("shaft", table.shaft)
+    if bar is None:
+        return ""
+    words = [f"{getattr(bar, 'kind', 'round').replace('_', ' ')} {key}"] if whole else []
+    for size in type(bar).model_fields:
+        value, chosen = getattr(bar, size), design.variables.get(f"links.{link}.{key}.{size}")
+        rule = rule_of(type(bar), size)
+        if rule is None or value is None or (chosen is None and not whole):
+            continue
+        shown = (
+            show(value.value, value.unit, rule.dimension)
+            if chosen is None
+            else exact(chosen.value.value, value.unit, rule.dimension)
+        )
+        words.append(f"{size.replace('_', ' ')} {shown}")
+    return ", ".join(words)
 
 
 def _money(value: float, unit: str) -> str:

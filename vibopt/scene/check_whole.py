@@ -85,11 +85,11 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
             (faded, MOST_FADES, "damping", f"dampers may brake the machine {faded:.2g} times over in it", "clamped"),
         ):
             if many > known:
-                smaller = f'Write a smaller "to" for the {key}' if scene.variables else f"Write a smaller {key}"
+                smaller = f'a smaller "to" for the {key}' if scene.variables else f"a smaller {key}"
                 mistakes.add(
                     ("excitations", name),
                     f"excitations.{name} lasts {one.length:.4g} s, and {how}, more than the {known} that are "
-                    f"followed. {smaller}, or leave out a link that is as good as {rigid}.",
+                    f"followed. Write a shorter load or {smaller}, or leave out a link that is as good as {rigid}.",
                 )
 
 

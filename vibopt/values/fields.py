@@ -344,9 +344,9 @@ def _read(rule: Rule, given: object) -> Value:
         if isinstance(given, Mapping):
             return _read_choice(rule, given)
         if isinstance(given, str) and is_range(given):
+            way = ', or { from = "...", to = "..." } to let vibopt choose one' if rule.choice else ""
             raise QuantityError(
-                "asks for every value in a range, which is not supported for this fact yet. "
-                'Write one value, or { from = "...", to = "..." } to let vibopt choose one.'
+                f"asks for every value in a range, which is not supported for this fact yet. Write one value{way}."
             )
         return _read_fact(rule, given)
     except QuantityError as error:

@@ -185,6 +185,8 @@ def _motion(design: Design) -> Iterator[str]:
     run_up = ": running up through a resonance quickly gives less" if _swept(design) else ""
     how = f" and steady{run_up}" if steady else ""
     yield f"Bodies are rigid, springs and dampers are linear, motions are small{how}."
+    if any(one.beam is not None for one in scene.links.values()):
+        yield "Beams and shafts are bent as under a static load, and weigh nothing themselves."
     if in_time:
         yield "In time: the machine is at rest before the load, and all of the load comes as given."
 
