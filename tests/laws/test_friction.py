@@ -318,3 +318,23 @@ def test_no_friction_is_a_linear_machine() -> None:
     del linear["links"]["mount"]["friction_force"], linear["measures"]["friction"]
     rest = {**linear, "links": {"mount": {**linear["links"]["mount"], "friction_force": "0 N"}}}
     assert told(rest) == pytest.approx(told(linear), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("friction", "speed"), [("399.99 N", "700 rpm"), ("399.9999999 N", "700 rpm"), ("150 N", "5 rpm")]
+)
+def test_both_routes_agree_at_the_edge_of_holding_and_where_it_slips_slowly(friction: str, speed: str) -> None:
+    """A motion of a picometre is beside what the spring gives nothing; one slow slip has dozens of tops alike."""
+    document = {
+        "title": "edge",
+        "bodies": {"pump": {"mass": "80 kg"}},
+        "links": {"mount": {"between": ["pump", "ground"], "stiffness": "300 kN/m", "friction_force": friction}},
+        "excitations": {
+            "f": {"kind": "force", "on": "pump", "amplitude": "400 N", "speed": speed, "varies": "constant"}
+        },
+        "measures": {
+            "travel": {"response": "displacement", "of": "pump"},
+            "acceleration": {"response": "acceleration", "of": "pump"},
+        },
+    }
+    assert vo.solve(vo.from_dict(document)).status == "met"

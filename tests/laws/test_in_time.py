@@ -369,6 +369,11 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"excitations": {"fall": {"kind": "drop", "on": "box"}}},
         'excitations.fall needs one of height and velocity_change. Write height = "0.5 m".',
     ),
+    "both": (
+        {"excitations": {"fall": {"kind": "drop", "on": "box", "height": "1 m", "velocity_change": "1 m/s"}}},
+        "excitations.fall gives height and velocity_change. Keep one: a drop from a height changes the velocity by as "
+        "much.",
+    ),
     "zero": (
         {
             "excitations": {
@@ -414,6 +419,12 @@ BAD: dict[str, tuple[str, str]] = {
         "a row a sample."),
     "several": ("time [s];a [g];b [g]\n0;1;1\n1;2;1\n2;0;1\n", "record.csv has several columns. Write column = one of "
         '"a", "b".'),
+    "heading": ("0;1\n1;2\n2;0\n", "record.csv begins with numbers. Write a heading with units into its first row: "
+        '"time [s],acceleration [m/s²]".'),
+    "long": ("time [s];a [g]\n0;1\n1;2;5\n2;0\n", "record.csv row 3 has more cells than its heading. Part columns by "
+        "semicolons where numbers have decimal commas, or remove what has no heading."),
+    "moved": ("time [s];a [mm]\n0;1\n1;2\n2;0\n", 'record.csv, column "a", has the unit "mm", and a displacement is '
+        "not what a record says. Write the acceleration that belongs to it."),
     "gap": ("time [s];a [g]\n0;1\n1;2\n2;0\n3;0\n90;0\n", "record.csv row 6: more than 20 samples are missing before "
         "it. Fill the gap, or cut the record."),
 }  # fmt: skip
@@ -427,6 +438,60 @@ def test_a_record_that_cannot_be_used_is_refused(name: str, tmp_path: Path) -> N
     with pytest.raises(InputError) as refused:
         vo.from_dict({**BOX, "excitations": {"fall": record}})
     assert f"scene: excitations.fall {message}" in refused.value.messages
+
+
+GROUND = """PEER NGA STRONG MOTION DATABASE RECORD
+NOWHERE 1/1/99, STATION, 090
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=    {count}, DT=   .0200 SEC
+   .1000000E-01  -.2000000E-01   .5000000E-01
+  -.4000000E-01   .0000000E+00
+"""
+
+
+def test_a_ground_record_says_all_itself(tmp_path: Path) -> None:
+    file = tmp_path / "station.at2"
+    file.write_text(GROUND.format(count=5), encoding="utf-8")
+    asked = {"measures": {"room": BOX["measures"]["rattle"]}}
+    scene = vo.from_dict({**BOX, **asked, "excitations": {"quake": {"kind": "record", "on": "box", "file": str(file)}}})
+    quake: Any = scene.excitations["quake"]
+    assert quake.times == pytest.approx(0.02 * np.arange(5), rel=1e-12)
+    assert quake.values == pytest.approx(9.80665 * np.array([0.01, -0.02, 0.05, -0.04, 0.0]), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            GROUND.format(count=6),
+            "station.AT2 has 5 samples 0.02 s apart, and its heading says 6. Mend the file.",
+        ),
+        (
+            "1 2 3\n4 5 6\n",
+            'station.AT2 is no ground record: its heading has no "NPTS= 4000, DT= .0100 SEC", or what follows is no '
+            "numbers. Write it as a CSV file with time [s] and acceleration [g].",
+        ),
+    ],
+)
+def test_a_broken_ground_record_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "station.AT2"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**BOX, "excitations": {"quake": {"kind": "record", "on": "box", "file": str(file)}}})
+    assert f"scene: excitations.quake {words}" in refused.value.messages
+
+
+def test_samples_that_were_left_out_of_an_even_record_are_on_straight_lines(tmp_path: Path) -> None:
+    values = np.random.default_rng(3).normal(size=60)
+    kept = np.setdiff1d(np.arange(60), np.arange(6, 58, 7))
+    filled = np.interp(np.arange(60), kept, values[kept])
+    found = []
+    for name, places, sizes in (("left", kept, values[kept]), ("whole", np.arange(60), filled)):
+        rows = "\n".join(f"{0.01 * i:.2f};{one!r}" for i, one in zip(places.tolist(), sizes.tolist(), strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"t [s];a [m/s²]\n{rows}", encoding="utf-8")
+        record = {"kind": "record", "on": "box", "file": str(tmp_path / f"{name}.csv")}
+        found.append(told({**BOX, "excitations": {"s": record}}))
+    assert found[0] == pytest.approx(found[1], rel=1e-12)
 
 
 @pytest.mark.parametrize("stiffness", ["30 kN/m", "1 MN/m", "100 MN/m", "40 GN/m"])

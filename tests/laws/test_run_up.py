@@ -335,7 +335,7 @@ def shaken(**changes: Any) -> dict[str, Any]:
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "two rates": (
         shaken(run_up={"acceleration": "1 rpm/s", "duration": "3 s"}),
-        'excitations.blade.run_up needs one of acceleration, duration and torque. Write acceleration = "50 rpm/s".',
+        "excitations.blade.run_up gives acceleration and duration. Keep one: each says how fast the speed changes.",
     ),
     "a choice of the duration": (
         shaken(run_up={"duration": {"from": "1 s", "to": "3 s"}}),

@@ -68,8 +68,10 @@ class Beam(Table):
 
     @model_validator(mode="after")
     def _one_section(self) -> "Beam":
-        section = (self.second_moment is not None, self.diameter is not None, self.width is not None)
-        if (self.width is None) != (self.height is None) or sum(section) != 1:
+        said = [one for one in ("second_moment", "diameter", "width") if getattr(self, one) is not None]
+        if len(said) > 1:
+            raise word(f"gives {' and '.join(said)}. Keep one: each says its section.")
+        if (self.width is None) != (self.height is None) or not said:
             raise word('needs one of second_moment, diameter, or width and height. Write diameter = "50 mm".')
         check_bore(self, "bend")
         inner = next((one for one in ("inner_diameter", "inner_ratio") if getattr(self, one) is not None), "")

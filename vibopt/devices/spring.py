@@ -71,7 +71,9 @@ def check_bore(hollow: Table, does: str) -> None:
             "inner_ratio = 0.5 (inner over outer diameter) instead."
         )
     if bore(hollow) >= 1.0:
-        raise word(f"is as wide inside as outside: nothing is left to {does}. Write a smaller inner diameter.")
+        raise word(
+            f"is as wide inside as outside, or wider: nothing is left to {does}. Write a smaller inner diameter."
+        )
 
 
 def bore(hollow: Table) -> float:

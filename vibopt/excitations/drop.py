@@ -32,7 +32,11 @@ class Drop(Transient):
 
     @model_validator(mode="after")
     def _one_of_two(self) -> "Drop":
-        if (self.height is None) == (self.velocity_change is None):
+        if self.height is not None and self.velocity_change is not None:
+            raise word(
+                "gives height and velocity_change. Keep one: a drop from a height changes the velocity by as much."
+            )
+        if self.height is None and self.velocity_change is None:
             raise word('needs one of height and velocity_change. Write height = "0.5 m".')
         if self.rebound is not None and self.height is None:
             raise word("has a rebound, which speaks of a drop from a height. Write the whole velocity_change instead.")

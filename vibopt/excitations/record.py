@@ -1,6 +1,8 @@
 """A record: the acceleration of a base or a force on a body as it was measured, from a CSV file."""
 
 import math
+import re
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,16 +15,22 @@ from vibopt.errors import InputError, QuantityError
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, stamp_of
+from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number, word
-from vibopt.values.csv_tables import SHEET, Sheet, bare, heading_of, sheet_of
+from vibopt.values.csv_tables import SHEET, Sheet, bare, heading_of, sheet_of, text_of
 from vibopt.values.fields import complaint
 
 _MOST = 200_000
 _EVEN, _DIGITS, _ROUNDED = 1e-6, 9, 0.51
 _CUT = 2000
 """Samples up to which the second route ends a step at each."""
+_OTHERS = {
+    "time": "a time is no motion. Name another column",
+    "length": "a displacement is not what a record says. Write the acceleration that belongs to it",
+    "velocity": "a velocity is not what a record says. Write the acceleration that belongs to it",
+}
 _GAP = 20.0
 """Times the usual step beyond which samples are missing."""
 
@@ -51,7 +59,8 @@ class Record(Transient):
     Keys
     ----
     file: With a heading that says the unit, "acceleration [m/s²]" or "force [N]": `file = "record.csv"`. Times stand
-        in a column "time [s]", or the samples are one `interval` apart.
+        in a column "time [s]", or the samples are one `interval` apart. A ground record `.at2` of the PEER databases
+        says all itself.
     column: The heading of the column to take, where there are several: `column = "acceleration"`.
     interval: Time from sample to sample, where the file has no column of times: `interval = "5 ms"`.
     factor: By which the record is multiplied: `factor = 1.5`.
@@ -125,13 +134,60 @@ class Record(Transient):
 
 
 def _samples_of(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
-    """Times from zero [s], values [SI], and what they are."""
+    """Times from zero [s], values [SI], and what they are; samples left out of an even record are filled in."""
+    if file.suffix.lower() == ".at2":
+        return _ground_record(file, column, interval)
+    times, values, kind = _columns_of(file, column, interval)
+    step = float(np.diff(times).min())
+    places = np.round(times / step)
+    if places[-1] + 1 == len(times) or np.abs(times - places * step).max() > _EVEN * step:
+        return times, values, kind
+    even = np.linspace(0.0, times[-1], int(places[-1]) + 1)
+    return even, np.interp(even, times, values), kind
+
+
+def _ground_record(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
+    """A ground record of the PEER databases: four lines of heading with NPTS and DT, then accelerations in g."""
+    for key, given in (("column", column), ("interval", interval)):
+        if given is not None:
+            raise InputError(f"{file.name} is a ground record, whose heading says all. Remove {key}.")
+    lines = text_of(file).splitlines()
+    found = [re.search(rf"{key}\s*=\s*([\d.eE+-]+)", " ".join(lines[:6]), re.IGNORECASE) for key in ("NPTS", "DT")]
+    begin = next((i for i, one in enumerate(lines[:6], start=1) if re.search(r"NPTS", one, re.IGNORECASE)), 0)
+    try:
+        count, step = (float(one[1]) for one in found if one is not None)
+        values = np.array(" ".join(lines[begin:]).split(), dtype=float)
+    except ValueError:
+        raise InputError(
+            f'{file.name} is no ground record: its heading has no "NPTS= 4000, DT= .0100 SEC", or what follows is no '
+            "numbers. Write it as a CSV file with time [s] and acceleration [g]."
+        ) from None
+    if len(values) != count or len(values) < 2 or not step > 0.0 or not np.isfinite(values).all():
+        raise InputError(
+            f"{file.name} has {len(values)} samples {step:g} s apart, and its heading says {count:g}. Mend the file."
+        )
+    return np.linspace(0.0, (len(values) - 1) * step, len(values)), values * GRAVITY, "acceleration"
+
+
+def _columns_of(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
+    """Times from zero [s], values [SI], and what they are, of a table."""
     sheet = sheet_of(file)
     if len(sheet.rows) < 3:
         raise InputError(f"{file.name} has no heading and two samples. Write a heading with units, and a row a sample.")
     if len(sheet.rows) > _MOST:
         raise InputError(f"{file.name} has {len(sheet.rows)} rows, more than the {_MOST} that are read.")
     headings = [heading_of(one) for one in sheet.rows[0][1]]
+    if all(_is_number(one) for one, _ in headings):
+        raise InputError(
+            f'{file.name} begins with numbers. Write a heading with units into its first row: "time [s],acceleration '
+            '[m/s²]".'
+        )
+    long = next((row for row, cells in sheet.rows if len(cells) > len(headings)), None)
+    if long is not None:
+        raise InputError(
+            f"{file.name} row {long} has more cells than its heading. Part columns by semicolons where numbers have "
+            "decimal commas, or remove what has no heading."
+        )
     names = [name.lower() for name, _ in headings]
     at_time = next((i for i, name in enumerate(names) if name in ("time", "t")), None)
     where = _column(file.name, headings, names, at_time, column)
@@ -169,9 +225,21 @@ def _unit(file: str, heading: tuple[str, str]) -> tuple[float, str]:
         except QuantityError:
             continue
     said = f'has the unit "{unit}", of neither an acceleration nor a force' if unit else "says no unit"
+    for other, way in _OTHERS.items():
+        with suppress(QuantityError):
+            read_quantity(f"1 {unit}", other)
+            raise InputError(f'{file}, column "{name}", has the unit "{unit}", and {way}.')
     raise InputError(
         f'{file}, column "{name}", {said}. Write it into the heading: "{name} [m/s²]", or [g] for gravity, or [N].'
     )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _numbers(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:

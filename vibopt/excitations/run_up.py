@@ -111,7 +111,9 @@ class RunUpTable(Table):
     @model_validator(mode="after")
     def _one_rate(self) -> "RunUpTable":
         said = [key for key in ("acceleration", "duration", "torque") if getattr(self, key) is not None]
-        if len(said) != 1:
+        if len(said) > 1:
+            raise word(f"gives {' and '.join(said)}. Keep one: each says how fast the speed changes.")
+        if not said:
             raise word('needs one of acceleration, duration and torque. Write acceleration = "50 rpm/s".')
         if self.torque is not None and self.inertia is None:
             raise word('gives a torque, but to what inertia? Add inertia = "3 kg m2", of all that turns.')

@@ -23,6 +23,8 @@ _EVEN, _NEAR = 12, (0.34, 0.6, 0.75, 0.86, 0.93, 0.97, 0.99, 1.0, 1.01, 1.03, 1.
 """Speeds looked at in a range, and more of them as parts of the natural frequency."""
 _STEP, _WITHIN = 1e-4, 0.8
 """Of differences, in logs; part of the greatest that another extreme has that may overtake it, each taking long."""
+_ROUNDED = 1e-9
+"""Part of the motion on a free spring by which an integration may be off, whatever friction leaves of it."""
 _HOPE, _BEST, _LEFT = 0.6, 2, 1e-7
 """Part by which a rough look may be off; local extremes looked at more closely, and what may be left of their speed."""
 
@@ -101,10 +103,11 @@ class Rubbing(Form):
         return [((speed,), value) for value, speed in self.tops(model, x, least_wanted)]
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
-        """A ten-millionth, which an integration from stop to stop keeps, and rounding of a base that moves along."""
-        ends = [end for band in self.shaken[0].bands for end in (band.low, band.high)]
-        along = max(self._amplitude(end) for end in ends) if model.n_coords > model.n_free else 0.0
-        return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + 1e-12 * along
+        """A ten-millionth, which an integration from stop to stop keeps, and less still of what a free spring gives."""
+        ends = [end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)]
+        sizes = [abs(part) + abs(phasor) for _, _, (_, part, phasor) in (self.motion(model, x, end) for end in ends)]
+        free = max((one for one in sizes if np.isfinite(one)), default=0.0) / self.per(model, x, max(ends, default=0.0))
+        return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + _ROUNDED * free
 
     def acting(self, model: Model) -> FloatArray:
         assert model.rubbing is not None

@@ -11,7 +11,7 @@ from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.units import best_unit, show
+from vibopt.units import best_unit, plain, show
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import ROTATION
 from vibopt.verify.as_built import machine_of
@@ -67,7 +67,7 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
     part, begins = found.value / steady.value - 1.0, steady.speeds[name]
     shift = found.speeds[name] / begins - 1.0 if begins > 0.0 else found.speeds[name]
     much = "as much" if abs(part) < _SAME else f"{100.0 * abs(part):.2g} % {'more' if part > 0.0 else 'less'}"
-    when = f"at a speed {100.0 * abs(shift):.2g} % {'above' if shift > 0.0 else 'below'}"
+    when = f"at a speed {plain(100.0 * abs(shift), 2)} % {'above' if shift > 0.0 else 'below'}"
     when = "there" if abs(shift) < _SAME else when if begins > 0.0 else f"at {show(shift, unit, ROTATION)}"
     built = "as said, without tolerances, steady" if uncertain(scene) else "steady"
     return (

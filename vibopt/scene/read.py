@@ -268,6 +268,7 @@ class _Parts:
         given = table["find_all"]
         if not isinstance(given, str):
             self.mistakes.value(("goal", "find_all"), given, 'is not a text. Write find_all = "fan.speed".')
+            self.broken.add("goal")
             return None
         return given
 

@@ -23,8 +23,8 @@ from vibopt.signals import Band
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
-_SAMPLES, _BEST = 120, 3
-"""Samples of a piece; greatest ones that are looked at more closely."""
+_SAMPLES, _DENSE, _NEAR = 120, 6.0, 0.98
+"""Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count."""
 _COARSE, _LOOKED, _KEPT = 9, 2, 256
 """Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept."""
 
@@ -220,11 +220,14 @@ class Rubbed:
             at = np.atleast_1d(np.asarray(time, dtype=float))
             return np.abs(response.trace(self.machine, self._course(one, at))) * np.ones(len(at))
 
-        times = np.linspace(one.begin, one.end, _SAMPLES)
+        count = max(_SAMPLES, int(_DENSE * _natural(self.machine) * (one.end - one.begin)))
+        times = np.linspace(one.begin, one.end, count)
         values = value(times)
         best = float(values.max())
-        for i in np.argsort(-values)[:_BEST]:
-            ends = times[max(i - 1, 0)], times[min(i + 1, _SAMPLES - 1)]
+        beside = np.concatenate([[-np.inf], values, [-np.inf]])
+        tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]) & (values >= _NEAR * best))
+        for i in tops.tolist():
+            ends = times[max(i - 1, 0)], times[min(i + 1, count - 1)]
             if ends[1] > ends[0]:
                 room: Any = {"xatol": 1e-7 * (ends[1] - ends[0])}
 
