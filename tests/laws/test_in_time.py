@@ -481,6 +481,26 @@ def test_a_broken_ground_record_is_refused(text: str, words: str, tmp_path: Path
     assert f"scene: excitations.quake {words}" in refused.value.messages
 
 
+def test_a_steady_vibration_that_a_peak_leaves_out_is_named() -> None:
+    both = {
+        "title": "both",
+        "bodies": {"m": {"mass": "500 kg"}},
+        "links": {"s": {"between": ["m", "ground"], "stiffness": "2 MN/m", "damping_ratio": 0.05}},
+        "excitations": {
+            "comp": {"kind": "force", "on": "m", "amplitude": "300 N", "speed": "900 rpm"},
+            "press": {"kind": "pulse", "on": "m", "shape": "rectangle", "amplitude": "1 kN", "duration": "40 ms"},
+        },
+        "measures": {"peak": {"response": "peak_displacement", "of": "m"}},
+    }
+    words = (
+        "measures.peak is of what comes once alone, without excitations.comp, which is steady. To count both write "
+        'combine = "sum", or begins = "suddenly" there.'
+    )
+    assert words in vo.solve(vo.from_dict(both)).notes
+    summed = {"peak": {"response": "peak_displacement", "of": "m", "combine": "sum"}}
+    assert words not in vo.solve(vo.from_dict({**both, "measures": summed})).notes
+
+
 def test_samples_that_were_left_out_of_an_even_record_are_on_straight_lines(tmp_path: Path) -> None:
     values = np.random.default_rng(3).normal(size=60)
     kept = np.setdiff1d(np.arange(60), np.arange(6, 58, 7))

@@ -40,6 +40,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += random_notes(scene, chosen)
     notes += ringing_notes(scene, chosen)
     notes += duration_notes(scene, chosen)
+    notes += left_out(scene)
     if rubbing(scene):
         from vibopt.report.friction_views import friction_notes
 
@@ -186,6 +187,26 @@ def _slow(machine: Machine) -> bool:
     """Whether some mode has not faded after a thousand periods of the slowest."""
     poles = machine.poles()
     return bool(np.abs(poles.imag).min() * _HORIZON * 2.0 * np.pi < -np.log(_FADED) * np.abs(poles).min())
+
+
+def left_out(scene: Scene) -> list[str]:
+    """Steady excitations that the greatest in time does not count."""
+    steady = [name for name, one in scene.excitations.items() if one.sorts == ("steady",)]
+    asked = {f"limits.{name}": one for name, one in scene.limits.items()}
+    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
+    if scene.goal is not None:
+        asked["goal"] = scene.goal.response
+    alone = [
+        where
+        for where, one in asked.items()
+        if isinstance(one, TransientResponse) and one.combine is None and one.due_to is None
+    ]
+    if not steady or not alone:
+        return []
+    return [
+        f"{alone[0]} is of what comes once alone, without excitations.{steady[0]}, which is steady. To count both "
+        'write combine = "sum", or begins = "suddenly" there.'
+    ]
 
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

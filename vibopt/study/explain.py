@@ -154,7 +154,8 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
     for one in _in_order():
         refusal = one.refuses(finite)
         if refusal is None and one.name == "branch_and_bound" and blind(finite):
-            refusal = "poles and mean squares have no bounds on boxes of designs."
+            loose = next(part for part in finite.parts if not part.form.sampleable(part.model))
+            refusal = f"{loose.name} {loose.form.no_bounds}."
         considered.append(Considered(one.name, refusal is None, refusal or one.summary))
         if refusal is None:
             break

@@ -29,8 +29,8 @@ _LOOK = 6
 METHOD = (
     "Each fact was followed to ten times and to a tenth of its value, a coordinate as far as the machine is long: over "
     "16 values each way, every value at which a natural frequency meets a speed or a bound of a limit, and every top "
-    "of a limit between them. The first crossing is exact to the last digits; a failing stretch narrower than all of "
-    "these is not seen."
+    "of a limit between them. The first crossing is exact to the last digits, and beyond it the limits may hold again; "
+    "a failing stretch narrower than all of these is not seen."
 )
 """What was looked at, for the reader of the table."""
 
