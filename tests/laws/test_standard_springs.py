@@ -137,3 +137,12 @@ def test_a_body_that_rolls_is_heavier_in_motion_than_in_weight() -> None:
     sag = 20.0 * 9.80665 / 3000.0
     found = both(scene, {"response": "static_deflection", "of": "roller", "at_most": "1 m"}, {})
     assert found == pytest.approx((sag, sag), rel=1e-13)
+
+
+def test_a_damping_ratio_is_a_damping_that_may_be_asked_for() -> None:
+    link = {"between": ["box", "ground"], "stiffness": {"from": "1 kN/m", "to": "1 MN/m"}, "damping_ratio": 0.2}
+    scene = {"bodies": {"box": {"mass": "30 kg"}}, "links": {"foot": {**link, "count": 4}}}
+    asked = {**scene, "goal": {"maximise": "stiffness", "of": "foot"}}
+    right = 0.4 * np.sqrt(4.0 * 9e3 * 30.0) / 4.0
+    found = both(asked, {"response": "damping", "of": "foot", "at_most": "1 MN s/m"}, {"links.foot.stiffness": 9e3})
+    assert found == pytest.approx((right, right), rel=1e-13)

@@ -204,8 +204,8 @@ class LinkTable(Device):
         there = {
             "stiffness": self.has_spring,
             "torsional_stiffness": self.has_spring,
-            "damping": self.damping is not None,
-            "torsional_damping": self.torsional_damping is not None,
+            "damping": self.damping is not None or self.damping_ratio is not None,
+            "torsional_damping": self.torsional_damping is not None or self.damping_ratio is not None,
             "damping_ratio": self.damping_ratio is not None or (bool(viscous) and self.has_spring and alone),
             "loss_factor": self.loss_factor is not None,
             "friction_force": self.friction_force is not None,
