@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
+    from vibopt.mechanics.ringing import Peak
     from vibopt.mechanics.sweep_response import RunUp
-    from vibopt.mechanics.transient import Peak
 
 _KEPT = 64
 BY_TORQUE = 2e-4
@@ -134,7 +134,7 @@ class PeakInRunUp(Form):
         return known[key][1]
 
     def _peak(self, model: Model, x: FloatArray) -> Peak:
-        from vibopt.mechanics.transient import Peak
+        from vibopt.mechanics.ringing import Peak
 
         made = self.run_up(model, x, model.values(x))
         return made[0].peak(made[1]) if made[0].sweep.speeds else Peak(np.inf, np.inf)

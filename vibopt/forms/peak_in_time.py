@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
-    from vibopt.mechanics.transient import Peak, Reading, Transient
+    from vibopt.mechanics.ringing import Peak
+    from vibopt.mechanics.transient import Reading, Transient
 
 _STEP = 1e-30
 _KEPT = 64

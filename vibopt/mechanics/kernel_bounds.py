@@ -16,7 +16,8 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.mechanics.panels import exponential, series
-from vibopt.mechanics.transient import Peak, Reading, Transient
+from vibopt.mechanics.ringing import Peak
+from vibopt.mechanics.transient import Reading, Transient
 from vibopt.records import dataclass
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(16)

@@ -17,7 +17,8 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.envelopes import Envelope, greatest
 from vibopt.mechanics.joints import condensed, first_order
 from vibopt.mechanics.panels import Numbers
-from vibopt.mechanics.transient import HORIZON, Peak, Reading
+from vibopt.mechanics.ringing import HORIZON, Peak
+from vibopt.mechanics.transient import Reading
 from vibopt.records import dataclass
 from vibopt.signals import Sweep
 
