@@ -17,7 +17,8 @@ class Draw:
     """A stream of drawn numbers; `left` is how many design variables may still be drawn.
 
     With `listed` every variable has a list of values, as beside parts from a catalogue, which are `bought`.  What is
-    `small` is answered quickly: nothing is free; what is `sure` goes without tolerances.
+    `small` is answered quickly: nothing is free; what is `sure` goes without tolerances.  Where it is `bent`, links are
+    beams with a depth.
     """
 
     def __init__(self, seed: int | str, *, listed: bool = False, bought: bool = False, small: bool = False) -> None:
@@ -27,6 +28,7 @@ class Draw:
         self.bought = bought
         self.small = small
         self.sure = False
+        self.bent = False
 
     def pick(self, among: Sequence[T]) -> T:
         return among[self.random.randrange(len(among))]

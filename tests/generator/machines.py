@@ -102,7 +102,7 @@ def _link(draw: Draw, made: Drawn, between: list[str], mass: float) -> dict[str,
         draw.left -= 1
         table["part"] = {"catalogue": catalogue(draw, made, stiffness / many, mass * GRAVITY / many, shear=False)}
         return _choosing(draw, made, table)
-    if draw.chance(0.08):
+    if draw.bent or draw.chance(0.08):
         table["beam"] = _beam(draw, stiffness / many)
     else:
         table["stiffness"] = draw.value(stiffness / many, "stiffness", spread=10.0)
@@ -132,10 +132,17 @@ def _damper(draw: Draw, body: str, stiffness: float, mass: float) -> dict[str, A
 
 def _beam(draw: Draw, stiffness: float) -> dict[str, Any]:
     """A beam of about a stiffness under a load at its tip or its middle."""
-    kind, long = draw.pick(["simply_supported", "cantilever", "fixed", "fixed_pinned"]), draw.size(0.5, 3.0)
-    factor = {"simply_supported": 48.0, "cantilever": 3.0, "fixed": 192.0, "fixed_pinned": 107.0}[kind]
+    kinds = ["simply_supported", "cantilever", "fixed", "fixed_pinned"]
+    kind, long = draw.pick([*kinds, "overhung"] if draw.bent else kinds), draw.size(0.5, 3.0)
+    factor = {"simply_supported": 48.0, "cantilever": 3.0, "fixed": 192.0, "fixed_pinned": 107.0, "overhung": 32.0}[
+        kind
+    ]
     second = stiffness * long**3 / (factor * 207e9)
     table = {"kind": kind, "length": draw.said(long, "length"), "modulus": "207 GPa"}
+    if draw.bent:
+        table |= {"at_ratio": 1.25} if kind == "overhung" else draw.pick([{}, {"at_ratio": 0.4}])
+        table |= draw.pick([{}, {"inner_ratio": 0.5}])
+        return {**table, "diameter": draw.value((64.0 * second / math.pi) ** 0.25, "length", spread=1.5)}
     if draw.chance(0.5):
         return {**table, "second_moment": f"{second * 1e8:.4g} cm4"}
     return {**table, "diameter": draw.said((64.0 * second / math.pi) ** 0.25, "length")}

@@ -18,8 +18,8 @@ from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.responses import KINDS as RESPONSES
 
-QUICK, ALL, BLOCK = 101, 1000, 10
-LONG = (76,)
+QUICK, ALL, BLOCK = 108, 1000, 10
+LONG = (52, 53, 105, 106, 107)
 """Scenes that take many seconds each, left to the slow suite."""
 BLOCKS = [range(first, first + BLOCK) for first in range(0, ALL, BLOCK)]
 MOTIONS = ("space", "plane", "line")

@@ -181,7 +181,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "two ways": (
         {"torque": "10 N m", "inertia": "2 kg m2", "acceleration": "50 rpm/s"},
-        'excitations.blades.run_up needs one of acceleration, duration and torque. Write acceleration = "50 rpm/s".',
+        "excitations.blades.run_up gives acceleration and torque. Keep one: each says how fast the speed changes.",
     ),
     "an idle load": (
         {"acceleration": "50 rpm/s", "load": "3 N m"},

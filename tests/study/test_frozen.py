@@ -54,6 +54,35 @@ def test_a_saved_design_solved_again_measures_the_same(name: str, tmp_path: Path
         assert goal.value.value == pytest.approx(design.goal[1].value, rel=1e-12)
 
 
+PENDULUM = """
+title = "Pendulum whose mass is uncertain"
+[bodies.floor]
+mass = "184 kg"
+[links.spring]
+between = ["floor", "ground"]
+stiffness = "2 MN/m"
+[absorbers.bob]
+on = "floor"
+mass = { value = "30 kg", tolerance = "5 %" }
+length = { from = "0.5 mm", to = "1 mm" }
+damping_ratio = 0.07
+[measures.first]
+response = "natural_frequency"
+mode = 1
+[goal]
+maximise = "damping_ratio"
+mode = 1
+"""
+
+
+def test_a_saved_pendulum_is_pulled_back_by_its_own_weight(tmp_path: Path) -> None:
+    design = solve(from_text(PENDULUM), explain=False)
+    again = solve(from_text(saved_text(design.scene, design, tmp_path / "design.toml")))
+    assert again.measures["first"].value.value == pytest.approx(design.measures["first"].value.value, rel=1e-9)
+    assert design.goal is not None
+    assert again.measures["maximised"].value.value == pytest.approx(design.goal[1].value, rel=1e-9)
+
+
 def test_a_saved_design_says_where_it_comes_from(tmp_path: Path) -> None:
     design = solve(read(PROBLEMS / "isolation" / "rao_9_34.toml"))
     text = saved_text(design.scene, design, tmp_path / "x.toml", changes=["bodies.press.mass=300 kg"])

@@ -240,7 +240,7 @@ def modes_at(model: Model, x: FloatArray) -> FloatArray:
 
 def undamped(mass: FloatArray, stiff: FloatArray) -> FloatArray:
     """Undamped natural frequencies of many machines (n, n_free, n_free) [rad/s], ascending, shape (n, n_modes)."""
-    light = massless(mass[0], mass.shape[1])
+    light = massless(mass[0], mass.shape[1]) if len(mass) else np.zeros(0, dtype=int)
     if len(light):
         heavy = np.setdiff1d(np.arange(mass.shape[1]), light)
         across = stiff[:, light[:, None], heavy]

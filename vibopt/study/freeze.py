@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -58,7 +58,7 @@ def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene
         family, name = part.path.split(".")[:2]
         document[family][name]["part"].pop("only", None)
     if scene.absorbers:
-        document["absorbers"] = _bought(scene, x)
+        document["absorbers"] = _bought(scene, x, document["absorbers"])
     if with_goal:
         _as_measure(scene, document)
     document.pop("goal", None)
@@ -102,8 +102,11 @@ def goal_as_shown(scene: Scene) -> Goal | None:
     return replace(goal, response=goal.response.model_copy(update={"unit": unit or None}))
 
 
-def _bought(scene: Scene, x: Sequence[float]) -> dict[str, dict[str, Any]]:
-    """Absorbers as parts: what was said relative to the machine is a mass, a spring and a damper now."""
+def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Absorbers as parts: what was said relative to the machine is a mass, a spring and a damper now.
+
+    A pendulum keeps its length, for its own weight pulls it back; `written` are the tables with what was chosen.
+    """
     machine = machine_of(scene, {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)})
     around = turning(scene)
     tables = {}
@@ -115,6 +118,10 @@ def _bought(scene: Scene, x: Sequence[float]) -> dict[str, dict[str, Any]]:
         given: dict[str, Any] = {
             key: f"{float(value)!r} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0
         }
+        doubts = {one.path for one in uncertain(scene)}
+        if table.length is not None and not doubts & {f"absorbers.{name}.{key}" for key in ("stiffness", "length")}:
+            given = {"length" if key == "stiffness" else key: one for key, one in given.items()}
+            given["length"] = written[name]["length"]
         if table.loss_factor is not None:
             given["loss_factor"] = f"{joint.loss_factor:.17g}"
         _keep_tolerances(scene, name, given)
