@@ -82,3 +82,15 @@ def test_the_record_of_the_tower_under_a_blast_of_any_length() -> None:
     r = 0.5 / np.linspace(0.75, 0.9, 400_001)
     factor = (np.sin(2.0 * np.pi * r / (1.0 + r)) / (1.0 - r)).max()
     assert recorded("rao_9_50_any_length", "stiffness") == pytest.approx(factor * 10e3 / 0.5, rel=1e-7)
+
+
+def test_the_record_of_the_cushion() -> None:
+    """Mindlin's spring and damper under a step of velocity, solved outright: the first peaks of x'' and of x."""
+    ratio, velocity = 0.2, 1.3 * np.sqrt(2.0 * 9.80665 * 0.9)
+    ring = np.sqrt(1.0 - ratio**2)
+    handed = np.exp(-ratio / ring * np.arctan2(ring * (1.0 - 4.0 * ratio**2), ratio * (3.0 - 4.0 * ratio**2)))
+    rate = 60.0 * 9.80665 / (velocity * handed)
+    room = velocity / rate * np.exp(-ratio / ring * np.arccos(ratio))
+    document = tomllib.loads((PROBLEMS / "packaging_cushion.toml").read_text(encoding="utf-8"))
+    assert recorded("packaging_cushion", "stiffness") == pytest.approx(4.0 * rate**2, rel=1e-7)
+    assert read_quantity(document["expected"][1]["value"], "length").value == pytest.approx(room, rel=1e-7)
