@@ -41,8 +41,8 @@ def _class() -> type:
 @pytest.mark.parametrize("before", [0, 100], ids=["first objects", "later objects"])
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
 def test_a_record_is_that_of_the_standard_library(options: dict[str, bool], before: int) -> None:
-    ours: Any = dataclass(**options)(_class())  # type: ignore[call-overload]
-    theirs: Any = dataclasses.dataclass(**options)(_class())  # type: ignore[call-overload]
+    ours: Any = dataclass(**options)(_class())
+    theirs: Any = dataclasses.dataclass(**options)(_class())
     words: dict[str, Any] = {"mass": 2.0, "places": ["floor"], "seen": 5}
     for _ in range(before):
         ours(**words)

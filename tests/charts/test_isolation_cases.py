@@ -262,9 +262,9 @@ def test_false_claims_are_hollow_and_red() -> None:
     marks = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "D")]
     assert [mark.get_markerfacecolor() == "none" for mark in marks] == [False, True]
     assert marks[1].get_markeredgecolor() == "#b3261e"
-    assert [float(mark.get_xdata()[0]) for mark in marks] == [1.0, 3.0]  # type: ignore[index]
+    assert [float(mark.get_xdata()[0]) for mark in marks] == [1.0, 3.0]
     kernels = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
-    assert [float(mark.get_xdata()[0]) for mark in kernels] == [0.25]  # type: ignore[index]
+    assert [float(mark.get_xdata()[0]) for mark in kernels] == [0.25]
     assert saved(figure, "svg").startswith(b"<?xml")
 
 

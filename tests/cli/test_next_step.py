@@ -78,5 +78,5 @@ def test_where_a_number_rests_at_the_end_of_its_range_a_wider_one_is_proposed(
     assert verb == "vibopt"
     assert words[-1] == wider.replace('"', "")
     assert main(words) == 0
-    found = [float(re.search(r"mount is ([\d.]+) kN/m", one)[1]) for one in (before, capsys.readouterr().out)]  # type: ignore[index]
+    found = [float(re.search(r"mount is ([\d.]+) kN/m", one)[1]) for one in (before, capsys.readouterr().out)]
     assert found[1] > found[0]

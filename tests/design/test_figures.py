@@ -31,7 +31,7 @@ def test_labels_stay_on_the_paper_and_off_each_other(solved: Solved, name: str) 
 
     figure = response_figure(panels(solved(name)))
     figure.draw_without_rendering()
-    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    renderer = figure.canvas.get_renderer()
     found = [one for one in figure.findobj(Annotation) if one.get_text()]
     boxes = [Text.get_window_extent(one, renderer) for one in found]
     for index, box in enumerate(boxes):

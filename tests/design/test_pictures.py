@@ -155,11 +155,11 @@ STACK = {
 def test_mounts_stand_between_bodies_and_on_ground() -> None:
     """From the front and from the side no mount is inside a body, and under the lowest there is ground."""
     scene = from_dict(STACK)
-    figure = views_figure(machine_of(scene, {}), scene)  # type: ignore[arg-type]
+    figure = views_figure(machine_of(scene, {}), scene)
     assert figure is not None
     assert covered(figure) == []
     for axes in figure.axes[1:3]:
-        boxes = [one.get_xy() for one in axes.patches if len(one.get_xy()) == 5]  # type: ignore[attr-defined]
+        boxes = [one.get_xy() for one in axes.patches if len(one.get_xy()) == 5]
         assert len(boxes) == 2
         marks = [one for one in axes.lines if one.get_marker() in ("o", "s") and len(one.get_xdata()) == 4]
         heights = {float(y) for one in marks for y in one.get_ydata()}
@@ -189,8 +189,8 @@ def test_a_crank_is_drawn_with_its_counterweight_opposite() -> None:
     figure = figure_of(answer(open_job(PROBLEMS / "balancing" / "engine_v_twin.toml")))
     assert figure is not None
     [wedge] = [one for one in figure.axes[0].patches if one.get_hatch() == "...."]
-    assert wedge.get_xy()[:, 1].min() < -0.2  # type: ignore[attr-defined]
-    assert wedge.get_xy()[:, 1].max() == pytest.approx(0.0)  # type: ignore[attr-defined]
+    assert wedge.get_xy()[:, 1].min() < -0.2
+    assert wedge.get_xy()[:, 1].max() == pytest.approx(0.0)
 
 
 SEEN = ("press_on_rubber", "footbridge_detuned", "rao_9_34", "rao_9_39", "rao_9_35")

@@ -65,7 +65,7 @@ def test_a_mass_that_is_advised_is_enough_for_the_whole_job_and_a_step_less_is_n
     mass: float, floor: float, swing: float, sag: float | None, mode: float | None, key: str
 ) -> None:
     given_ = f"{mass:.4g} kg" if key == "mass" else f"{9.80665 * mass:.4g} N"
-    scene = _press({key: given_}, *(one and float(f"{one:.4g}") for one in (floor, swing, sag, mode)))  # type: ignore[arg-type]
+    scene = _press({key: given_}, *(one and float(f"{one:.4g}") for one in (floor, swing, sag, mode)))
     design = solve(scene)
     found = re.search(rf"With a {key} of ([\d.]+) (kg|N) instead of ", design.reason)
     if found is None:

@@ -75,7 +75,7 @@ def program(excitation: str, asked: str, combine: str) -> Program:
 def slope_with_speed(form: Modulus, model: object, drive: Drive, x: FloatArray, speed: float) -> FloatArray:
     """Slope in log x and in the speed, the latter by differences of logs."""
     near = speed * np.array([1.0 - 1e-6, 1.0, 1.0 + 1e-6])
-    log, slope = sampled_slopes(model, form, drive, x, near)  # type: ignore[arg-type]
+    log, slope = sampled_slopes(model, form, drive, x, near)
     return np.append(slope[1], (log[2] - log[0]) / (2e-6 * speed))
 
 

@@ -108,6 +108,18 @@ def test_values_of_a_structure_in_time_are_found() -> None:
     assert [one.ended_by for one in design.details["ends"][0]] == ["x", ""]
 
 
+def test_both_sides_of_a_limit_end_an_interval() -> None:
+    """A shaft below its resonance: the stiffer it is, the less it whirls."""
+    whirl = {"response": "displacement", "of": "disc", "at_most": "0.2 mm", "at_least": "0.11 mm"}
+    design = solve(from_dict(document(0.02, {"whirl": whirl})))
+    assert design.status == "met"
+    for two in design.details["ends"]:
+        for end in two:
+            assert end.ended_by == "whirl" or end.value.value in (5e-3, 0.2)
+            far = sampled(0.02, end.value.value)[0]
+            assert not end.ended_by or min(abs(far / 2e-4 - 1.0), abs(far / 1.1e-4 - 1.0)) < 1e-7
+
+
 REFUSED = {
     "another variable": (
         {"bodies": {"disc": {"mass": {"from": "1 kg", "to": "9 kg"}}}},

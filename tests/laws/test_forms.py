@@ -321,14 +321,14 @@ def test_a_form_that_lacks_something_is_caught_by_name(monkeypatch: pytest.Monke
     monkeypatch.setitem(CASES, Unfinished, (Unfinished(), lambda x: x[0]))
     with pytest.raises(AssertionError, match="Unfinished has no value"):
         test_every_form_says_what_methods_ask(Unfinished)
-    Unfinished.value = lambda self, model, x: float(x[0])  # type: ignore[method-assign]
+    Unfinished.value = lambda self, model, x: float(x[0])
     with pytest.raises(AssertionError, match="Unfinished has no word on CasADi"):
         test_every_form_says_what_methods_ask(Unfinished)
     Unfinished.rough = Unfinished.not_convex = "is unfinished"
     with pytest.raises(AssertionError, match="Unfinished has no word on boxes"):
         test_every_form_says_what_methods_ask(Unfinished)
     Unfinished.no_bounds = "is unfinished"
-    Unfinished.slope = lambda self, model, x: np.ones(3)  # type: ignore[method-assign]
+    Unfinished.slope = lambda self, model, x: np.ones(3)
     test_every_form_says_what_methods_ask(Unfinished)
     with pytest.raises(AssertionError):
         test_values_and_slopes_are_those_of_another_road(Unfinished)

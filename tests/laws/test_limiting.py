@@ -31,7 +31,7 @@ PUSHED = [one for one in SHAPES if one != "sine"]
 
 
 def pulse(shape: str, duration: float = 1.0, **words: Any) -> Pulse:
-    return Pulse(kind="pulse", on="a", shape=shape, amplitude="1 N", duration=f"{duration!r} s", **words)  # type: ignore[arg-type]
+    return Pulse(kind="pulse", on="a", shape=shape, amplitude="1 N", duration=f"{duration!r} s", **words)
 
 
 def walked(one: Pulse, times: FloatArray) -> FloatArray:

@@ -58,7 +58,7 @@ def coupled(
     def there(_: float, now: Any) -> float:
         return float(now[3] - LAST)
 
-    there.terminal = True  # type: ignore[attr-defined]
+    there.terminal = True
     run: Any = solve_ivp(
         rates, (0.0, longest), [0.0, 0.0, angle, 0.0], method="DOP853", rtol=1e-7, atol=1e-9, events=there,
         t_eval=np.arange(0.0, longest, 0.001),

@@ -140,7 +140,7 @@ def test_slopes_are_those_of_the_values(seed: int, support: str) -> None:
         document[family][name][key] = {"from": f"{0.5 * x[-1]!r} {unit}", "to": f"{2.0 * x[-1]!r} {unit}"}
     document["goal"] = {"minimise": "mass", "of": "a"}
     scene = vo.from_dict(document)
-    order = [paths.index(tuple(one.path.split("."))) for one in scene.variables]  # type: ignore[arg-type]
+    order = [paths.index(tuple(one.path.split("."))) for one in scene.variables]
     at = np.array(x)[order]
     program = pose(scene)
     for response in scene.measures.values():

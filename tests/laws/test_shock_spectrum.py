@@ -30,7 +30,7 @@ SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "rising s
 
 
 def pulse(shape: str) -> Pulse:
-    return Pulse(kind="pulse", on="a", shape=shape, amplitude="1 N", duration="1 s")  # type: ignore[arg-type]
+    return Pulse(kind="pulse", on="a", shape=shape, amplitude="1 N", duration="1 s")
 
 
 def maximax(found: Spectrum) -> tuple[FloatArray, FloatArray]:

@@ -123,7 +123,7 @@ def test_variables_and_limits_have_the_paths_of_the_file_and_si_units() -> None:
     assert is_scene(design.job)
     assert problem.var_dict["links.mount.stiffness"].value == pytest.approx(design.x[0], rel=1e-5)
     program = vo.posed(vo.read(NAMED["foiles_min_max_capped"])).casadi()
-    assert set(program.variables) == {f"planes.{one.name}" for one in vo.read(NAMED["foiles_min_max_capped"]).planes}  # type: ignore[union-attr]
+    assert set(program.variables) == {f"planes.{one.name}" for one in vo.read(NAMED["foiles_min_max_capped"]).planes}
     assert {name.partition(".")[0] for name in program.names} == {"goal", "planes"}
 
 

@@ -211,7 +211,7 @@ def _by_sparse(of: object, x: tuple[float, ...], speeds: np.ndarray) -> np.ndarr
     for w in speeds.tolist():
         z = 20.0 * frequency**2 + 2j * w * 20.0 * frequency * ratio
         block = sparse.coo_array(([z, -z, -z, z - 20.0 * w**2], ([2999, 2999, 3000, 3000], [2999, 3000, 2999, 3000])))
-        host = of.stiffness - w**2 * of.mass + 1j * w * of.damping  # type: ignore[attr-defined]
+        host = of.stiffness - w**2 * of.mass + 1j * w * of.damping
         whole = sparse.coo_array((host.tocoo().data, (host.tocoo().row, host.tocoo().col)), shape=(3001, 3001)) + block
         load = np.zeros(3001, dtype=complex)
         load[1500] = 100.0

@@ -280,12 +280,12 @@ REFUSED_AT_ONCE: dict[str, tuple[Callable[[], object], str]] = {
         'Write <= or >=, or both as .limit(at_least="...", at_most="...").',
     ),
     "two responses": (
-        lambda: MOVE <= press().displacement(of="frame"),  # type: ignore[operator]  # noqa: SIM300
+        lambda: MOVE <= press().displacement(of="frame"),  # noqa: SIM300
         'displacement(of="press") <= displacement(of="frame") compares two responses. '
         'Compare a response with a value and its unit, for example "6 kN".',
     ),
     "bound as a word": (
-        lambda: press().displacement(of="press", at_most="2 mm"),  # type: ignore[call-arg]
+        lambda: press().displacement(of="press", at_most="2 mm"),
         'displacement(of="press", at_most="2 mm") has a bound (at_most). '
         "Write a bound as a comparison, as .limit(at_most=...).",
     ),
@@ -294,7 +294,7 @@ REFUSED_AT_ONCE: dict[str, tuple[Callable[[], object], str]] = {
         'goal = displacement(of="press") is a response. Write maximise(...) for more of it, minimise(...) for less.',
     ),
     "goal of no response": (
-        lambda: vo.maximise("stiffness"),  # type: ignore[arg-type]
+        lambda: vo.maximise("stiffness"),
         "maximise('stiffness'): this is no response. Write maximise(machine.stiffness(of=\"mount\")), for example.",
     ),
     "limits no list": (
@@ -310,7 +310,7 @@ REFUSED_AT_ONCE: dict[str, tuple[Callable[[], object], str]] = {
         'limits.start_up is no limit. Write a comparison, for example machine.displacement(of="press") <= "2 mm".',
     ),
     "measure": (
-        lambda: press().scene(measures=["sag"]),  # type: ignore[list-item]
+        lambda: press().scene(measures=["sag"]),
         'measures[1] is no measure. Write a response, for example machine.displacement(of="press").',
     ),
     "limit name": (
@@ -318,7 +318,7 @@ REFUSED_AT_ONCE: dict[str, tuple[Callable[[], object], str]] = {
         'limits: 3 is no name. Write a text, for example "press".',
     ),
     "body name": (
-        lambda: press().body(None, mass="1 kg"),  # type: ignore[arg-type]
+        lambda: press().body(None, mass="1 kg"),
         'bodies: None is no name. Write a text, for example "press".',
     ),
     "twice": (
@@ -378,7 +378,7 @@ REFUSED_AT_THE_DOOR: dict[str, tuple[Callable[[], object], list[str]]] = {
         ["scene: measures.move has a bound (at_most), but a measure has none. Move it to [limits.move]."],
     ),
     "a goal with a bound": (
-        _scene_with(goal=vo.maximise(MOVE <= "2 mm")),  # type: ignore[arg-type]
+        _scene_with(goal=vo.maximise(MOVE <= "2 mm")),
         ["scene: goal has a bound (at_most). Say bounds in [limits.NAME]."],
     ),
     "all at once": (

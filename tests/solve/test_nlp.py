@@ -252,7 +252,7 @@ def test_slopes_of_local_extremes_are_those_of_differences(name: str) -> None:
             assert part is not None
             least_wanted = getattr(part, "side", "") == "at_least"
 
-            def value(at: np.ndarray, part=part, least_wanted=least_wanted) -> float:  # type: ignore[no-untyped-def]
+            def value(at: np.ndarray, part=part, least_wanted=least_wanted) -> float:
                 return part.form.extremes(part.model, np.exp(at), least_wanted=least_wanted)[0].value
 
             slope = part.form.extremes(part.model, np.exp(y), least_wanted=least_wanted)[0].slope

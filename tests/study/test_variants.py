@@ -92,7 +92,7 @@ def test_parts_prices_and_ratings_of_bought_variants(tmp_path: Path) -> None:
         strict=True,
     ):
         machine = machine_of(scene, {})
-        assert value == pytest.approx(sum(mount.price for mount in machine.mounts))  # type: ignore[attr-defined]
+        assert value == pytest.approx(sum(mount.price for mount in machine.mounts))
         assert found.exit_code == 0
     assert _best(price) == [True, False]
     assert not [one for one in result.rows if one.kind == "price"]

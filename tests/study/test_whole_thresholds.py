@@ -63,7 +63,7 @@ def test_the_words_are_true_of_every_number_up_to_the_ones_named(mass: int, coun
         if words == "-":
             assert all(_holds(text, n) for n in range(count, end + way, way))
             continue
-        good, bad = map(int, re.match(r"(\d+) \((\d+) fails\)", words).groups())  # type: ignore[union-attr]
+        good, bad = map(int, re.match(r"(\d+) \((\d+) fails\)", words).groups())
         assert bad == good + way
         assert all(_holds(text, n) for n in range(count, good + way, way))
         assert not _holds(text, bad)

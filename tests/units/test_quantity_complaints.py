@@ -117,7 +117,7 @@ def test_what_a_bare_number_is_offered_can_be_read(dimension: str, power: int) -
 def test_a_bound_and_an_amplitude_are_small() -> None:
     for words in ({"amplitude": True}, {"place": "static_deflection"}):
         with pytest.raises(QuantityError, match=r'^has no unit\. Write "0\.8 mm"\.$'):
-            read_quantity("0.8", "length", **words)  # type: ignore[arg-type]
+            read_quantity("0.8", "length", **words)
 
 
 def test_a_forgotten_unit_keeps_the_detector() -> None:

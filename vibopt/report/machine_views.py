@@ -140,9 +140,14 @@ def _intervals(design: Design) -> Block:
     title, ends = f"All limits hold for {design.scene.find_all}", design.details.get("ends", ())
     if not ends:
         return pairs(title, [(interval(*one),) for one in design.found or ()])
-    held = [[f"limits.{one.ended_by}" if one.ended_by else "end of the range" for one in two] for two in ends]
+    held = [[_ended_by(design, one.ended_by) for one in two] for two in ends]
     rows = [(interval(*one), *two) for one, two in zip(design.found or (), held, strict=True)]
     return table(title, ("", "below it", "above it"), rows)
+
+
+def _ended_by(design: Design, name: str) -> str:
+    """A limit of the file by its path, a rating by its words."""
+    return f"limits.{name}" if name in design.scene.limits else name or "end of the range"
 
 
 def _at_ends(design: Design) -> Block:

@@ -15,29 +15,35 @@ from vibopt.responses.static_deflection import StaticDeflection
 from vibopt.signals import Combine, Drive, Output
 
 
-class BendingStress(HarmonicResponse):
-    """`response = "bending_stress"`: greatest in a beam or shaft that bends [Pa] peak.
-
-    Dynamic part only, without that of the weight, at the outermost fibre where the moment is greatest; of the shape
-    under a static load.  Of a shaft that whirls alike in both planes it goes round with the shaft.
+class _OfBeam(Response):
+    """What is asked of the link with a beam.
 
     Keys
     ----
-    of: The link with the beam: `of = "shaft"`.
+    of: The link with the beam, or with the shaft that twists: `of = "shaft"`.
     """
 
     of: str
     dimension: ClassVar[str] = "stress"
-    amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
     of_link: ClassVar[bool] = True
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "link")}
+
+
+class BendingStress(_OfBeam, HarmonicResponse):
+    """`response = "bending_stress"`: greatest in a beam or shaft that bends [Pa] peak.
+
+    Dynamic part only, without that of the weight, at the outermost fibre where the moment is greatest; of the shape
+    under a static load.  Of a shaft that whirls alike in both planes it goes round with the shaft.
+    """
+
+    amplitude: ClassVar[bool] = True
     against_friction: ClassVar[str] = ""
     twin: ClassVar[str] = "shear_stress"
     noise_twin: ClassVar[str] = "rms_bending_stress"
     transient_twin: ClassVar[str] = "peak_bending_stress"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "link")}
 
     @property
     def _stretch(self) -> RelativeDisplacement:
@@ -53,25 +59,14 @@ class BendingStress(HarmonicResponse):
         return self._stretch.trace(machine, course) * machine.joint(self.of).stress
 
 
-class StaticBendingStress(Response):
+class StaticBendingStress(_OfBeam):
     """`response = "static_bending_stress"`: greatest in a beam or shaft under all weights [Pa].
 
     As the machine stands upright along its line.  In a shaft that turns every fibre has it to and fro once a turn.
-
-    Keys
-    ----
-    of: The link with the beam: `of = "shaft"`.
     """
 
-    of: str
-    dimension: ClassVar[str] = "stress"
     against_friction: ClassVar[str] = "is not known, for friction holds the weight anywhere near where the spring would"
-    moves: ClassVar[str] = "line"
-    of_link: ClassVar[bool] = True
     sags: ClassVar[bool] = True
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "link")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         (spring,) = (one for one in model.terms if one.owner == self.of and one.kind == STIFFNESS)
@@ -86,12 +81,7 @@ class StaticBendingStress(Response):
 
 
 class ShearStress(BendingStress):
-    """`response = "shear_stress"`: greatest in a round shaft that twists [Pa] peak, the dynamic part at its surface.
-
-    Keys
-    ----
-    of: The link with the shaft: `of = "shaft"`.
-    """
+    """`response = "shear_stress"`: greatest in a round shaft that twists [Pa] peak, the dynamic part at its surface."""
 
     moves: ClassVar[str] = "axis"
     twin: ClassVar[str] = "bending_stress"
@@ -99,36 +89,16 @@ class ShearStress(BendingStress):
     transient_twin: ClassVar[str] = ""
 
 
-class RmsBendingStress(RandomResponse):
-    """`response = "rms_bending_stress"`: greatest in a beam or shaft that bends [Pa] rms.
-
-    Keys
-    ----
-    of: The link with the beam: `of = "shaft"`.
-    """
-
-    of: str
-    dimension: ClassVar[str] = "stress"
-    moves: ClassVar[str] = "line"
-    of_link: ClassVar[bool] = True
+class RmsBendingStress(_OfBeam, RandomResponse):
+    """`response = "rms_bending_stress"`: greatest in a beam or shaft that bends [Pa] rms."""
 
     @property
     def steady(self) -> HarmonicResponse:
         return BendingStress(response="bending_stress", of=self.of)
 
 
-class PeakBendingStress(TransientResponse):
-    """`response = "peak_bending_stress"`: greatest in a beam or shaft that bends, the greatest in time [Pa].
-
-    Keys
-    ----
-    of: The link with the beam: `of = "shaft"`.
-    """
-
-    of: str
-    dimension: ClassVar[str] = "stress"
-    moves: ClassVar[str] = "line"
-    of_link: ClassVar[bool] = True
+class PeakBendingStress(_OfBeam, TransientResponse):
+    """`response = "peak_bending_stress"`: greatest in a beam or shaft that bends, the greatest in time [Pa]."""
 
     @property
     def steady(self) -> HarmonicResponse:

@@ -6,14 +6,20 @@ from itertools import pairwise
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
 from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
+from vibopt.report.machine_notes import notes_of
+from vibopt.responses import HarmonicResponse
+from vibopt.scene.drives import names_for, speeds_for
+from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band, Drive
 from vibopt.solve.branch import Judge
+from vibopt.verify.checked import checked_limits, checked_measures, disagreement
 
 Interval = tuple[float, float]
 
@@ -32,7 +38,38 @@ class Level:
         return np.sqrt(value**2 + self.others**2) if self.combine == "rss" else value + self.others
 
 
-def permitted_speeds(program: Program, drive_name: str, bands: tuple[Band, ...], own: set[str]) -> list[Interval]:
+def permitted_speeds(scene: Scene, program: Program) -> Design:
+    """The answer to `find_all` of the speed of an excitation."""
+    name = str(scene.find_all).removesuffix(".speed")
+    excitation = scene.excitations[name]
+    own = {
+        key
+        for key, one in scene.limits.items()
+        if isinstance(one, HarmonicResponse) and name in names_for(scene, one) and speeds_for(scene, one, name) is None
+    }
+    found = speeds_of(program, name, excitation.own_bands(), own)
+    unit, dimension = excitation.speed.unit, excitation.speed.dimension
+
+    def shown(omega: float) -> Entry:
+        return Entry(excitation.from_rotation(omega), dimension, unit)
+
+    limits = checked_limits(scene, {}, model=program.model)
+    measures = checked_measures(scene, {}, model=program.model)
+    claim = "the complete set of speeds, with exact ends" if found else "no speed in the range meets every limit"
+    doubt = disagreement(limits, measures)
+    return Design(
+        job=scene,
+        status="check_failed" if doubt else "met" if found else "infeasible",
+        claim=doubt or claim,
+        limits=limits,
+        measures=measures,
+        method="exact crossings",
+        found=tuple((shown(low), shown(high)) for low, high in found),
+        notes=notes_of(scene, {}),
+    )
+
+
+def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: set[str]) -> list[Interval]:
     """All speeds [rad/s] of an excitation at which every limit holds, as closed intervals.
 
     Parameters

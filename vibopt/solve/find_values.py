@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 from vibopt.answer.entry import Checked, Entry
 from vibopt.program.program import Program
 from vibopt.records import dataclass
-from vibopt.scene.scene import Scene
+from vibopt.report.machine_notes import notes_of
+from vibopt.scene.scene import Design, Scene
 from vibopt.solve.one_range import Permitted, permitted
-from vibopt.verify.checked import checked_limits, checked_measures
+from vibopt.verify.checked import checked_limits, checked_measures, disagreement
 
 _NEAR = 1e-6
 """Part of a bound within which the limit that ends an interval must be met as measured."""
@@ -25,19 +26,18 @@ class End:
     ended_by: str
     rows: Rows
 
-
-@dataclass(frozen=True, slots=True)
-class Values:
-    """Intervals by their ends, how they were found, and where the machine as built says otherwise ("" nowhere)."""
-
-    intervals: tuple[tuple[End, End], ...]
-    claim: str
-    doubt: str
-    complete: bool
+    @property
+    def as_found(self) -> bool:
+        """Whether every limit holds as measured, and one side of the limit that ends it just so."""
+        held = [one.margin for one in self.rows.values() if one.name == self.ended_by and one.side]
+        return _good(self.rows) and (not held or min(map(abs, held)) <= _NEAR)
 
 
-def permitted_values(scene: Scene, program: Program) -> Values:
-    """Found on the model, and measured on the machine as built at each end, inside and outside of each interval."""
+def permitted_values(scene: Scene, program: Program) -> Design:
+    """The answer to `find_all` of the one variable.
+
+    Found on the model, and measured on the machine as built at each end, inside and outside of each interval.
+    """
     (variable,) = scene.variables
     found = permitted(program)
 
@@ -53,19 +53,38 @@ def permitted_values(scene: Scene, program: Program) -> Values:
         (end(low, below), end(high, above))
         for (low, high), (below, above) in zip(found.intervals, found.ends, strict=True)
     )
-    searched = sorted({one.form.searched for one in program.limits} - {""})
-    claim = f"every limit was followed over the whole range of {variable.path}, and each end is exact"
+    ends = [one for two in intervals for one in two]
+    tried = _between(found, variable.low, variable.high) if found.complete else ()
+    wrong = [Entry(value, variable.dimension, variable.unit).shown for value, good in tried
+             if _good(measured(value)) != good]  # fmt: skip
+    wrong += [one.value.shown for one in ends if found.complete and not one.as_found]
+    alone = [f"the limits hold on one of model and machine as built alone at {', '.join(wrong)}"] if wrong else []
+    doubt = disagreement(*(one.rows for one in ends), besides=alone)
+    claim, complete = _claim(program, found, variable.path)
+    proven, unsettled = ("met", "feasible") if intervals else ("infeasible", "unproven")
+    notes = [note for one in ends for note in notes_of(scene, {variable.path: one.value.value})]
+    return Design(
+        job=scene,
+        status="check_failed" if doubt else proven if complete else unsettled,
+        claim=doubt or claim,
+        method="one_range",
+        found=tuple((low.value, high.value) for low, high in intervals),
+        details={"ends": intervals},
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _claim(program: Program, found: Permitted, path: str) -> tuple[str, bool]:
+    """How the set was found, and whether it is proven."""
     if not found.complete:
-        claim = f"the limits were followed over the range of {variable.path}, but part of it was not settled"
-    elif searched:
-        claim = f"{claim}; {', '.join(searched)} and not proven"
-    tried = _between(found, variable.low, variable.high)
-    wrong = [f"{value:.10g}" for value, good in tried if all(one.met for one in measured(value).values()) != good]
-    wrong += [one.value.shown for two in intervals for one in two if not _as_found(one)]
-    doubts = [row.doubt for two in intervals for one in two for row in one.rows.values() if row.doubt]
-    if wrong and found.complete:
-        doubts.append(f"the limits hold on one of model and machine as built alone at {', '.join(wrong)}")
-    return Values(intervals, claim, "; ".join(dict.fromkeys(doubts)), found.complete and not searched)
+        return f"the limits were followed over the range of {path}, but part of it was not settled", False
+    claim = f"every limit was followed over the whole range of {path}, and each end is exact"
+    searched = sorted({one.form.searched for one in program.limits} - {""})
+    return (f"{claim}; {', '.join(searched)} and not proven", False) if searched else (claim, True)
+
+
+def _good(rows: Rows) -> bool:
+    return all(one.met for one in rows.values())
 
 
 def _between(found: Permitted, low: float, high: float) -> Iterator[tuple[float, bool]]:
@@ -76,9 +95,3 @@ def _between(found: Permitted, low: float, high: float) -> Iterator[tuple[float,
     for before, after in zip(cuts[::2], cuts[1::2], strict=True):
         if after > before:
             yield 0.5 * (before + after), False
-
-
-def _as_found(end: End) -> bool:
-    """Whether every limit holds at an end, and the one that ends it just so."""
-    held = end.rows.get(end.ended_by)
-    return all(one.met for one in end.rows.values()) and (held is None or abs(held.margin) <= _NEAR)

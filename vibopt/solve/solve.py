@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,8 +17,6 @@ from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
-from vibopt.responses import HarmonicResponse
-from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
@@ -31,7 +29,7 @@ from vibopt.solve.ranges import closed
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
-from vibopt.verify.checked import checked_limits, checked_measures, chosen_of, goal_row
+from vibopt.verify.checked import checked_limits, checked_measures, chosen_of, disagreement, goal_row
 from vibopt.verify.rated import parts_of
 from vibopt.work import answering, metered, worked
 
@@ -109,7 +107,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     program = pose(scene)
     clock.stage("pose")
     if scene.find_all is not None:
-        return _find_values(scene, program, clock) if scene.variables else _find_speeds(scene, program, clock)
+        return _permitted(scene, program, clock)
     if scene.is_analysis:
         return _analysis(scene, program, clock)
     found, why = answer(program, scene, wish.method, wish.progress, wish.near)
@@ -356,7 +354,7 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     if not limits:
         claim = "measured; there is no limit to judge"
     goal = goal_row(worst_of_goal, {})
-    doubt = _doubt(limits, measures, {} if goal is None else {"goal": goal})
+    doubt = disagreement(limits, measures, {} if goal is None else {"goal": goal})
     design = Design(
         job=scene,
         status="check_failed" if doubt else "met" if good else "violated",
@@ -374,69 +372,14 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     return design if robust is None or doubt else analysed(design, robust)
 
 
-def _doubt(*families: Mapping[str, Checked]) -> str:
-    """That the two routes to some number do not agree, in words; "" where all do."""
-    doubts = [row.doubt for rows in families for row in rows.values() if row.doubt]
-    return f"the two routes to an answer do not agree: {'; '.join(doubts)}" if doubts else ""
-
-
-def _find_values(scene: Scene, program: Program, clock: _Clock) -> Design:
+def _permitted(scene: Scene, program: Program, clock: _Clock) -> Design:
+    """Every speed, or every value of the one variable, at which all limits hold."""
+    from vibopt.solve.find_all import permitted_speeds
     from vibopt.solve.find_values import permitted_values
 
-    found = permitted_values(scene, program)
+    found = permitted_values(scene, program) if scene.variables else permitted_speeds(scene, program)
     clock.stage("solve")
-    ends = [{str(scene.find_all): one.value.value} for two in found.intervals for one in two]
-    proven, open_ = ("met", "feasible") if found.intervals else ("infeasible", "unproven")
-    return Design(
-        job=scene,
-        status="check_failed" if found.doubt else proven if found.complete else open_,
-        claim=f"the two routes to an answer do not agree: {found.doubt}" if found.doubt else found.claim,
-        model=_used(program),
-        method="one_range",
-        timings=clock.seconds,
-        found=tuple((low.value, high.value) for low, high in found.intervals),
-        details={"ends": found.intervals},
-        notes=tuple(dict.fromkeys(note for value in ends for note in notes_of(scene, value))),
-    )
-
-
-def _find_speeds(scene: Scene, program: Program, clock: _Clock) -> Design:
-    from vibopt.solve.find_all import permitted_speeds
-
-    name = str(scene.find_all).removesuffix(".speed")
-    excitation = scene.excitations[name]
-    own = {
-        key
-        for key, one in scene.limits.items()
-        if isinstance(one, HarmonicResponse) and name in names_for(scene, one) and speeds_for(scene, one, name) is None
-    }
-    found = permitted_speeds(program, name, excitation.own_bands(), own)
-    clock.stage("solve")
-    unit, dimension = excitation.speed.unit, excitation.speed.dimension
-
-    def shown(omega: float) -> Entry:
-        return Entry(excitation.from_rotation(omega), dimension, unit)
-
-    intervals = tuple((shown(low), shown(high)) for low, high in found)
-    limits = checked_limits(scene, {}, model=program.model)
-    measures = checked_measures(scene, {}, model=program.model)
-    claim = "the complete set of speeds, with exact ends" if found else "no speed in the range meets every limit"
-    doubt = _doubt(limits, measures)
-    return Design(
-        job=scene,
-        status="check_failed" if doubt else "met" if found else "infeasible",
-        claim=doubt or claim,
-        goal=None,
-        variables={},
-        x=(),
-        limits=limits,
-        measures=measures,
-        model=_used(program),
-        method="exact crossings",
-        timings=clock.seconds,
-        found=intervals,
-        notes=notes_of(scene, {}),
-    )
+    return replace(found, model=_used(program), timings=clock.seconds)
 
 
 def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> Design:
@@ -455,7 +398,7 @@ def _answered(
     limits, measures = rows
     goal = goal_row(scene, chosen, None if scene.off else program.model)
     broken = [name for name, one in limits.items() if not one.met]
-    doubt = _doubt(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
+    doubt = disagreement(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
     clock.stage("certify")
     status, claim = found.status, found.claim
     if broken or doubt:

@@ -217,6 +217,12 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
     return Chosen(Entry(value, variable.dimension, variable.unit), at)
 
 
+def disagreement(*families: Mapping[str, Checked], besides: Sequence[str] = ()) -> str:
+    """That the two routes to some number do not agree, in words, with what else speaks for it; "" where all do."""
+    doubts = [*(row.doubt for rows in families for row in rows.values() if row.doubt), *besides]
+    return f"the two routes to an answer do not agree: {'; '.join(dict.fromkeys(doubts))}" if doubts else ""
+
+
 def usual_unit(scene: Scene, response: Response) -> str:
     """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
     path = f".{getattr(response, 'of', None)}.{response.response}"
