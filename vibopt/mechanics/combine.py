@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import gcd, lcm
+from math import gcd, isfinite, lcm
 
 import numpy as np
 
@@ -91,11 +91,11 @@ def foremost(values: Sequence[float] | FloatArray, *, least: bool = False, even:
     even
         Part by which equals may differ.
     """
-    size = -np.asarray(values, dtype=float) if least else np.asarray(values, dtype=float)
-    top = float(size.max())
-    if not np.isfinite(top):
-        return int(size.argmax())
-    return int((size >= top - even * abs(top)).argmax())
+    size = [-one if least else one for one in values]
+    top = max(size)
+    if not isfinite(top):
+        return size.index(top)
+    return next(index for index, one in enumerate(size) if one >= top - even * abs(top))
 
 
 def beyond(value: float, other: float, sign: float = 1.0) -> bool:

@@ -70,13 +70,13 @@ class LoneMachine(Machine):
         structural damping together are none such.
         """
         mass, damping, stiffness, hysteretic = self._sums
-        if not np.all(stiffness > 0.0) or np.any((damping > 0.0) & (hysteretic > 0.0)):
+        if not np.all(stiffness > 0.0) or (np.any(damping) and np.any((damping > 0.0) & (hysteretic > 0.0))):
             return None
         natural = stiffness / mass + 0.0 * (damping + hysteretic)  # of the shape of all
         bottom = (1.0 + (hysteretic / stiffness) ** 2, damping**2 / (mass * stiffness) - 2.0, 1.0)
         u = _NODES.reshape(-1, *[1] * np.ndim(natural))
         top = read(np.sqrt(u * natural)) ** 2 * ((u + bottom[1]) * u + bottom[0])
-        rows = np.tensordot(_TO_POWERS, top, 1)
+        rows = (_TO_POWERS @ top.reshape(len(top), -1)).reshape(top.shape)
         rows[np.abs(rows) <= _NOTHING * np.abs(rows).max(axis=0)] = 0.0
         used = np.flatnonzero(rows.reshape(len(rows), -1).any(axis=1))
         if not len(used) or not np.isfinite(rows).all():

@@ -131,6 +131,12 @@ class Model:
         """Shape (n_terms, n_vars)."""
         return np.array([term.exponents for term in self.terms], dtype=float)
 
+    @cached_property
+    def sprung(self) -> bool:
+        """Whether springs hold the one body that moves."""
+        springs = (self.kinds != DAMPING) & (self.kinds != INERTIA) & (self.scales > 0.0)
+        return bool(self.n_free == 1 and self.vectors[springs, 0].any())
+
     @property
     def n_vars(self) -> int:
         return int(self.exponents.shape[1])
@@ -141,8 +147,7 @@ class Model:
         if np.ndim(x) > 1:
             products: FloatArray = scales * self.products(np.asarray(x))[..., self.alike[1]]
             return products
-        powers = np.where(self.exponents == 0.0, 1.0, np.asarray(x)[..., None, :] ** self.exponents)
-        value: FloatArray = scales * powers.prod(axis=-1)
+        value: FloatArray = scales * np.multiply.reduce(np.asarray(x) ** self.exponents, axis=-1)
         return value
 
     @cached_property

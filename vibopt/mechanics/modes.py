@@ -135,13 +135,15 @@ def sag(model: Model, x: FloatArray) -> FloatArray | None:
     p = model.values(x, static=True)
     stiff = model.matrix(STIFFNESS, p)[:n, :n]
     load = model.weights(p)[:n] * GRAVITY
-    root = np.sqrt(np.abs(np.diag(stiff)))
+    down, root = np.zeros(model.n_coords), np.sqrt(np.abs(np.diag(stiff)))
     if not np.all(root > 0.0):
         return None
+    if n == 1:
+        down[0] = load[0] / stiff[0, 0]
+        return down
     scaled = stiff / np.outer(root, root)
-    if n > 1 and np.linalg.cond(scaled) > 1e14:
+    if np.linalg.cond(scaled) > 1e14:
         return None
-    down = np.zeros(model.n_coords)
     down[:n] = np.linalg.solve(scaled, load / root) / root
     return down
 

@@ -125,21 +125,27 @@ def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | No
     return Curve(trimmed if len(trimmed) else np.zeros(1), power, size, centre, width, k / mass, decay, line.order)
 
 
-def reading(model: Model, p: FloatArray, output: Output, line: Line, omega: float) -> complex:
-    """What is read of one free coordinate under a unit amplitude, at one frequency [rad/s]; inf at a pole."""
+def reading(model: Model, p: FloatArray, output: Output, line: Line, omega: float) -> tuple[complex, float]:
+    """What is read of one free coordinate under a unit amplitude at one frequency [rad/s], inf at a pole.
+
+    Beside it what is left of the body's impedance after terms have cancelled, as a part of them; 0 where a base moves.
+    """
     factors = (-(omega**2), 1.0, 1j * omega, 1j)
-    moved = model.vectors[:, 1:] @ line.vector[1:]
+    moved = (model.vectors[:, 1:] @ line.vector[1:]).tolist()
     stiff, load, read, still = 0j, complex(line.vector[0]), complex(output.row[0]), output.row[1:] @ line.vector[1:]
-    terms = (one.tolist() for one in (model.kinds, p, model.vectors[:, 0], moved, output.signs))
-    for kind, size, own, other, sign in zip(*terms, strict=True):
-        z = size * factors[kind]
+    size = 0.0
+    kinds, scales, vectors, signs = (one.tolist() for one in (model.kinds, p, model.vectors[:, 0], output.signs))
+    for kind, scale, own, other, sign in zip(kinds, scales, vectors, moved, signs, strict=True):
+        z = scale * factors[kind]
         stiff += z * own * own
+        size += abs(z) * own * own
         load -= z * own * other
         read += sign * z * own
         still += sign * z * other
     if not stiff:
-        return complex("inf")
-    return complex((read * load / stiff + still) * (1j * omega) ** output.power)
+        return complex("inf"), 0.0
+    value = complex((read * load / stiff + still) * (1j * omega) ** output.power)
+    return value, 0.0 if any(moved) else abs(stiff) / size
 
 
 def numerator(model: Model, p: FloatArray, output: Output, line: Line) -> ComplexArray:

@@ -36,8 +36,7 @@ def graded(model: Model, form: Modulus) -> Model:
     The same model where springs hold everything and no base's motion grows towards standstill.
     """
     n = model.n_free
-    springs = (model.kinds != DAMPING) & (model.kinds != INERTIA) & (model.scales > 0.0)
-    if n == 1 and model.vectors[springs, 0].any() and not fades(model, form):
+    if model.sprung and not fades(model, form):
         return model
     springs, dampers = _rows(model, damped=False), _rows(model, damped=True)
     rigid = _nothing_done(np.concatenate([springs, dampers])[:, :n])

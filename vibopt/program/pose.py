@@ -170,7 +170,7 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
 
 def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:
     """A force acts on free coordinates alone, also where a body's row counts the base that it rides on."""
-    if scene.excitations[drive.name].family != "bodies":
+    if model.n_free == model.n_coords or scene.excitations[drive.name].family != "bodies":
         return drive
     acts = np.arange(model.n_coords) < model.n_free
     return replace(drive, lines=tuple(replace(line, vector=np.where(acts, line.vector, 0.0)) for line in drive.lines))

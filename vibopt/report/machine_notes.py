@@ -37,10 +37,11 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += lifted(scene, chosen)
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
-    notes += random_notes(scene, chosen)
-    notes += ringing_notes(scene, chosen)
-    notes += duration_notes(scene, chosen)
-    notes += left_out(scene)
+    if any(one.sorts != ("steady",) for one in scene.excitations.values()):
+        notes += random_notes(scene, chosen)
+        notes += ringing_notes(scene, chosen)
+        notes += duration_notes(scene, chosen)
+        notes += left_out(scene)
     if rubbing(scene):
         from vibopt.report.friction_views import friction_notes
 

@@ -416,16 +416,17 @@ def _without_rms(key: str, given: object) -> object:
 
 def place_of(response: Response) -> str:
     """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
-    place = next((f"{key} {getattr(response, key)}" for key in PLACES if getattr(response, key, None)), "")
-    other = getattr(response, "relative_to", None)
+    said = vars(response)
+    place = next((f"{key} {said[key]}" for key in PLACES if said.get(key)), "")
+    other = said.get("relative_to")
     return f"{place}{f' relative to {other}' if other else ''}{_way(response)}"
 
 
 def _way(response: Response) -> str:
     """The direction or the axis that a question in space names: " along z", " about x"."""
-    for key, said in (("direction", "along"), ("axis", "about")):
-        way = getattr(response, key, None)
+    for key, preposition in (("direction", "along"), ("axis", "about")):
+        way = vars(response).get(key)
         if way is not None and key in response.model_fields_set:
             letter = next((one for one in "xyz" if way == UNIT[one]), None)
-            return f" {said} {letter or '(' + ', '.join(plain(one, 3) for one in way) + ')'}"
+            return f" {preposition} {letter or '(' + ', '.join(plain(one, 3) for one in way) + ')'}"
     return ""

@@ -110,6 +110,8 @@ def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, Fl
 def row_of(excitation: Excitation, points: Mapping[str, FloatArray]) -> FloatArray:
     """What an excitation acts on, as a row over the coordinates (n_coords,); complex where it goes round."""
     acts = excitation.acts
+    if acts == {excitation.on: 1.0}:
+        return points[excitation.on]
     weights = np.array(list(acts.values()), dtype=complex)
     row: FloatArray = (weights if weights.imag.any() else weights.real) @ np.array([points[place] for place in acts])
     return row

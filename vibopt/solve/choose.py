@@ -41,9 +41,9 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
         if refusal is not None:
             raise InputError(f"--method {method.name}: {refusal}")
         return _begun(method, near)
-    for exact in (OneVariable(), StiffnessAndDamping()):
-        if exact.refuses(program) is None:
-            return exact
+    exact = closed_form(program)
+    if exact is not None:
+        return exact
     from vibopt.solve.nlp import blind
     from vibopt.solve.one_range import OneRange
 
@@ -79,6 +79,11 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     if refusal is not None:
         raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
     return _begun(general, near)
+
+
+def closed_form(program: Program) -> Method | None:
+    """The method that answers a program outright; None where there is no such."""
+    return next((one for one in (OneVariable(), StiffnessAndDamping()) if one.refuses(program) is None), None)
 
 
 def _called(name: str) -> Method:

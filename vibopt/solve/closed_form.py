@@ -16,7 +16,7 @@ from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.closed_peaks import worst
 from vibopt.solve.closed_program import NotClosedError, Numbers, Question, RowKind, question
-from vibopt.solve.closed_rows import Rows, extreme, harmonic_row, plain_row, take
+from vibopt.solve.closed_rows import Rows, ends_of_damping, extreme, harmonic_row, plain_row, take
 from vibopt.solve.method import Found, Progress
 
 OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
@@ -26,7 +26,7 @@ _COARSE = (33, 513)
 _FEWER = 4
 """Times as many questions as a coarse round has, for it to be worth its time."""
 _CHUNK = 1024
-_BEGIN = np.linspace(0.0, 1.0, 17)[:, None]
+_BEGIN = np.linspace(0.0, 1.0, 129)[:, None]
 """Parts of each range of speeds at which a limit is looked at first, where nothing better is known."""
 
 Speeds = list[tuple[int, FloatArray]]
@@ -59,7 +59,8 @@ def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[fl
     parts = []
     for begin in range(0, count, _CHUNK):
         chunk = slice(begin, min(begin + _CHUNK, count))
-        parts.append(_answer(asked, take(numbers, chunk), _at(first, chunk), chunk.stop - begin))
+        here = numbers if count <= _CHUNK else take(numbers, chunk)
+        parts.append(_answer(asked, here, _at(first, chunk), chunk.stop - begin))
         if progress is not None:
             progress(chunk.stop / count)
     if len(parts) == 1:
@@ -102,7 +103,7 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
     x, reach = np.full((2, len(asked.low), count), np.nan)
     with np.errstate(all="ignore"):
         rows = Rows.of(asked, _first_rows(asked, numbers, count, first))
-        while len(left) and rounds < _ROUNDS:
+        while rounds < _ROUNDS:
             rounds += 1
             best, ends = extreme(asked, rows)
             none = np.isnan(best[0])
@@ -113,15 +114,17 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             done = ~none & (missed <= _DONE)
             status[left[none]], status[left[done]] = INFEASIBLE, OPTIMAL
             x[:, left[done]], reach[:, left[done]] = best[:, done], ends[:, done]
-            rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
             rest = ~(none | done)
+            if not rest.any():
+                break
+            rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
             if not rest.all():
                 left, numbers, rows = left[rest], take(numbers, rest), rows.some(rest)
     return Answers(status, x, reach, rounds)
 
 
 def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) -> FloatArray:
-    rows = [np.zeros((4, 0, count))]
+    rows = [ends_of_damping(asked, count)]
     for index, kind in enumerate(asked.rows):
         if kind.kind != "harmonic":
             rows.append(plain_row(asked, numbers, index, count))

@@ -64,9 +64,10 @@ def _candidates(
     inner = stationary(kind.power, top, slope, centre, width, count)
     w, v = [], []
     for b, point in enumerate(kind.points):
-        low, high = (np.full((1, count), numbers[f"{index}.{end}{b}"] ** 2) for end in ("low", "high"))
-        w += [low, high]
-        v += [low - centre, high - centre]
+        ends = np.empty((2, count))
+        low, high = ends[0], ends[1] = numbers[f"{index}.low{b}"] ** 2, numbers[f"{index}.high{b}"] ** 2
+        w.append(ends)
+        v.append(ends - centre)
         if not point:
             speeds = inner + centre
             inside = (speeds >= low) & (speeds <= high)

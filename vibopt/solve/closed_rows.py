@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.records import dataclass
-from vibopt.solve.closed_program import Number, Numbers, Question, some
+from vibopt.solve.closed_program import Number, Numbers, Question, coefficients, some
 
 _ROOM = 4e-15
 _FLAT = 1e-14
@@ -85,11 +85,11 @@ def harmonic_row(asked: Question, numbers: Numbers, index: int, w: FloatArray) -
 
 def _square(numbers: Numbers, prefix: str, w: FloatArray, *, inertia: bool) -> list[Number]:
     """|z|^2 of an impedance: coefficients of k^2, k, 1 and of the damping that is chosen, squared."""
-    k0, k1, c0, c1, ch, h0, h1 = (numbers[prefix + name] for name in ("K0", "K1", "C0", "C1", "Ch", "H0", "H1"))
+    m0, m1, k0, k1, c0, c1, ch, h0, h1 = coefficients(prefix)(numbers)
     if inertia:
-        k0 = k0 - numbers["M0"] * w
-        if some(numbers["M1"]):
-            k1 = k1 - numbers["M1"] * w
+        k0 = k0 - m0 * w
+        if some(m1):
+            k1 = k1 - m1 * w
     a, b, g = k1**2, 2.0 * k0 * k1, k0**2
     d = c1**2 * w
     if some(ch):
@@ -121,11 +121,10 @@ class Rows:
     @classmethod
     def of(cls, asked: Question, table: FloatArray) -> Rows:
         """Of rows a k^2 + b k + g + d q <= 0, shape (4, n, count)."""
-        if not asked.plane:
-            return cls(table[:3, :0], table[:3, :0], table[:3])
         d = table[3]
+        scaled = table[:3] / np.where(d == 0.0, 1.0, np.abs(d)) if asked.plane else table[:3]
         up, down = d > 0.0, d < 0.0
-        return cls(_chosen(table, up, d), _chosen(table, down, -d), _chosen(table, ~(up | down)))
+        return cls(*(_chosen(scaled, here) for here in (up, down, ~(up | down))))
 
     def plus(self, other: Rows) -> Rows:
         """These rows and others."""
@@ -137,14 +136,24 @@ class Rows:
         return Rows(self.upper[..., chosen], self.lower[..., chosen], self.walls[..., chosen])
 
 
-def _chosen(table: FloatArray, here: BoolArray, size: FloatArray | None = None) -> FloatArray:
-    """The rows of a side, over `size` where it is given; what is of another side asks for nothing."""
-    every = bool(here.all())
-    which = slice(None) if every else np.flatnonzero(here.any(axis=1))
-    rows, here = table[:3, which], here[which]
-    if size is not None and rows.shape[1]:
-        rows = rows / (size if every else np.where(here, size[which], 1.0))
-    return rows if every or here.all() else np.where(here, rows, _NO_ROW)
+def _chosen(rows: FloatArray, here: BoolArray) -> FloatArray:
+    """The rows of a side (3, n, count); what is of another side asks for nothing."""
+    some = here.any(axis=1)
+    rows, here = rows[:, some], here[some]
+    return rows if rows.shape[2] == 1 or here.all() else np.where(here, rows, _NO_ROW)
+
+
+def ends_of_damping(asked: Question, count: int) -> FloatArray:
+    """Rows for the range of the damping (4, n, count), an open end left out; of one variable none."""
+    if not asked.plane:
+        return np.zeros((4, 0, count))
+    rows = [[0.0, 0.0, asked.low[1] ** 2, -1.0], [0.0, 0.0, -(asked.high[1] ** 2), 1.0]]
+    return np.array(rows[: 1 if _damping_open(asked) else 2]).T[:, :, None] + np.zeros(count)
+
+
+def _damping_open(asked: Question) -> bool:
+    """Whether the damping may go as far as it likes: it may not where it is the goal."""
+    return asked.opened[1] and asked.goal[0] == 0
 
 
 def extreme(asked: Question, rows: Rows) -> tuple[FloatArray, FloatArray]:
@@ -157,33 +166,23 @@ def extreme(asked: Question, rows: Rows) -> tuple[FloatArray, FloatArray]:
         point lies on it, else infinity.
     """
     place, sense = asked.goal
-    k_open, c_open = (one and place == 0 for one in (*asked.opened, False)[:2])
-    span, count = (asked.low[0], np.inf if k_open else asked.high[0], asked.high[0]), rows.walls.shape[2]
+    k_open, count = asked.opened[:1] == (True,) and place == 0, rows.walls.shape[2]
+    span = (asked.low[0], np.inf if k_open else asked.high[0], asked.high[0])
     if not asked.plane:
         k, reach = _outermost(rows.walls, span, sense)
         return k[None], reach[None]
-    upper, lower = rows.upper, rows.lower
-    if not c_open:
-        upper = np.concatenate([upper, _level(-(asked.high[1] ** 2), count)], axis=1)
-    lower = np.concatenate([lower, _level(asked.low[1] ** 2, count)], axis=1)
-    pairs = (upper[:, :, None] + lower[:, None]).reshape(3, -1, count)
+    pairs = (rows.upper[:, :, None] + rows.lower[:, None]).reshape(3, -1, count)
     must = np.concatenate([pairs, rows.walls], axis=1)
     if place == 0:
         k, reach = _outermost(must, span, sense)
-        a, b, g = lower
+        a, b, g = rows.lower
         q = ((a * k + b) * k + g).max(axis=0)
     else:
         reach = np.full(count, asked.high[0])
-        k, q = _outermost_damping(upper if sense > 0.0 else lower, must, span, sense)
+        k, q = _outermost_damping(rows.upper if sense > 0.0 else rows.lower, must, span, sense)
     c = np.sqrt(np.maximum(q, asked.low[1] ** 2)) + 0.0 * k  # nan where k is
-    most = np.inf if c_open else asked.high[1]
-    return np.stack([k, np.minimum(c, most)]), np.stack([reach, np.full(count, most)])
-
-
-def _level(value: float, count: int) -> FloatArray:
-    row = np.zeros((3, 1, count))
-    row[2] = value
-    return row
+    most = np.inf if _damping_open(asked) else asked.high[1]
+    return np.array([k, np.minimum(c, most)]), np.array([reach, np.full(count, most)])
 
 
 def _roots(a: FloatArray, b: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:

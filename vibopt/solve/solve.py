@@ -22,14 +22,14 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
-from vibopt.solve.choose import choose
+from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
-from vibopt.verify.checked import checked_limits, checked_measures, chosen_of, disagreement, goal_row
+from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row
 from vibopt.verify.rated import parts_of
 from vibopt.work import answering, metered, worked
 
@@ -165,8 +165,10 @@ def answer(
         found, why = answer(plain, scene, method, progress, near)
         return as_goal(found, program.aim.sense), why
     finite = closed(program)
-    clash = impossible(finite)
-    if clash is not None and method is None:
+    outright = closed_form(finite) if method is None and not program.ties else None
+    sure = outright.solve(finite, progress) if outright is not None else None  # sooner than to ask what cannot be
+    clash = impossible(finite) if method is None and (sure is None or sure.status != "optimal") else None
+    if clash is not None:
         from vibopt.solve.impasse import physical_words
 
         claim = "proven by the balance of forces on the machine, for any isolator"
@@ -176,8 +178,8 @@ def answer(
 
         found = _not_proven(finite, choose(finite, method).solve(finite, progress))
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
-    chosen = choose(finite, method, near)
-    found = chosen.solve(finite, progress)
+    chosen = outright or choose(finite, method, near)
+    found = sure or chosen.solve(finite, progress)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
         from vibopt.solve.global_search import BranchAndBound
@@ -274,7 +276,8 @@ def _over_tolerances(
     x = np.asarray(found.x)
     rows = rows_over(scene, x, best)
     machine = goal_machine(scene, best.hits)
-    made = _answered(replace(scene, off=machine), program, found, clock, rows)
+    off, chosen = replace(scene, off=machine), dict(zip((one.path for one in scene.variables), x.tolist(), strict=True))
+    made = _answered(off, program, found, clock, rows, goal_row(off, chosen, None if machine else program.model))
     notes = (*made.notes, "Tolerances: curves show the machine as designed and the worst one, maps the first.")
     both = side_by_side(scene, nominal, best, differing(scene, machine))
     used = _used_of(program.model, max(program.used_dof, around(scene, x).used_dof))
@@ -345,8 +348,8 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         worst_of_goal = replace(scene, off=goal_machine(scene, robust.hits))
         limits, measures = rows_over(scene, np.zeros(0), robust)
     else:
-        limits = checked_limits(scene, {}, model=program.model)
-        measures = checked_measures(scene, {}, model=program.model)
+        built = Built(scene, {}, program.model)
+        limits, measures = built.limits({}), built.measures({})
     clock.stage("measure")
     good = all(one.met for one in limits.values())
     broken = [name for name, one in limits.items() if not one.met]
@@ -385,18 +388,22 @@ def _permitted(scene: Scene, program: Program, clock: _Clock) -> Design:
 def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> Design:
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
-    limits = checked_limits(scene, chosen, model=program.model)
-    return _answered(scene, program, found, clock, (limits, checked_measures(scene, chosen, model=program.model)))
+    built = Built(scene, chosen, program.model)
+    return _answered(scene, program, found, clock, (built.limits({}), built.measures({})), built.goal)
 
 
 def _answered(
-    scene: Scene, program: Program, found: Found, clock: _Clock, rows: tuple[dict[str, Checked], dict[str, Checked]]
+    scene: Scene,
+    program: Program,
+    found: Found,
+    clock: _Clock,
+    rows: tuple[dict[str, Checked], dict[str, Checked]],
+    goal: Checked | None,
 ) -> Design:
     """A design with its rows; the goal is measured on the machine that `scene` speaks of."""
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
     limits, measures = rows
-    goal = goal_row(scene, chosen, None if scene.off else program.model)
     broken = [name for name, one in limits.items() if not one.met]
     doubt = disagreement(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
     clock.stage("certify")

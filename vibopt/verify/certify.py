@@ -61,9 +61,8 @@ def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side:
 
 def measure_on(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
     """As `measure`, on a machine already built; of a group of mounts the worst of them."""
-    each = members(scene, response)
-    found = [_measured(scene, machine, one, side) for one in each]
-    return found[foremost([one.value for one in found], least=side == "at_least")]
+    found = [_measured(scene, machine, one, side) for one in members(scene, response)]
+    return found[foremost([one.value for one in found], least=side == "at_least")] if len(found) > 1 else found[0]
 
 
 def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
@@ -112,8 +111,8 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
     found: dict[str, Extreme] = {}
     for name in names_for(scene, response):
         found[name] = _one_drive(scene, machine, response, name, want_least)
-    values = np.array([one.value for one in found.values()])
-    total = float(np.sqrt((values**2).sum())) if response.combine == "rss" else float(values.sum())
+    values = [one.value for one in found.values()]
+    total = float(np.sqrt((np.array(values) ** 2).sum())) if response.combine == "rss" else sum(values)
     value = 1.0 - total if response.complement else total
     return Measured(value, {name: one.speed for name, one in found.items()}, response)
 
@@ -167,9 +166,8 @@ class Shaken:
         return np.where(np.isnan(value), np.inf, value)
 
     def _size(self, machine: Machine, speed: FloatArray) -> FloatArray:
-        lines = self.lines
-        found = [self._line(machine, line, speed) for line in lines]
-        return combined(found, tuple(line.order for line in lines), self.combine)
+        found = [self._line(machine, line, speed) for line in self.lines]
+        return combined(found, tuple(line.order for line in self.lines), self.combine)
 
     def _line(self, machine: Machine, line: Line, speed: FloatArray) -> ComplexArray:
         """One harmonic of the response; near standstill by orders, where motion without end meets what fades."""
@@ -184,10 +182,9 @@ class Shaken:
 
     def _steady(self, machine: Machine, line: Line, omega: FloatArray, size: FloatArray) -> ComplexArray:
         drive = line.vector[0] * size.astype(complex)
-        acts = self.excitation.acts if self.excitation.direction_known else {self._place(machine): 1.0}
+        acts = self._acts if machine is self.machine else self._acts_on(machine)
         shaken = {key: weight * drive for key, weight in acts.items()}
-        forces = shaken if self.excitation.family == "bodies" else {}
-        bases = shaken if self.excitation.family == "bases" else {}
+        forces, bases = (shaken, {}) if self.excitation.family == "bodies" else ({}, shaken)
         return self.response.measure(self.machine, machine.shake(omega, forces, bases))
 
     def _orders(self, machine: Machine, line: Line) -> Orders:
@@ -246,12 +243,16 @@ class Shaken:
         loose = [one for one in machines if one.loose]
         return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
 
-    def _place(self, machine: Machine) -> str:
-        """Where the excitation acts; the receiver, where its body has been joined with it."""
-        on = self.excitation.on
-        if self.excitation.direction_known or on in machine.places or on in machine.bases:
-            return on
-        return next(one.ends[1] for one in self.machine.joints if one.name == self.response.rigid_link)
+    @cached_property
+    def _acts(self) -> dict[str, complex]:
+        return self._acts_on(self.machine)
+
+    def _acts_on(self, machine: Machine) -> dict[str, complex]:
+        """Where the excitation acts; on the receiver, where its body has been joined with it."""
+        on, acts = self.excitation.on, self.excitation.acts
+        if list(acts) != [on] or on in machine.places or on in machine.bases:
+            return acts
+        return {next(one.ends[1] for one in self.machine.joints if one.name == self.response.rigid_link): 1.0}
 
 
 def joined(machine: Machine, link: str) -> Machine:

@@ -15,13 +15,13 @@ from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
-from vibopt.scene.scene import Scene, Variable
+from vibopt.scene.scene import MINIMISE, Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
 from vibopt.verify.as_built import differing, machine_of
 from vibopt.verify.certify import TOLERANCE, Measured, measure_on
 from vibopt.verify.rated import rated_rows
-from vibopt.verify.routes import LOADS, differs, modelled, rated_loads
+from vibopt.verify.routes import LOADS, Modelled, rated_loads
 
 
 def shown_value(response: Response, value: float, unit: str) -> Entry:
@@ -47,36 +47,14 @@ def checked_limits(
     scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None, model: Model | None = None
 ) -> dict[str, Checked]:
     """Every limit on the built machine, or on the worst of several, compared with the model (that of the scene)."""
-    built = _Built(scene, chosen, model)
-    rows = {}
-    for key, (name, side) in limit_rows(scene).items():
-        rows[key] = _worst_of(built, (offs or {}).get(key, ()), name, scene.limits[name], side)
-    return rows | _rated(built, offs or {})
-
-
-def _rated(built: _Built, offs: Offs) -> dict[str, Checked]:
-    """Static loads of bought parts, each on the worst of several machines."""
-    scene, chosen = built.scene, built.chosen
-    rows = rated_rows(scene, chosen, built.machine)
-    if rows:
-        loads = rated_loads(built.model, np.array([chosen[one.path] for one in scene.variables]))
-        rows = {key: _load_compared(row, loads[row.name, row.side]) for key, row in rows.items()}
-    for key in rows:
-        for off in offs.get(key, ()):
-            other = replace(scene, off=off)
-            row = rated_rows(other, chosen, machine_of(other, chosen))[key]
-            if rows[key].margin - row.margin > TOLERANCE:
-                differs = differing(scene, off)
-                rows[key] = replace(row, off=differs)
-    return rows
+    return Built(scene, chosen, model).limits(offs or {})
 
 
 def checked_measures(
     scene: Scene, chosen: Mapping[str, float], offs: Offs | None = None, model: Model | None = None
 ) -> dict[str, Checked]:
     """Every measure on the built machine, or on the worst of several, compared with the model (that of the scene)."""
-    built = _Built(scene, chosen, model)
-    return {name: _worst_of(built, (offs or {}).get(name, ()), name, one, "") for name, one in scene.measures.items()}
+    return Built(scene, chosen, model).measures(offs or {})
 
 
 def measured_row(scene: Scene, machine: Machine, name: str, response: Response) -> Checked:
@@ -96,8 +74,8 @@ def _load_compared(row: Checked, parts: Sequence[float]) -> Checked:
 
 
 @dataclass(frozen=True)
-class _Built:
-    """A machine with its numbers off by `scene.off`, by both routes."""
+class Built:
+    """A machine with its numbers off by `scene.off`, by both routes; without `given` the model is that of the scene."""
 
     scene: Scene
     chosen: Mapping[str, float]
@@ -108,8 +86,47 @@ class _Built:
         return machine_of(self.scene, self.chosen)
 
     @cached_property
-    def model(self) -> Model:
-        return self.given or model_of(self.scene)
+    def modelled(self) -> Modelled:
+        """The same in the model."""
+        x = np.array([self.chosen[one.path] for one in self.scene.variables])
+        return Modelled(self.scene, self.given or model_of(self.scene), x)
+
+    def limits(self, offs: Offs) -> dict[str, Checked]:
+        """Every limit, and what bought parts are rated for; each on the worst of several machines where there are."""
+        limits = self.scene.limits
+        rows = {
+            key: _worst_of(self, offs.get(key, ()), name, limits[name], side)
+            for key, (name, side) in limit_rows(self.scene).items()
+        }
+        return rows | self._rated(offs)
+
+    def measures(self, offs: Offs) -> dict[str, Checked]:
+        """Every measure, each on the worst of several machines where there are."""
+        return {name: _worst_of(self, offs.get(name, ()), name, one, "") for name, one in self.scene.measures.items()}
+
+    @property
+    def goal(self) -> Checked | None:
+        """The goal."""
+        goal = self.scene.goal
+        if goal is None:
+            return None
+        found = measure_on(self.scene, self.machine, goal.response, "at_most" if goal.sense == MINIMISE else "at_least")
+        return self.compared(_checked(self.scene, found, goal.name, goal.response, ""), found)
+
+    def _rated(self, offs: Offs) -> dict[str, Checked]:
+        """Static loads of bought parts, each on the worst of several machines."""
+        scene, chosen = self.scene, self.chosen
+        rows = rated_rows(scene, chosen, self.machine)
+        if rows:
+            loads = rated_loads(self.modelled.full, self.modelled.x)
+            rows = {key: _load_compared(row, loads[row.name, row.side]) for key, row in rows.items()}
+        for key in rows:
+            for off in offs.get(key, ()):
+                other = replace(scene, off=off)
+                row = rated_rows(other, chosen, machine_of(other, chosen))[key]
+                if rows[key].margin - row.margin > TOLERANCE:
+                    rows[key] = replace(row, off=differing(scene, off))
+        return rows
 
     def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
         found = measure_on(self.scene, self.machine, response, side or response.worst_side)
@@ -117,10 +134,9 @@ class _Built:
 
     def compared(self, row: Checked, found: Measured) -> Checked:
         """The row, with what the model says of it where that is another number."""
-        asked = self.scene, self.model, self.chosen, found.response, found
-        if not differs(*asked):
+        if not self.modelled.differs(found.response, found):
             return row
-        values = modelled(*asked), found.value
+        values = self.modelled.at(found.response, found)[0], found.value
         digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
         both = [f"{one:.{digits}g} {si_unit(found.response.dimension)}".rstrip() for one in values]
         at = ", ".join(f"{one.shown} of {name}" for name, one in row.worst_at.items())
@@ -129,14 +145,14 @@ class _Built:
         return replace(row, doubt=f"{words}, at {at}" if at else words)
 
 
-def _worst_of(built: _Built, offs: Sequence[Mapping[str, float]], name: str, response: Response, side: str) -> Checked:
+def _worst_of(built: Built, offs: Sequence[Mapping[str, float]], name: str, response: Response, side: str) -> Checked:
     """The row of the machine, among those that are off, on which it is worst; the first among equals."""
     if not offs:
         return built.compared(*built.row(name, response, side))
     sign = -1.0 if (side or response.worst_side) == "at_least" else 1.0
     rows = []
     for off in offs:
-        machine = _Built(replace(built.scene, off=off), built.chosen)
+        machine = Built(replace(built.scene, off=off), built.chosen)
         row, found = machine.row(name, response, side)
         rows.append((replace(row, off=differing(built.scene, off)), found, machine))
     worst = rows[0]
@@ -152,7 +168,7 @@ def _size(row: Checked) -> float:
 
 
 def _checked(scene: Scene, found: Measured, name: str, response: Response, side: str) -> Checked:
-    given = getattr(response, side, None) if side else None
+    given = getattr(response, side) if side else None
     unit = response.unit or getattr(given, "unit", "") or usual_unit(scene, response)
     margin = 0.0
     limit = None
@@ -198,12 +214,7 @@ def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Entry] | No
 
 def goal_row(scene: Scene, chosen: Mapping[str, float], model: Model | None = None) -> Checked | None:
     """The goal on the built machine, compared with the model (that of the scene)."""
-    if scene.goal is None:
-        return None
-    built, response = _Built(scene, chosen, model), scene.goal.response
-    side = "at_most" if scene.goal.sense == "minimise" else "at_least"
-    found = measure_on(scene, built.machine, response, side)
-    return built.compared(_checked(scene, found, scene.goal.name, response, ""), found)
+    return Built(scene, chosen, model).goal
 
 
 def chosen_of(variable: Variable, value: float) -> Chosen:

@@ -6,8 +6,8 @@ the rounding of their coefficients, carried through the equations to the respons
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from math import hypot
 
 import numpy as np
@@ -21,6 +21,7 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.onemass import reading
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
+from vibopt.records import dataclass
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
 from vibopt.signals import Band, Drive, Output
@@ -32,29 +33,6 @@ _ROUNDINGS = 1e4
 """Roundings of every coefficient that either route may add up."""
 LOADS = 1e-7
 """Part of its rating by which the static load of a mount may differ."""
-
-
-def differs(scene: Scene, model: Model, chosen: Mapping[str, float], response: Response, found: Measured) -> bool:
-    """Whether the model gives another value than was found on the machine as built, beyond rounding.
-
-    Parameters
-    ----------
-    scene, model
-        What is there, and the full model of it in the design variables.
-    chosen
-        Value of each design variable by path [SI].
-    response
-        A single question, no group of mounts.
-    found
-        Its value on the machine as built, and the speeds of it.
-    """
-    value, room = _Modelled(scene, model, chosen, response).at(found)
-    return not _within(value, found.value, room)
-
-
-def modelled(scene: Scene, model: Model, chosen: Mapping[str, float], response: Response, found: Measured) -> float:
-    """The value of a response in the model where the machine as built is worst; parameters as for `differs`."""
-    return _Modelled(scene, model, chosen, response).at(found)[0]
 
 
 def rated_loads(model: Model, x: FloatArray) -> dict[tuple[str, str], list[float]]:
@@ -72,45 +50,73 @@ def _within(value: float, other: float, room: float) -> bool:
     return abs(value - other) <= max(_SAME * max(abs(value), abs(other)), room)
 
 
-class _Modelled:
-    """One response in the model at one design."""
+@dataclass(frozen=True)
+class Modelled:
+    """The model of a scene at one design: what it says of each response.
 
-    def __init__(self, scene: Scene, model: Model, chosen: Mapping[str, float], response: Response) -> None:
-        self.scene, self.response, self.full = scene, response, model
-        self.x = np.array([chosen[one.path] for one in scene.variables])
-        self.form = form_of(scene, model, response)
+    scene, full
+        What is there, and the full model of it in the design variables.
+    x
+        Shape (n_vars,).
+    """
 
-    def at(self, found: Measured) -> tuple[float, float]:
+    scene: Scene
+    full: Model
+    x: FloatArray
+
+    @cached_property
+    def p(self) -> FloatArray:
+        """Coefficients of the terms, (n_terms,)."""
+        return self.full.values(self.x)
+
+    def differs(self, response: Response, found: Measured) -> bool:
+        """Whether it gives another value than was found on the machine as built, beyond rounding.
+
+        Parameters
+        ----------
+        response
+            A single question, no group of mounts.
+        found
+            Its value on the machine as built, and the speeds of it.
+        """
+        value, room = self.at(response, found)
+        return not _within(value, found.value, room)
+
+    def at(self, response: Response, found: Measured) -> tuple[float, float]:
         """Its value where the other route found its own, and how far rounding may move it."""
-        if self.form.harmonic is not None:
+        form = form_of(self.scene, self.full, response)
+        if form.harmonic is not None:
+            other = 1.0 - found.value if response.complement else found.value
             with np.errstate(all="ignore"):
-                value, room = self._harmonic(self.form.harmonic, found)
-            return (1.0 - value if self.response.complement else value), room
-        if self.response.outside_bands:
-            modes = natural_frequencies(self.full, self.full.values(self.x))
+                value, room = self._harmonic(form.harmonic, response, found, other)
+            return (1.0 - value if response.complement else value), room
+        if response.outside_bands:
+            modes = natural_frequencies(self.full, self.p)
             value = float(modes[np.abs(modes - found.value).argmin()])
         else:
-            value = self.form.value(self.full, self.x)
+            value = form.value(self.full, self.x)
         if abs(value - found.value) <= _SAME * abs(found.value):
             return value, 0.0
-        return value, self.form.room(self.full, self.x, value, found.value, self._rounding)
+        return value, form.room(self.full, self.x, value, found.value, self._rounding)
 
-    def _of_one_mass(self, form: Modulus, found: Measured) -> float:
-        """Its value where one coordinate and one harmonic tell it outright; nan elsewhere."""
+    def _of_one_mass(self, form: Modulus, found: Measured) -> tuple[float, float]:
+        """Its value and room where one coordinate and one harmonic tell them outright; nan elsewhere."""
         (drive, *others), model = form.drives, self.full
         if others or form.rigid_link or model.n_free > 1 or len(drive.lines) > 1:
-            return float("nan")
+            return float("nan"), 0.0
         line, speed = drive.lines[0], found.speeds[drive.name]
         size = abs(float(line.amplitude.at(np.array(speed)))) / mount_count(model, form.output, self.x)
-        return size * abs(reading(model, model.values(self.x), form.output, line, line.order * speed))
+        read, rest = reading(model, self.p, form.output, line, line.order * speed)
+        value = size * abs(read)
+        return value, self._rounding * value / rest if rest and not form.output.signs.any() else 0.0
 
-    def _harmonic(self, form: Modulus, found: Measured) -> tuple[float, float]:
-        model, alone = self.full, self._of_one_mass(form, found)
-        if _within(alone, 1.0 - found.value if self.response.complement else found.value, 0.0):
-            return alone, 0.0
+    def _harmonic(self, form: Modulus, response: Response, found: Measured, other: float) -> tuple[float, float]:
+        model, (alone, close) = self.full, self._of_one_mass(form, found)
+        if _within(alone, other, close):
+            return alone, close
         if 0.0 in found.speeds.values():
             model = graded(self.full, form)
-            asked = form_of(self.scene, model, self.response).harmonic
+            asked = form_of(self.scene, model, response).harmonic
             assert asked is not None
             rest = replace(asked, drives=tuple(replace(one, bands=(Band(0.0, 0.0),)) for one in asked.drives))
             form = from_rest(model, rest, self.x)
@@ -157,4 +163,4 @@ class _Modelled:
         return _ROUNDINGS * max(float(np.finfo(float).eps), self.full.precision)
 
 
-__all__ = ["LOADS", "differs", "modelled", "rated_loads"]
+__all__ = ["LOADS", "Modelled", "rated_loads"]
