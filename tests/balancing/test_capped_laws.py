@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from rotor_jobs import correction, solve_text
 from test_rotor_laws import PLANES, SENSORS, Truth, best, job, truths
 from vibopt.answer.answer import Answer
+from vibopt.balancing.convex_rounds import within_discs
 from vibopt.balancing.rotor_job import RotorJob
 
 RADIUS = 'radius = "100 mm"'
@@ -92,3 +93,22 @@ def test_the_capped_plan_is_that_of_cvxpy_and_does_what_it_says(truth: Truth, pa
     weights, shown = plan_of(answer)
     assert np.abs(weights).max() <= cap * (1.0 + 1e-9)
     np.testing.assert_allclose(shown, np.abs(truth.y0 + truth.H @ weights.conj()), rtol=1e-6, atol=1e-9 * size)
+
+
+@settings(max_examples=50)
+@given(seed=st.integers(0, 10**6), n_planes=st.integers(1, 9), spare=st.integers(1, 12), free=st.booleans())
+def test_capped_least_squares_are_stationary(seed: int, n_planes: int, spare: int, free: bool) -> None:
+    dice = np.random.default_rng(seed)
+    A = dice.normal(size=(n_planes + spare, n_planes)) + 1j * dice.normal(size=(n_planes + spare, n_planes))
+    b = dice.normal(size=n_planes + spare) + 1j * dice.normal(size=n_planes + spare)
+    caps = dice.uniform(0.05, 1.5, n_planes) * float(np.median(np.abs(np.linalg.lstsq(A, -b, rcond=None)[0])))
+    caps[0] = np.inf if free else caps[0]
+    x = within_discs(A.conj().T @ A, A.conj().T @ b, caps)
+    pull = -(A.conj().T @ (A @ x + b))  # where the goal falls
+    size = float(np.abs(A.conj().T @ b).max())
+    at = np.abs(x) >= caps * (1.0 - 1e-12)
+    assert (np.abs(x) <= caps * (1.0 + 1e-12)).all()
+    assert np.abs(pull[~at]).max(initial=0.0) <= 1e-10 * size
+    outward = pull[at] * np.exp(-1j * np.angle(x[at]))
+    assert np.abs(outward.imag).max(initial=0.0) <= 1e-10 * size
+    assert outward.real.min(initial=0.0) >= -1e-10 * size

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.balancing.conventions import AGAINST, LAG, MARK, WITH
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import RotorJob, Sensor
@@ -30,6 +30,8 @@ APART = 0.05
 """Part of the greatest difference of runs below which they refine no ready coefficient."""
 SAMPLES = 8
 """Of one turn; a signal of one harmonic is known from three."""
+MOST_CELLS = 2_000_000
+"""Samples of signals that are in memory at once."""
 _TURN = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
 PlanText = tuple[tuple[int, str, bool], ...]
 """What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
@@ -43,6 +45,28 @@ def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
     target = np.zeros(len(job.planes), dtype=complex)
     for plane, text, taken in plan:
         target[plane] += _weight(job, plane, text) * (-1.0 if taken else 1.0)
+    shown: FloatArray = _shown(job, target[None])[0]
+    return shown
+
+
+def shown_with(job: RotorJob, sizes: FloatArray, angles: FloatArray, taken: BoolArray) -> FloatArray:
+    """Amplitudes that the simulated rotor shows with each of many plans (n_plans, n_rows) [SI peak].
+
+    Parameters
+    ----------
+    sizes, angles
+        Unbalance [kg m] and angle as written [rad] in each plane (n_plans, n_planes).
+    taken
+        Whether material is taken away there (n_planes,).
+    """
+    turned = -angles if job.conventions.angles == AGAINST else angles
+    targets = np.where(taken, -sizes, sizes) * np.exp(1j * turned)
+    block = max(MOST_CELLS // (len(job.runs) * len(job.sensors) * SAMPLES), 1)
+    return np.concatenate([_shown(job, targets[at : at + block]) for at in range(0, len(targets), block)])
+
+
+def _shown(job: RotorJob, targets: ComplexArray) -> FloatArray:
+    """Amplitudes with the unbalances `targets` (n_plans, n_planes) added, (n_plans, n_rows) [SI peak]."""
     states = _states(job)
     sizes, peaks = _cosines(job, [run.written for run in job.runs], job.sensors)
     shown = []
@@ -52,9 +76,9 @@ def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
         own, ready = states[places], _ready(job, speed)
         key = (own.tobytes(), *ready)
         if key not in known:
-            known[key] = _mixture(ready, own, target)
-        shown.append(_amplitude(_signal(job, speed, own, sizes[places], peaks[places], target, known[key])))
-    return np.concatenate(shown)
+            known[key] = _mixture(ready, own, targets)
+        shown.append(_amplitude(_signal(job, speed, own, sizes[places], peaks[places], targets, known[key])))
+    return np.concatenate(shown, axis=1)
 
 
 def _states(job: RotorJob) -> ComplexArray:
@@ -146,45 +170,46 @@ def _ready(job: RotorJob, speed: int) -> list[int]:
     return sorted({plane for at, _, plane in job.influence if at == speed})
 
 
-def _mixture(ready: Sequence[int], states: ComplexArray, target: ComplexArray) -> ComplexArray:
-    """Smallest shares of the runs that together carry the plan (and one rotor as found)."""
+def _mixture(ready: Sequence[int], states: ComplexArray, targets: ComplexArray) -> ComplexArray:
+    """Smallest shares of the runs (n_plans, n_runs) that together carry each plan (and one rotor as found)."""
     weighed = np.flatnonzero(states.any(axis=0)).tolist()
     learnt = [plane for plane in weighed if plane not in ready] or weighed
     rows = np.concatenate([np.ones((1, len(states))), states[:, learnt].T])
-    wanted = np.concatenate([[1.0], target[learnt]])
-    size = np.abs(rows).max(axis=1)
+    wanted = np.concatenate([np.ones((1, len(targets))), targets[:, learnt].T])
+    size = np.abs(rows).max(axis=1)[:, None]
     same = APART if set(ready) & set(learnt) else None
-    shares: ComplexArray = np.linalg.lstsq(rows / size[:, None], wanted / size, rcond=same)[0]
+    shares: ComplexArray = np.linalg.lstsq(rows / size, wanted / size, rcond=same)[0].T
     return shares
 
 
 def _signal(
-    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, target: ComplexArray,
+    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, targets: ComplexArray,
     shares: ComplexArray,
 ) -> FloatArray:  # fmt: skip
-    """What the sensors show over one turn of the shaft with so much of each run (n_sensors, SAMPLES) [SI peak]."""
-    shifted = _TURN + np.angle(shares)[:, None]
-    signals = sizes[:, :, None] * np.cos(shifted[:, None, :] - peaks[:, :, None])
+    """What the sensors show over one turn with so much of each run (n_plans, n_sensors, SAMPLES) [SI peak]."""
+    shifted = _TURN + np.angle(shares)[..., None]
+    signals = sizes[:, :, None] * np.cos(shifted[:, :, None, :] - peaks[:, :, None])
     declared = job.document.get("sensors", {})
     for column in [place for place, sensor in enumerate(job.sensors) if declared and sensor.name in declared]:
         own = Written.of([str(declared[job.sensors[column].name].get("runout", ""))])
         if own is not None:
             size, peak = _cosines(job, [own], [job.sensors[column]])
-            signals[:, column] -= size * np.cos(shifted - peak)
+            signals[:, :, column] -= size * np.cos(shifted - peak)
     for plane in _ready(job, speed):
         signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)
-    mixed = np.tensordot(np.abs(shares), signals, axes=1)
+    mixed = np.einsum("nr,nrst->nst", np.abs(shares), signals)
     for plane in _ready(job, speed):
-        mixed += _unit_signals(job, speed, plane, target[plane : plane + 1], _TURN[None])[0]
+        mixed += _unit_signals(job, speed, plane, targets[:, plane], _TURN)
     return np.asarray(mixed)
 
 
 def _unit_signals(job: RotorJob, speed: int, plane: int, weights: ComplexArray, turns: FloatArray) -> FloatArray:
-    """Signals of weights by ready coefficients (n_weights, n_sensors, SAMPLES): a unit weight at zero, turned."""
+    """Signals of weights by ready coefficients (..., n_weights, n_sensors, SAMPLES): a unit weight at zero, turned."""
     H = [job.influence.get((speed, sensor, plane), 0.0) for sensor in range(len(job.sensors))]
     peaks = _sense(job) * np.array([job.conventions.reading_angle(complex(one)) for one in H])
     turned = turns + np.angle(weights)[:, None]
-    return np.asarray(np.abs(weights)[:, None, None] * np.abs(H)[:, None] * np.cos(turned[:, None, :] - peaks[:, None]))
+    cosines = np.cos(turned[..., None, :] - peaks[:, None])
+    return np.asarray(np.abs(weights)[:, None, None] * np.abs(H)[:, None] * cosines)
 
 
 def _amplitude(signal: FloatArray) -> FloatArray:
