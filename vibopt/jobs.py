@@ -73,13 +73,13 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     file = FilePath(path)
     text, name = text_of(file), shown_name(file.name)
     document = placed(parsed(text, name), file.parent)
-    job = _read(document, Mistakes(name, located(text)))
+    job = of_document(document, Mistakes(name, located(text)))
     return with_changes(job, changes) if changes else job
 
 
 def from_text(text: str, name: str = "job") -> Job:
     """What a TOML text asks; `name` stands in front of each message."""
-    return _read(parsed(text, name), Mistakes(name, located(text)))
+    return of_document(parsed(text, name), Mistakes(name, located(text)))
 
 
 def with_changes(job: J, changes: Mapping[str, Any]) -> J:
@@ -98,13 +98,13 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
     for path, value in read.items():
         part = None if inside(document, path) is not None else part_at(now, path)
         if part is not None and part.place in written:  # the text of its other numbers is not what it was
-            now = cast(J, _read(document, Mistakes(job.name, None)))
+            now = cast(J, of_document(document, Mistakes(job.name, None)))
             part = part_at(now, path)
         document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
         if (document.get("goal") or {}).get("find_all") == path and not isinstance(value, Mapping):
             document = {key: one for key, one in document.items() if key != "goal"}  # found, and measured there
         written |= {part.place} if part is not None else set()
-    made = cast(J, _read(document, Mistakes(job.name, None), job))
+    made = cast(J, of_document(document, Mistakes(job.name, None), job))
     whole: Any = made
     return cast(J, replace(whole, notes=(*whole.notes, *notes))) if notes else made
 
@@ -188,7 +188,7 @@ def kept_plan(job: B, found: Answer[Any]) -> B:
     from vibopt.balancing import decided as plans
 
     document = plans.of_engine(job, found) if is_engine(job) else plans.of_planes(cast(Any, job), found)
-    return cast(B, _read(document, Mistakes(job.name, None)))
+    return cast(B, of_document(document, Mistakes(job.name, None)))
 
 
 def noun_of(job: Job) -> str:
@@ -196,7 +196,7 @@ def noun_of(job: Job) -> str:
     return NOUNS[job.kind]
 
 
-def _read(document: Mapping[str, Any], mistakes: Mistakes, like: Job | None = None) -> Job:
+def of_document(document: Mapping[str, Any], mistakes: Mistakes, like: Job | None = None) -> Job:
     """The job of a document; `like` is one whose document this is but for some values."""
     kind = kind_of(document)
     if kind == SCENE:

@@ -10,7 +10,7 @@ import pytest
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed
-from vibopt.jobs import _read, facts, open_job, with_changes
+from vibopt.jobs import facts, of_document, open_job, with_changes
 
 FILES = sorted((Path(__file__).parents[2] / "problems" / "balancing").glob("*.toml"))
 BOUNDS = ("limits.", "planes.", "goal.", "scatter.", "rotor.", "quality.", "runs.", "sensors.")
@@ -29,7 +29,7 @@ def test_a_job_with_another_number_is_what_its_whole_document_says(file: Path) -
         changes = fact.changes(0.999 * fact.value)
         here = with_changes(job, changes)
         assert isinstance(here, RotorJob)
-        whole = _read(here.document, Mistakes(job.name, None))
+        whole = of_document(here.document, Mistakes(job.name, None))
         assert isinstance(whole, RotorJob)
         assert [getattr(here, key) for key in SAME] == [getattr(whole, key) for key in SAME], fact.path
         for one, other in zip(here.runs, whole.runs, strict=True):

@@ -15,7 +15,7 @@ import pytest
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError, counted, way_out
-from vibopt.jobs import _read, answer, open_job, with_changes
+from vibopt.jobs import answer, of_document, open_job, with_changes
 from vibopt.study.recorded import compare
 from vibopt.study.sweep import sweep
 from vibopt.study.whatif import whatif
@@ -121,7 +121,7 @@ def test_true_is_no_number_anywhere() -> None:
                 holder = holder[step]
             holder[path[-1]] = True
             try:
-                _read(placed(wrong, file.parent), Mistakes(file.name))
+                of_document(placed(wrong, file.parent), Mistakes(file.name))
                 taken.append((file.name, path))
             except InputError as error:
                 taken += [] if "true" in str(error) else [(file.name, path)]

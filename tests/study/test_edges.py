@@ -9,7 +9,8 @@ import pytest
 
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
-from vibopt.study.edges import CLOSE, GOOD, stretches
+from vibopt.study.edges import CLOSE, stretches
+from vibopt.study.seen import GOOD
 from vibopt.study.sweep import sweep
 from vibopt.study.sweep_series import strips
 from vibopt.units import to_unit

@@ -204,7 +204,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
 def alone(scene: Scene, path: str, low_high: str, points: int, keep: bool, monkeypatch: pytest.MonkeyPatch) -> Sweep:
     """The same sweep, one point after the other."""
     with monkeypatch.context() as patch:
-        patch.setattr(import_module("vibopt.study.sweep"), "FEWEST_TOGETHER", inf)
+        patch.setattr(import_module("vibopt.study.many"), "FEWEST_TOGETHER", inf)
         return sweep(scene, path, low_high, points, keep_design=keep)
 
 
@@ -320,7 +320,7 @@ def test_of_a_bought_part_only_numbers_of_the_machine_are_drawn(tmp_path: Path) 
 
 
 def test_an_unreadable_range_is_refused_in_words() -> None:
-    with pytest.raises(InputError, match=r'"30 mm" is no range\. Write "5 mm\.\.30 mm"\.'):
+    with pytest.raises(InputError, match=r'"30 mm" is no range\. Write "5 mm\.\.30 mm", a list "10, 12, 15 mm",'):
         sweep(read(FILE), "limits.start_up.at_most", "30 mm")
     with pytest.raises(InputError, match=r"--points 1 is not between 2 and 100000\."):
         sweep(read(FILE), "limits.start_up.at_most", "5 mm..30 mm", 1)

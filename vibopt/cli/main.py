@@ -35,7 +35,7 @@ VERBS = {
     "explain": ("explain", "Say why this model, why this method, and what each limit costs."),
     "whatif": ("whatif", "Change facts or limits, and see the old answer beside the new."),
     "compare": ("compare", "Set several variants beside each other, problem files or saved designs."),
-    "sweep": ("sweep", "Vary one fact over a range."),
+    "sweep": ("sweep", "Vary one, two or three facts over ranges."),
     "plot": ("picture", "Draw the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
     "new": ("new", "Write a problem file to fill in."),

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 
 
-_ONCE = {"--vary": "A sweep varies one fact: change the other with --set."}
-
-
 class Once(click.Command):
     """A verb whose options are said once, unless they may be repeated: of two the first would be lost."""
 
@@ -28,8 +25,7 @@ class Once(click.Command):
         order = self.make_parser(ctx).parse_args(args=list(args))[2] if not ctx.resilient_parsing else []
         for one in order:
             if isinstance(one, click.Option) and not (one.multiple or one.is_flag) and order.count(one) > 1:
-                way = _ONCE.get(one.opts[-1], "Give it once.")
-                raise click.UsageError(f"{one.opts[-1]} is given twice. {way}", ctx)
+                raise click.UsageError(f"{one.opts[-1]} is given twice. Give it once.", ctx)
         return super().parse_args(ctx, args)
 
 
@@ -78,6 +74,13 @@ rounding = click.option(
     multiple=True,
     help="Round the chosen values as on the drawing, and measure anew: --round 3, or --round links.mount.stiffness="
     '"50 kN/m" for steps; may be repeated.',
+)
+workers = click.option(
+    "--workers",
+    type=click.IntRange(1, 64),
+    default=1,
+    metavar="N",
+    help="Processes at a time; the answers do not depend on it.",
 )
 force = click.option("--force", is_flag=True, help="Write over a file that vibopt did not write.")
 fresh = click.option("--fresh", is_flag=True, help="Solve again, whatever the last answer to the same content was.")

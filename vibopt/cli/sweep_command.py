@@ -1,8 +1,8 @@
-"""`vibopt sweep`: one fact varied over a range."""
+"""`vibopt sweep`: one, two or three facts varied over ranges."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,19 @@ import click
 
 from vibopt.answer.answer import UNPROVEN
 from vibopt.cli import completing
-from vibopt.cli.options import Once, anew, as_json, changes, changes_of, file, force, keep_design, limited, read_job
+from vibopt.cli.options import (
+    Once,
+    anew,
+    as_json,
+    changes,
+    changes_of,
+    file,
+    force,
+    keep_design,
+    limited,
+    read_job,
+    workers,
+)
 from vibopt.cli.output import colour, note_kept, say, say_json, width
 from vibopt.cli.sweep_table import GrowingTable, csv_text
 from vibopt.errors import InputError
@@ -21,6 +33,7 @@ if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.answer.entry import Entry
     from vibopt.jobs import Job
+    from vibopt.study.edges import Boundary
     from vibopt.study.sweep import Sweep
 
 TABLES = (".csv", ".txt")
@@ -35,13 +48,24 @@ _TURNED = (".mass", ".unbalance")
 @click.option(
     "--vary",
     required=True,
+    multiple=True,
     metavar='PATH="LOW..HIGH"',
     shell_complete=completing.changes,
-    help='As in --vary limits.start_up.at_most="5 mm..30 mm".',
+    help='As in --vary limits.start_up.at_most="5 mm..30 mm"; also "5..30 mm log", "10, 12, 15 mm", "-20 %..+20 %"; '
+    "two or three of them make a grid.",
 )
-@click.option("--points", type=click.IntRange(2, 100_000), default=50, show_default=True, help="How many values.")
+@click.option(
+    "--points",
+    type=click.IntRange(min=2),
+    help="How many values of each range (50 of one, 21 of two, 9 of three); of a sample, in all (256).",
+)
+@click.option(
+    "--sample", type=click.Choice(["sobol", "latin"]), help="Draw points evenly from the ranges in place of a grid."
+)
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB), as they come.")
-@click.option("--figure", metavar="FILE", help="Draw the points (.svg, .png, .pdf).")
+@click.option("--figure", metavar="FILE", help="Draw the points of one or two facts (.svg, .png, .pdf).")
+@click.option("--yes", is_flag=True, help="Answer more than 100000 points.")
+@workers
 @keep_design
 @limited
 @anew
@@ -50,40 +74,47 @@ _TURNED = (".mass", ".unbalance")
 @as_json
 def sweep(
     file: str,
-    vary: str,
-    points: int,
+    vary: tuple[str, ...],
+    points: int | None,
+    sample: Any,
     csv_file: str | None,
     figure: str | None,
+    yes: bool,
+    workers: int,
     keep_design: bool,
     changes: tuple[str, ...],
     force: bool,
     as_json: bool,
 ) -> int:
-    """Vary one fact over a range, and answer at every point.
+    """Vary one, two or three facts, and answer at every point.
 
-    A sweep that is stopped keeps its points in the --csv file.  Exit code 5 unless every point has a proven or
-    checked answer.
+    Where designs begin or end, and where other limits become active, is found between the points.  A sweep that
+    is stopped keeps its points in the --csv file.  Exit code 5 unless every point has a proven or checked answer.
     """
-    path, low_high = split_range(vary)
-    if path in changes_of(changes):
-        raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
+    ranges = ranges_of(vary)
+    for path in ranges:
+        if path in changes_of(changes):
+            raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
     job = read_job(file, changes)
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
     if table is not None and picture is not None and table.resolve() == picture.resolve():
         raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
-    result = _run(job, path, low_high, points, table, keep_design=keep_design)
+    if picture is not None and (sample or len(ranges) > 2):
+        why = "a sample has no neighbours" if sample else "three facts have no page"
+        raise InputError(f"--figure: {why}. Leave it out, and write the points with --csv FILE.")
+    how = {"keep_design": keep_design, "sample": sample or "", "workers": workers}
+    edges = as_json or picture is not None or len(ranges) == 1
+    result = _run(job, ranges, points, table, edges=edges, most=_MOST_OF_ALL if yes else None, **how)
     if table is not None:
         write_file(table, csv_text(result).encode())
     if picture is not None:
-        from vibopt.report.figures import saved, strips_figure
-        from vibopt.study.sweep_series import strips
-
-        write_file(picture, saved(strips_figure(strips(result)), format_of(picture, FORMATS)))
+        write_file(picture, _drawn(result, format_of(picture, FORMATS)))
     written = [str(one) for one in (table, picture) if one is not None]
     if as_json:
-        status = "ok" if result.complete else "unproven"
-        say_json({"status": status, "path": path, "written": written, **_points(result)})
+        from vibopt.answer.jsonable import plain
+
+        say_json({"status": "ok" if result.complete else "unproven", "written": written, **plain(result)})
     else:
         from vibopt.answer.text import rendered
 
@@ -93,39 +124,66 @@ def sweep(
     return 0 if result.complete else UNPROVEN
 
 
-def _run(job: Job, path: str, low_high: str, points: int, table: Path | None, *, keep_design: bool) -> Sweep:
+_MOST_OF_ALL = 10_000_000
+"""Points that the memory of any machine holds."""
+
+
+def _drawn(result: Sweep, form: str) -> bytes:
+    from vibopt.report.figures import map_figure, saved, strips_figure
+    from vibopt.study.sweep_series import map_of, strips
+
+    figure = strips_figure(strips(result)) if len(result.varied) == 1 else map_figure(map_of(result))
+    return saved(figure, form)
+
+
+def _run(
+    job: Job,
+    ranges: Mapping[str, str],
+    points: int | None,
+    table: Path | None,
+    *,
+    edges: bool,
+    most: int | None,
+    **how: Any,
+) -> Sweep:
     """The sweep, with every point in the table as soon as it is known."""
     from vibopt.cli.progress import Bar
     from vibopt.jobs import is_scene
     from vibopt.study.seen import goal_word
+    from vibopt.study.sweep import MOST_POINTS
     from vibopt.study.sweep import sweep as run
+    from vibopt.study.varied import how_many
 
-    goal = "" if keep_design and is_scene(job) else goal_word(job)
+    goal = "" if how["keep_design"] and is_scene(job) else goal_word(job)
     growing = GrowingTable(table, job, goal) if table is not None else None
     answered = growing.add if growing is not None else None
     try:
         with Bar() as bar:
-            return run(job, path, low_high, points, keep_design=keep_design, progress=bar, answered=answered)
+            found = run(job, ranges, "", points, most=most or MOST_POINTS, progress=bar, answered=answered, **how)
+            if edges:
+                bar("boundaries", 0.0)
+                _ = found.boundaries
+            return found
     except KeyboardInterrupt:
         if growing is not None and growing.points:
-            note_kept(f"{shown_name(growing.target)} holds {len(growing.points)} of {points} points.")
+            count = how_many(ranges, points, how["sample"])
+            note_kept(f"{shown_name(growing.target)} holds {len(growing.points)} of {count} points.")
         elif growing is None:
             note_kept("No point was kept: with --csv FILE each is written as it comes.")
         raise
 
 
-def split_range(given: str) -> tuple[str, str]:
-    """Path and range text of --vary."""
-    path, sign, low_high = given.partition("=")
-    if not (sign and path.strip() and low_high.strip()):
-        raise InputError(f'--vary {given}: is no PATH=LOW..HIGH. Write --vary limits.start_up.at_most="5 mm..30 mm".')
-    return path.strip(), low_high.strip()
-
-
-def _points(result: Sweep) -> dict[str, Any]:
-    from vibopt.answer.jsonable import plain
-
-    return {"goal": result.goal, "keep_design": result.keep_design, "points": plain(result.points)}
+def ranges_of(given: Sequence[str]) -> dict[str, str]:
+    """Path and range text of every --vary."""
+    found: dict[str, str] = {}
+    for one in given:
+        path, sign, text = (part.strip() for part in one.partition("="))
+        if not (sign and path and text):
+            raise InputError(f'--vary {one}: is no PATH=LOW..HIGH. Write --vary limits.start_up.at_most="5 mm..30 mm".')
+        if path in found:
+            raise InputError(f"--vary {path} is given twice. Give it once.")
+        found[path] = text
+    return found
 
 
 def _list(result: Sweep, console: Console) -> None:
@@ -141,13 +199,32 @@ def _list(result: Sweep, console: Console) -> None:
         values = [_value(entries, path) for path in paths]
         goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
         bought = [point.parts.get(path, "-") for path in parts]
-        rows.append((point.value.shown, point.status, *goal, *bought, *values, _tight(point.margins)))
+        where = [one.shown for one in point.varied.values()]
+        rows.append((*where, point.status, *goal, *bought, *values, _tight(point.margins)))
     names = [path.split(".", 1)[-1] for path in (*parts, *paths)]
-    heads = ("Value", "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
-    console.print(f"{result.path} varied{', a variable that is held at each value' if result.held else ''}")
+    where = ["Value"] if len(result.paths) == 1 else [_short(path) for path in result.paths]
+    heads = (*where, "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
+    held = f", {'a variable that is' if len(result.held) == 1 else 'variables that are'} held at each value"
+    console.print(f"{' and '.join(result.paths)} varied{held if result.held else ''}")
     console.print(grid(rows, heads))
     if step > 1:
         console.print(f"One in {step} of {len(result.points)} points is shown; --csv FILE writes all of them.")
+    if len(result.paths) == 1 and result.boundaries:
+        _list_boundaries(result.boundaries, console)
+
+
+def _short(path: str) -> str:
+    """A path without its family; of a limit its name."""
+    family, _, rest = path.partition(".")
+    return rest.rpartition(".")[0] if family == "limits" and rest.endswith((".at_most", ".at_least")) else rest
+
+
+def _list_boundaries(found: Sequence[Boundary], console: Console) -> None:
+    from vibopt.answer.text import grid, section
+    from vibopt.study.sweep_series import change_words
+
+    rows = [(one.precise, change_words(one)) for one in found[:MOST_ROWS]]
+    section(console, "Where the answer changes, found by solving again", grid(rows, whole=(0,)))
 
 
 def _value(entries: Mapping[str, Entry], path: str) -> str:

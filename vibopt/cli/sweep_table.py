@@ -33,22 +33,22 @@ class GrowingTable:
         self.points: list[Point] = []
         self._columns: Heads | None = None
 
-    def add(self, fact: FactAt, point: Point) -> None:
+    def add(self, facts: Sequence[FactAt], point: Point) -> None:
         """One more point, on the disk when this returns."""
         self.points.append(point)
         if is_stream(self.target):
             return
         if self._columns is None or self._columns.lack(point):
-            self._columns = Heads(fact, self.job, self.goal, self.points)
+            self._columns = Heads(facts, self.job, self.goal, self.points)
             write_file(self.target, _text(self._columns, self.points).encode())
         else:
             add_line(self.target, _lines([self._columns.row(point)]))
 
 
 def csv_text(result: Sweep) -> str:
-    """All points of a sweep in rising order of the fact."""
+    """All points of a sweep, those of a grid in rising order of the facts, the first slowest."""
     points = list(result.points)
-    return _text(Heads(result.fact, result.job, result.goal, points), points)
+    return _text(Heads(result.facts, result.job, result.goal, points), points)
 
 
 def _text(columns: Heads, points: Sequence[Point]) -> str:

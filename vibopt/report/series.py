@@ -119,6 +119,7 @@ class Strip:
     lines: tuple[Line, ...]
     log: bool = False
     bad_below: float | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +128,8 @@ class Strips:
 
     shaded
         (low, high, words) of the parts without a good answer, in units of x.
+    marks
+        (x, words) where something else changes.
     """
 
     title: str
@@ -135,3 +138,43 @@ class Strips:
     log_x: bool
     strips: tuple[Strip, ...]
     shaded: tuple[tuple[float, float, str], ...]
+    marks: tuple[tuple[float, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """A place on an edge of the grid at which the answer changes.
+
+    across
+        Whether the edge runs along x.
+    ends
+        Whether designs begin or end here.
+    words
+        What holds on either side, in alphabetical order.
+    value
+        Of the map on the side with a design; nan where it is not known.
+    """
+
+    x: float
+    y: float
+    across: bool
+    ends: bool
+    words: tuple[str, str]
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    """A quantity over a grid: x (n_x,), y (n_y,), values and good (n_y, n_x); nan where there is no answer."""
+
+    title: str
+    x_label: str
+    y_label: str
+    x: FloatArray
+    y: FloatArray
+    log: tuple[bool, bool]
+    label: str
+    values: FloatArray
+    good: BoolArray
+    sides: tuple[Side, ...]
+    bad_words: tuple[str, ...] = ()

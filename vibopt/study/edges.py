@@ -1,19 +1,211 @@
-"""Where along a sweep an answer begins or ends: between two points, by bisection."""
+"""Where between the points of a grid an answer begins or ends, and where other limits become active."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby, pairwise
-from math import sqrt
+from math import inf, nan
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from vibopt.answer.entry import ACTIVE, Entry
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.records import dataclass
-from vibopt.study.sweep import Sweep, answer_at
+from vibopt.study.many import answered
+from vibopt.study.points import Point, Points, shown_value
+from vibopt.study.varied import Varied
+from vibopt.units import show
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+    from vibopt.study.sweep import Sweep
 
 CLOSE = 1e-6
-"""Distance between the two sides of an edge, as a part of the value."""
-MOST_STEPS = 60
-GOOD = ("optimal", "feasible", "met")
+"""Distance between the two sides of a boundary, as a part of the range and of the value."""
+ALONG_EDGES = 1e-3
+"""The same along the edges of a grid whose points are answered one by one."""
+_MOST_ROUNDS, _MOST_ANSWERS = 60, 4000
+_TOGETHER = 15
+"""Places looked at between two sides at a time, where many answers cost little more than one."""
+_FINEST = 1e-9
+
+State = tuple[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Boundary:
+    """Two neighbouring places along one fact with different answers.
+
+    path
+        Of the fact along which it was found.
+    below, above
+        Its value on either side, no further apart than `CLOSE` unless `wide`.
+    before, after
+        Status on either side, and names of the limits that are active there or, without a design, broken.
+    others
+        Values of the other facts, by path.
+    goals
+        The goal on either side [SI]; nan where there is none.
+    wide
+        Whether the search ended before the two were so close.
+    """
+
+    path: str
+    below: Entry
+    above: Entry
+    before: State
+    after: State
+    others: dict[str, Entry]
+    goals: tuple[float, float]
+    wide: bool = False
+
+    @property
+    def at(self) -> float:
+        """The middle [SI]."""
+        return 0.5 * (self.below.value + self.above.value)
+
+    @property
+    def precise(self) -> str:
+        """The place with as many digits as are known of it."""
+        size, apart = abs(self.at), abs(self.above.value - self.below.value)
+        digits = int(np.clip(np.ceil(np.log10(size / apart)), 3, 7)) if size and apart else 7
+        below = self.below
+        return show(self.at, below.unit, below.dimension, digits=digits, amplitude=below.amplitude)
+
+    @property
+    def of_feasibility(self) -> bool:
+        """Whether designs begin or end here."""
+        return self.before[0] != self.after[0]
+
+    def to_json(self) -> dict[str, Any]:
+        """Both sides with their status and limits."""
+        sides = (("below", self.below, self.before), ("above", self.above, self.after))
+        return {
+            "path": self.path,
+            **({"others": self.others} if self.others else {}),
+            **{name: {**value.to_json(), "status": state[0], "limits": state[1]} for name, value, state in sides},
+            **({"wide": True} if self.wide else {}),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class _Gap:
+    """Two neighbouring places with different answers, values (n_facts,) [SI], along the fact `axis`."""
+
+    axis: int
+    low: FloatArray
+    high: FloatArray
+    before: State
+    after: State
+    goals: tuple[float, float]
+
+
+def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], points: Points) -> tuple[Boundary, ...]:
+    """All changes between neighbouring points of a grid, each followed until its sides are close, along each fact."""
+    many = list(points)
+    fine = _fineness(many)
+    states = np.empty(len(many), dtype=object)
+    states[:] = [(state_of(one, fine), _goal(one)) for one in many]
+    grid = states.reshape([len(one) for one in axes])
+    open_gaps = list(_gaps(grid, axes))
+    batch = len(points.single) < len(points) // 2
+    close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
+    narrow = _Narrowing(job, tuple(varied), fine, close, batch)
+    return tuple(_boundary(varied, gap, narrow.is_wide(gap)) for gap in narrow.all(open_gaps))
+
+
+def state_of(point: Point, fine: float) -> State:
+    """What is told apart: whether there is a design, and which limits are active; without one, which are broken."""
+    if point.status in ("met", "violated"):
+        return point.status, tuple(sorted(name for name, one in point.margins.items() if one < -ACTIVE))
+    if not point.good:
+        return point.status, ()
+    return "good", tuple(sorted(name for name, one in point.margins.items() if abs(one) <= fine))
+
+
+def _fineness(points: Sequence[Point]) -> float:
+    """Margin up to which a limit counts as active: as small as the answers let it be told from rounding."""
+    near = [abs(m) for one in points if one.good for m in one.margins.values() if abs(m) <= ACTIVE]
+    return float(np.clip(4.0 * np.percentile(near, 90), _FINEST, ACTIVE)) if near else ACTIVE
+
+
+def _gaps(grid: Any, axes: Sequence[FloatArray]) -> Iterator[_Gap]:
+    for axis, values in enumerate(axes):
+        for index in np.ndindex(*grid.shape):
+            if index[axis] + 1 < len(values):
+                beyond = (*index[:axis], index[axis] + 1, *index[axis + 1 :])
+                if grid[index][0] != grid[beyond][0]:
+                    low, high = (np.array([one[i] for one, i in zip(axes, at, strict=True)]) for at in (index, beyond))
+                    (before, first), (after, last) = grid[index], grid[beyond]
+                    yield _Gap(axis, low, high, before, after, (first, last))
+
+
+class _Narrowing:
+    """Gaps cut until their two sides are close; where a third answer lies between, both halves are followed."""
+
+    def __init__(self, job: Job, varied: tuple[Varied, ...], fine: float, close: float, batch: bool) -> None:
+        self.job, self.varied, self.fine, self.close = job, varied, fine, close
+        self.inner = _TOGETHER if batch else 1
+        self.left = _MOST_ANSWERS * self.inner
+
+    def is_wide(self, gap: _Gap) -> bool:
+        """Whether the sides are further apart than they should be."""
+        one, low, high = self.varied[gap.axis], gap.low[gap.axis], gap.high[gap.axis]
+        if one.whole:
+            return bool(high - low > 1.5)
+        return bool(high - low > self.close * min(one.high - one.low, max(abs(low), abs(high)) or inf))
+
+    def all(self, gaps: list[_Gap]) -> list[_Gap]:
+        for _ in range(_MOST_ROUNDS):
+            wide = [one for one in gaps if self.is_wide(one)]
+            if not wide or len(wide) * self.inner > self.left:
+                break
+            try:
+                cut = self._cut(wide)
+            except InputError:  # there is nothing between
+                break
+            gaps = [one for gap in gaps for one in (cut.pop(0) if self.is_wide(gap) else [gap])]
+        return gaps
+
+    def _cut(self, wide: list[_Gap]) -> list[list[_Gap]]:
+        places = [self._places(one) for one in wide]
+        facts = tuple(one.fact for one in self.varied)
+        found = list(answered(self.job, facts, np.concatenate(places)))
+        self.left -= len(found)
+        parts, begin = [], 0
+        for gap, inner in zip(wide, places, strict=True):
+            here = found[begin : begin + len(inner)]
+            begin += len(inner)
+            between = [(at, state_of(one, self.fine), _goal(one)) for at, one in zip(inner, here, strict=True)]
+            steps = [(gap.low, gap.before, gap.goals[0]), *between, (gap.high, gap.after, gap.goals[1])]
+            parts.append([_Gap(gap.axis, a, b, s, t, (g, h)) for (a, s, g), (b, t, h) in pairwise(steps) if s != t])
+        return parts
+
+    def _places(self, gap: _Gap) -> FloatArray:
+        one, low, high = self.varied[gap.axis], gap.low[gap.axis], gap.high[gap.axis]
+        parts = np.arange(1, self.inner + 1) / (self.inner + 1)
+        along = low * (high / low) ** parts if one.by_ratios else low + parts * (high - low)
+        along = np.unique(np.clip(np.round(along), low + 1, high - 1)) if one.whole else along
+        places = np.tile(gap.low, (len(along), 1))
+        places[:, gap.axis] = along
+        return places
+
+
+def _goal(point: Point) -> float:
+    return point.goal.value if point.goal is not None and point.good else nan
+
+
+def _boundary(varied: Sequence[Varied], gap: _Gap, wide: bool) -> Boundary:
+    facts = [one.fact for one in varied]
+    ends = [shown_value(facts[gap.axis], float(one[gap.axis])) for one in (gap.low, gap.high)]
+    others = {
+        fact.path: shown_value(fact, float(value))
+        for index, (fact, value) in enumerate(zip(facts, gap.low, strict=True))
+        if index != gap.axis
+    }
+    return Boundary(facts[gap.axis].path, ends[0], ends[1], gap.before, gap.after, others, gap.goals, wide)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,37 +218,19 @@ class Stretch:
 
 
 def stretches(sweep: Sweep) -> Iterator[Stretch]:
-    """Runs of neighbouring points without a good answer, each out to where the answers change."""
-    runs = [(status, [one.value.value for one in run]) for status, run in groupby(sweep.points, lambda one: one.status)]
-    edges = [_edge(sweep, before, after) for before, after in pairwise(runs)]
-    for index, (status, values) in enumerate(runs):
-        if status not in GOOD:
-            low = edges[index - 1][1] if index else values[0]
-            high = edges[index][0] if index < len(edges) else values[-1]
-            yield Stretch(low, high, status)
+    """Runs of one fact without a good answer, each out to where the answers change."""
+    ends = [one for one in sweep.boundaries if one.of_feasibility]
+    first, last = sweep.points[0], sweep.points[-1]
+    fine = ACTIVE
+    cuts = [
+        (first.value.value, state_of(first, fine)[0]),
+        *((side.value, state[0]) for one in ends for side, state in ((one.below, one.before), (one.above, one.after))),
+        (last.value.value, state_of(last, fine)[0]),
+    ]
+    for status, run in groupby(cuts, lambda one: one[1]):
+        values = [one[0] for one in run]
+        if status not in ("good", "met"):
+            yield Stretch(values[0], values[-1], status)
 
 
-def _edge(sweep: Sweep, before: tuple[str, list[float]], after: tuple[str, list[float]]) -> tuple[float, float]:
-    """The last value with the status before and the first with the one after, as close as `CLOSE`.
-
-    Where a third status lies between, each side ends before it.
-    """
-    low, high = before[1][-1], after[1][0]
-    for _ in range(MOST_STEPS):
-        if high - low <= CLOSE * max(abs(low), abs(high)):
-            break
-        middle = sqrt(low * high) if sweep.by_ratios else 0.5 * (low + high)
-        try:
-            status = answer_at(sweep, middle).status
-        except InputError:  # there is nothing between, as between two whole numbers
-            break
-        if status == before[0]:
-            low = middle
-        elif status == after[0]:
-            high = middle
-        else:
-            break
-    return low, high
-
-
-__all__ = ["CLOSE", "GOOD", "Stretch", "stretches"]
+__all__ = ["CLOSE", "Boundary", "Stretch", "boundaries", "state_of", "stretches"]

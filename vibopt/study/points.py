@@ -13,7 +13,8 @@ from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
-from vibopt.study.seen import chosen, goal_of, results
+from vibopt.study.seen import GOOD, chosen, goal_of, results
+from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
 
@@ -21,23 +22,37 @@ if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
 
-DECIBEL = "dB"
-
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Answer at one value of the varied fact; `margins` by limit name, the rest by path.
+    """Answer at one value of each varied fact; `margins` by limit name, the rest by path.
 
     `parts` are words that were chosen; `results` is what a balancing job measures beside its limits.
     """
 
-    value: Entry
+    varied: Mapping[str, Entry]
     status: str
     goal: Entry | None
     variables: Mapping[str, Entry]
     margins: Mapping[str, float]
     parts: Mapping[str, str] = field(default_factory=dict)
     results: Mapping[str, Entry] = field(default_factory=dict)
+
+    @property
+    def value(self) -> Entry:
+        """Of the fact; of several, of the first."""
+        return next(iter(self.varied.values()))
+
+    @property
+    def good(self) -> bool:
+        """Whether there is a design, or the limits of what is there hold."""
+        return self.status in GOOD
+
+    def to_json(self) -> dict[str, Any]:
+        """The value of one fact, or those of several by path, then the answer there."""
+        keys = ("status", "goal", "variables", "margins", "parts", "results")
+        where = {"value": self.value} if len(self.varied) == 1 else {"values": self.varied}
+        return {**where, **{key: getattr(self, key) for key in keys}}
 
 
 @dataclass(frozen=True)
@@ -63,13 +78,13 @@ class Points(Sequence[Point]):
     """A sequence of `Point`.
 
     values
-        Of the fact [SI], shape (n_points,).
+        Of the facts [SI], shape (n_points, n_facts).
     single
         Points that were answered one by one, by index; they come before the columns.
     """
 
     job: Job
-    fact: FactAt
+    facts: tuple[FactAt, ...]
     values: FloatArray
     columns: Columns
     single: Mapping[int, Point] = field(default_factory=dict)
@@ -125,7 +140,12 @@ class Points(Sequence[Point]):
             if found
         }
         margins = {name: float(one[index]) for name, one in columns.margins.items() if found}
-        return Point(shown_value(self.fact, float(self.values[index])), columns.status[index], goal, variables, margins)
+        return Point(varied_at(self.facts, self.values[index]), columns.status[index], goal, variables, margins)
+
+
+def varied_at(facts: Sequence[FactAt], values: FloatArray) -> dict[str, Entry]:
+    """Values (n_facts,) of the varied facts [SI], by path."""
+    return {fact.path: shown_value(fact, float(value)) for fact, value in zip(facts, values, strict=True)}
 
 
 def shown_value(fact: FactAt, value: float) -> Entry:
@@ -141,12 +161,12 @@ def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
         return np.where(values > 0.0, np.round(20.0 * np.log10(values), 12), np.nan)
 
 
-def point_of(fact: FactAt, value: float, job: Job, found: Answer[Any]) -> Point:
+def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, found: Answer[Any]) -> Point:
     """The point that one answer makes."""
     entries = {} if is_scene(job) else found.entries()
     taken = chosen(job, found, entries)
     return Point(
-        value=shown_value(fact, value),
+        varied=varied_at(facts, values),
         status=found.status,
         goal=goal_of(job, found),
         variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
@@ -161,16 +181,16 @@ class Heads:
 
     Parameters
     ----------
-    fact
-        What is varied, in the unit of its range.
+    facts
+        What is varied, in the units of their ranges.
     job, goal
         What is swept, and the name of its goal in the sweep, "" for none.
     points
         At least one.
     """
 
-    def __init__(self, fact: FactAt, job: Job, goal: str, points: Sequence[Point]) -> None:
-        self.fact = fact
+    def __init__(self, facts: Sequence[FactAt], job: Job, goal: str, points: Sequence[Point]) -> None:
+        self.facts = facts
         self.units = {path: one.si for point in points for path, one in point.variables.items()}
         self.names = list(dict.fromkeys(name for point in points for name in point.margins))
         self.parts = list(dict.fromkeys(path for point in points for path in point.parts))
@@ -178,7 +198,8 @@ class Heads:
         asked = job.goal.response if is_scene(job) and job.goal is not None else None
         self.goal_unit = _unit((asked.unit if asked else "") or "", self.goal.si) if self.goal is not None else ""
         goals = [_head(goal or "goal", self.goal_unit)] if self.goal is not None else []
-        self.heads = [_head(fact.path, _unit(fact.unit, points[0].value.si)), "status", *goals, *self.parts]
+        where = [_head(one.path, _unit(one.unit, points[0].varied[one.path].si)) for one in facts]
+        self.heads = [*where, "status", *goals, *self.parts]
         self.heads += [_head(path, unit) for path, unit in self.units.items()]
         self.heads += [f"margin of {name}" for name in self.names]
         self.results = {path: one.si for point in points for path, one in point.results.items()}
@@ -191,7 +212,8 @@ class Heads:
         margins = ["" if name not in point.margins else number(point.margins[name]) for name in self.names]
         bought = [point.parts.get(path, "") for path in self.parts]
         left = ["" if path not in point.results else number(point.results[path].value) for path in self.results]
-        return [_number(point.value, self.fact.unit), point.status, *goals, *bought, *chosen, *margins, *left]
+        where = [_number(point.varied[one.path], one.unit) for one in self.facts]
+        return [*where, point.status, *goals, *bought, *chosen, *margins, *left]
 
     def lack(self, point: Point) -> bool:
         """Whether a point needs a column that is not there."""

@@ -14,6 +14,8 @@ from vibopt.study.freeze import frozen
 if TYPE_CHECKING:
     from vibopt.jobs import Job
 
+GOOD = ("optimal", "feasible", "met")
+"""Answers with a design, or with limits that hold."""
 _CHOOSING = ("shelf", "most_weights", "split", "forbidden")
 _NOTHING = ("infeasible", "unbounded", "check_failed")
 """Answers to balancing jobs that fit nothing."""

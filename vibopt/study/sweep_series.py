@@ -1,4 +1,4 @@
-"""A sweep as series in the user's units."""
+"""A sweep as series in the user's units: lines against one fact, a map over two."""
 
 from __future__ import annotations
 
@@ -9,15 +9,19 @@ import numpy as np
 
 from vibopt.answer.blocks import spoken, spoken_path
 from vibopt.answer.entry import Entry
+from vibopt.arrays import FloatArray
+from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene
 from vibopt.report.catalogue_choices import tied
-from vibopt.report.series import Line, Strip, Strips
+from vibopt.report.series import Line, Map, Side, Strip, Strips
 from vibopt.responses.response import place_of
-from vibopt.study.edges import stretches
-from vibopt.study.points import DECIBEL, Point, in_unit
+from vibopt.study.edges import Boundary, State, stretches
+from vibopt.study.points import Point, in_unit
 from vibopt.study.sweep import Sweep
+from vibopt.study.varied import DECIBEL
 from vibopt.units import best_unit
 from vibopt.units.spelling import split_detector
+from vibopt.values.fact_at import FactAt
 
 WORDS = {
     "infeasible": "no design meets all limits",
@@ -32,17 +36,109 @@ def strips(sweep: Sweep) -> Strips:
     """Goal and variables against the varied fact; for a machine that is kept, the margins of its limits."""
     fact = sweep.fact
     points = list(sweep.points)
-    x = in_unit(np.array([point.value.value for point in points]), fact.unit, fact.dimension)
-    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
-    chosen = is_open(sweep.job) and not sweep.keep_design
+    chosen = _chosen(sweep)
+    active = [one for one in sweep.boundaries if not one.of_feasibility] if chosen else []
     return Strips(
         title=sweep.job.title,
-        x_label=f"{spoken_path(sweep.path)} [{unit}]" if unit else spoken_path(sweep.path),
-        x=x,
+        x_label=_label(fact),
+        x=_shown(np.array([point.value.value for point in points]), fact),
         log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points) if chosen else _measured(points)),
         shaded=tuple(_shaded(sweep)) if chosen else (),
+        marks=tuple((float(_shown(np.array([one.at]), fact)[0]), change_words(one)) for one in active),
     )
+
+
+def map_of(sweep: Sweep) -> Map:
+    """Goal over two facts, or the least margin of a kept design, with the edges between the points of the grid.
+
+    Raises
+    ------
+    InputError
+        It is no grid over two facts.
+    """
+    if sweep.axes == () or len(sweep.axes) != 2:
+        why = "a sample has no neighbours" if sweep.axes == () else f"{len(sweep.axes)} facts have no page"
+        raise InputError(f"--figure: {why}. Leave it out, and write the points with --csv FILE.")
+    points = list(sweep.points)
+    first, second = sweep.facts
+    shape = tuple(len(one) for one in sweep.axes)
+    strip = next(iter(_answers(sweep, points)), None) if _chosen(sweep) else None
+    shown = _margin_strip(points) if strip is None else strip
+    values = shown.lines[0].y.reshape(shape).T
+    goal = next((one.goal for one in points if one.goal is not None), None) if strip is not None else None
+
+    def level(one: Boundary) -> float:
+        known = [value for value in one.goals if isfinite(value)]
+        if goal is None or not known:
+            return nan
+        return float(in_unit(np.array([np.mean(known)]), shown.unit, goal.dimension)[0])
+
+    return Map(
+        title=sweep.job.title,
+        x_label=_label(first),
+        y_label=_label(second),
+        x=_shown(sweep.axes[0], first),
+        y=_shown(sweep.axes[1], second),
+        log=(sweep.varied[0].by_ratios, sweep.varied[1].by_ratios),
+        label=shown.label.replace("\n", " "),
+        values=values,
+        good=np.array([one.good for one in points]).reshape(shape).T,
+        sides=tuple(_side(sweep, one, level(one)) for one in sweep.boundaries),
+        bad_words=tuple(dict.fromkeys(WORDS.get(one.status, one.status) for one in points if not one.good)),
+    )
+
+
+def change_words(one: Boundary) -> str:
+    """What changes where a fact rises over a boundary."""
+    (before, first), (after, then) = one.before, one.after
+    if before != after and "good" in (before, after):
+        bad = WORDS.get(before if after == "good" else after, "no design")
+        return f"designs begin; below, {bad}" if after == "good" else f"designs end; beyond, {bad}"
+    if {before, after} == {"met", "violated"}:
+        return f"breaks {', '.join(then)}" if after == "violated" else f"holds; below, {', '.join(first)} broken"
+    if before != after:
+        return f"{WORDS.get(before, before)}, then {WORDS.get(after, after)}"
+    verb = ("becomes broken", "holds") if before == "violated" else ("becomes active", "no longer active")
+    new, gone = [name for name in then if name not in first], [name for name in first if name not in then]
+    said = [f"{name} {verb[0]}" for name in new] + [f"{name} {verb[1]}" for name in gone]
+    return ", ".join(said)
+
+
+def _side(sweep: Sweep, one: Boundary, level: float) -> Side:
+    """A place on a boundary, in the units of the axes."""
+    first, second = sweep.facts
+    across = one.path == first.path
+    other = next(iter(one.others.values())).value
+    x, y = (one.at, other) if across else (other, one.at)
+    names: tuple[State, State] = (one.before, one.after)
+    words = tuple(sorted(_state_words(state) for state in names))
+    return Side(
+        float(_shown(np.array([x]), first)[0]), float(_shown(np.array([y]), second)[0]), across,
+        one.of_feasibility, (words[0], words[1]), level,
+    )  # fmt: skip
+
+
+def _state_words(state: State) -> str:
+    status, names = state
+    if status == "violated":
+        return f"{', '.join(names)} broken"
+    if status != "good":
+        return WORDS.get(status, status) if status != "met" else "all limits hold"
+    return f"{', '.join(names)} active" if names else "no limit active"
+
+
+def _label(fact: FactAt) -> str:
+    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
+    return f"{spoken_path(fact.path)} [{unit}]" if unit else spoken_path(fact.path)
+
+
+def _shown(values: FloatArray, fact: FactAt) -> FloatArray:
+    return in_unit(values, fact.unit, fact.dimension)
+
+
+def _chosen(sweep: Sweep) -> bool:
+    return is_open(sweep.job) and not sweep.keep_design
 
 
 def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
@@ -79,7 +175,7 @@ def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> 
         and finite.min() > 0.0
         and finite.max() > 30.0 * finite.min()
     )
-    return Strip(f"{name}\n[{shown}]" if shown else name, (Line(name, y),), log)
+    return Strip(f"{name}\n[{shown}]" if shown else name, (Line(name, y),), log, unit=shown)
 
 
 def _by_path(points: list[Mapping[str, Entry]]) -> dict[str, list[Entry | None]]:
@@ -106,6 +202,12 @@ def _margins(points: list[Point]) -> Strip:
     names = list(dict.fromkeys(name for point in points for name in point.margins))
     lines = tuple(Line(name, np.array([_percent(point.margins.get(name, nan)) for point in points])) for name in names)
     return Strip("margin of each limit [%]", lines, bad_below=0.0)
+
+
+def _margin_strip(points: list[Point]) -> Strip:
+    """The least margin of all limits."""
+    least = [_percent(min(point.margins.values(), default=nan)) for point in points]
+    return Strip("least margin of all limits [%]", (Line("margin", np.array(least)),))
 
 
 def _percent(margin: float) -> float:

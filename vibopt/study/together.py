@@ -1,12 +1,13 @@
-"""One mass at many values of one fact: all answers at once, each measured again on machines whose numbers are arrays.
+"""One mass at many values of some facts: all answers at once, each measured again on machines of many numbers.
 
-The question is read at a few values; where every number in it follows the fact by a law, it is answered at all.  What
+The question is read at a few values; where every number in it follows the facts by a law, it is answered at all.  What
 the rows of the optimiser say of each limit is compared with what is measured on the machine as built.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -30,38 +31,40 @@ from vibopt.verify.as_built import built
 from vibopt.verify.certify import TOLERANCE, Shaken
 
 _EXACT = 1e-12
-_PLACES = (0.0, 1.0, 0.41)
-"""Where the question is read, as parts of the sweep: the ends fix the laws, the third place verifies them."""
+_INSIDE = (0.41, 0.68)
+"""Where the question is read, as parts of each fact's values: the corners fix the laws, places inside verify them."""
 _SAME = 1e-9
 """Part of a value by which the two routes to it may differ; of its terms where these cancel, `_ROUNDING`."""
 _ROUNDING = 2e-12
 
 
 def columns(
-    scene: Scene, fact: FactAt, values: FloatArray, progress: Callable[[float], None] | None = None
+    scene: Scene, facts: Sequence[FactAt], values: FloatArray, progress: Callable[[float], None] | None = None
 ) -> Columns | None:
-    """Answers at all values of a fact [SI]; None where the scene is not one that is answered together.
+    """Answers at all values (n_points, n_facts) [SI]; None where the scene is not one that is answered together.
 
     A point has the status "" where nothing was proven, or where it did not stand the check on the built machine.
     """
-    if scene.find_all is not None or not _is_plain(scene) or not values[0] < values[-1]:
+    if scene.find_all is not None or not _is_plain(scene) or np.any(np.ptp(values, axis=0) <= 0.0):
         return None
 
-    def at(value: float, like: Question | None = None) -> tuple[Question, dict[str, float]]:
-        here = with_changes(scene, {fact.path: fact.text(value)})
+    def at(place: FloatArray, like: Question | None = None) -> tuple[Question, dict[str, float]]:
+        here = with_changes(scene, {one.path: one.text(float(v)) for one, v in zip(facts, place, strict=True)})
         asked = question(closed(pose(here)), like)
         return asked, {**asked.numbers, **_shaking(here)}
 
     try:
-        first, begin = at(float(values[0]))
+        places = _places(values)
+        first, begin = at(places[0])
         if any(row.tabled is not None for row in first.rows):
             return None
-        numbers = _follow(values, lambda value: begin if value == values[0] else _like(first, *at(value, first)))
+        numbers = _follow(places, [begin, *(_like(first, *at(one, first)) for one in places[1:])], values)
         if scene.is_analysis:
             found = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
         else:
             found = answer(first, numbers, len(values), progress)
-        return _Checked(scene, first, numbers, {fact.path: values}).columns(found)
+        known = {one.path: values[:, i] for i, one in enumerate(facts)}
+        return _Checked(scene, first, numbers, known).columns(found)
     except (NotClosedError, InputError):
         return None
 
@@ -103,31 +106,44 @@ def _shaking(scene: Scene) -> dict[str, float]:
     return found
 
 
-def _follow(values: FloatArray, read: Callable[[float], Mapping[str, float]]) -> dict[str, Number]:
-    """Every number at all rising values of a fact: a float where it is the same, else (n_values,)."""
-    places = np.unique(np.round(np.array(_PLACES) * (len(values) - 1)).astype(int))
-    at = values[places]
-    tables = [read(float(one)) for one in at]
+def _places(values: FloatArray) -> FloatArray:
+    """Where the question is read, (n_places, n_facts): the corners of all values, the least first, then inside."""
+    axes = [np.unique(column) for column in values.T]
+    ends = [(one[0], one[-1]) for one in axes]
+    inside = [[one[round(part * (len(one) - 1))] for one in axes] for part in _INSIDE[: len(axes)]]
+    return np.array([*product(*ends), *inside])
+
+
+def _follow(at: FloatArray, tables: Sequence[Mapping[str, float]], values: FloatArray) -> dict[str, Number]:
+    """Every number at all values of the facts, read at the places `at`: a float where it is the same, else (n,)."""
     if any(one.keys() != tables[0].keys() for one in tables):
         raise NotClosedError("the question is another one.")
     return {name: _law(at, [one[name] for one in tables], values) for name in tables[0]}
 
 
 def _law(at: FloatArray, numbers: list[float], values: FloatArray) -> Number:
-    """A number that is constant, a power of the fact, or a straight line in it, to 12 digits."""
+    """A number that is constant, a product of powers of the facts, or linear in each of them, to 12 digits."""
     if min(numbers) == max(numbers):
         return numbers[0]
-    known = np.array(numbers)
-    first, last = known[0], known[-1]
-    if at[0] > 0.0 and np.all(known > 0.0):
-        exponent = round(2.0 * np.log(last / first) / np.log(at[-1] / at[0])) / 2.0
-        if np.all(np.abs(first * (at / at[0]) ** exponent - known) <= _EXACT * known):
-            middle = len(at) // 2
-            return known[middle] / at[middle] ** exponent * values**exponent
-    slope = (last - first) / (at[-1] - at[0])
-    if np.all(np.abs(first + slope * (at - at[0]) - known) <= _EXACT * np.abs(known).max()):
-        return first + slope * (values - at[0])
-    raise NotClosedError("a number does not follow the fact by a simple law.")
+    known, count = np.array(numbers), at.shape[1]
+    first, last = at[0], at[2**count - 1]
+    if np.all(at > 0.0) and np.all(known > 0.0):
+        single = known[[2 ** (count - 1 - i) for i in range(count)]]  # where one fact alone is at its other end
+        exponents = np.round(2.0 * np.log(single / known[0]) / np.log(last / first)) / 2.0
+        if np.all(np.abs(known[0] * np.prod((at / first) ** exponents, axis=1) - known) <= _EXACT * known):
+            return np.asarray(known[-1] / np.prod(at[-1] ** exponents) * np.prod(values**exponents, axis=1))
+    corners = known[: 2**count].reshape((2,) * count)
+    if np.all(np.abs(_linear(corners, (at - first) / (last - first)) - known) <= _EXACT * np.abs(known).max()):
+        return _linear(corners, (values - first) / (last - first))
+    raise NotClosedError("a number does not follow the facts by a simple law.")
+
+
+def _linear(corners: FloatArray, parts: FloatArray) -> FloatArray:
+    """Between the corners of a box, linear in each of the parts (n, n_facts) of its sides."""
+    found = corners[..., None]
+    for part in parts.T:
+        found = found[0] + (found[1] - found[0]) * part
+    return np.asarray(np.broadcast_to(found, (len(parts),)))
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,11 @@ def usual_number() -> int:
 
 
 def each(
-    work: Callable[[Item], Result], items: Iterable[Item], workers: int, done: Callable[[int], None] | None = None
+    work: Callable[[Item], Result],
+    items: Iterable[Item],
+    workers: int,
+    done: Callable[[int], None] | None = None,
+    ready: Callable[[int, Result | Lost], None] | None = None,
 ) -> list[Result | Lost]:
     """What `work` makes of every item, in the order of the items whichever is ready first.
 
@@ -54,6 +58,8 @@ def each(
         Processes at a time.
     done
         Called with the number of items that are finished.
+    ready
+        Called with the index of an item and what was made of it, as soon as it is there.
     """
     results: dict[int, Result | Lost] = {}
     waiting = iter(enumerate(items))
@@ -63,10 +69,12 @@ def each(
             running += [_Running(work, *one) for one in islice(waiting, workers - len(running))]
             if not running:
                 return [results[index] for index in sorted(results)]
-            ready = wait([one.pipe for one in running])
-            for one in [one for one in running if one.pipe in ready]:
+            here = wait([one.pipe for one in running])
+            for one in [one for one in running if one.pipe in here]:
                 results[one.index] = one.result()
                 running.remove(one)
+                if ready is not None:
+                    ready(one.index, results[one.index])
                 if done is not None:
                     done(len(results))
     finally:

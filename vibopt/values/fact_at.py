@@ -51,7 +51,11 @@ class FactAt:
 
     def read(self, text: str) -> float:
         """A text as a value of this fact [SI]."""
-        return self._meant(read_quantity(text, self.dimension, amplitude=self.amplitude)).value
+        return self.quantity(text).value
+
+    def quantity(self, text: str) -> Quantity:
+        """A text as a value of this fact [SI], with its unit; QuantityError where it cannot be read."""
+        return self._meant(read_quantity(text, self.dimension, amplitude=self.amplitude))
 
     def ends(self, text: str) -> tuple[Quantity, Quantity]:
         """Both ends of a range [SI]; QuantityError where it cannot be read."""

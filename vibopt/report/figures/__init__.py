@@ -8,6 +8,7 @@ from vibopt.report.figures.absorber_modes import below
 from vibopt.report.figures.contours import plane_figure
 from vibopt.report.figures.paper import saved
 from vibopt.report.figures.response_curves import response_figure
+from vibopt.report.figures.sweep_map import map_figure
 from vibopt.report.figures.sweep_strips import strips_figure
 
-__all__ = ["below", "plane_figure", "response_figure", "saved", "strips_figure"]
+__all__ = ["below", "map_figure", "plane_figure", "response_figure", "saved", "strips_figure"]

@@ -98,7 +98,7 @@ def _goal(axes: Any, plane: Plane) -> FloatArray:
     if not len(finite) or np.ptp(finite) <= 0.0:
         return nowhere
     colour, width, style = (INK, 0.8, "-") if plane.levels else (FAINT, 0.7, ":")
-    levels = _from_least(finite) if plane.levels else _levels(finite)
+    levels = _from_least(finite) if plane.levels else levels_of(finite)
     shape = {"colors": colour, "linewidths": width, "linestyles": style, "zorder": 2.5}
     lines = axes.contour(plane.x.values, plane.y.values, plane.goal, levels=levels, **shape)
     names = axes.clabel(lines, fontsize=SIZE - (1.5 if plane.levels else 2.5), fmt=lambda value: plain(float(value), 3))
@@ -108,7 +108,7 @@ def _goal(axes: Any, plane: Plane) -> FloatArray:
     return np.array([name.get_position() for name in names or ()]).reshape(-1, 2)
 
 
-def _levels(finite: FloatArray) -> FloatArray:
+def levels_of(finite: FloatArray) -> FloatArray:
     """Round levels."""
     from matplotlib.ticker import MaxNLocator
 

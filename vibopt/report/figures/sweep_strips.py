@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.report.figures.paper import (
     COLOURS,
+    FAINT,
     FORBIDDEN,
     FORBIDDEN_INK,
     HATCHES,
+    INK,
     RED,
+    SIZE,
     STYLES,
     WIDTH,
     dress,
@@ -34,7 +37,19 @@ def strips_figure(strips: Strips) -> Figure:
         _draw(axes, strip, strips)
     scale(rows[-1], "x", strips.log_x, strips.x[0], strips.x[-1])
     legend(figure, *rows)
+    _name(rows[0], strips)
     return figure
+
+
+def _name(axes: Any, strips: Strips) -> None:
+    """What changes at each mark, beside its line, each name lower than the one before where they would touch."""
+    for index, (x, words) in enumerate(strips.marks):
+        right = axes.transAxes.inverted().transform(axes.transData.transform((x, 1.0)))[0] > 0.5
+        axes.annotate(
+            words, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(-4 if right else 4, -10 - 11 * (index % 4)),
+            textcoords="offset points", ha="right" if right else "left", fontsize=SIZE - 1.5, color=INK, zorder=6,
+            bbox={"fc": "white", "ec": "none", "pad": 0.8, "alpha": 0.9},
+        )  # fmt: skip
 
 
 def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
@@ -63,6 +78,8 @@ def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
         look = {"fc": FORBIDDEN, "ec": FORBIDDEN_INK, "hatch": HATCHES[0], "lw": 0.0, "zorder": 1}
         axes.axhspan(low, strip.bad_below, label="limit broken", **look)
         axes.set_ylim(floor, ceiling)
+    for x, _ in strips.marks:
+        axes.axvline(x, color=FAINT, lw=0.9, linestyle=(0, (2, 2)), zorder=2)
     seen: set[str] = set()
     for low, high, words in strips.shaded:
         axes.axvspan(

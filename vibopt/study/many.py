@@ -1,0 +1,206 @@
+"""One list of changes, one list of answers: in one batch where closed forms allow, else one by one or by processes.
+
+Sweeps, boundaries, trade-offs, windows, comparisons and what-ifs all ask here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.document.mistakes import Mistakes
+from vibopt.errors import VibOptError
+from vibopt.jobs import answer, is_scene, of_document, with_changes
+from vibopt.records import dataclass
+from vibopt.scene.open_places import open_positions
+from vibopt.scene.uncertain import uncertain
+from vibopt.solve.method import Progress
+from vibopt.study.points import Columns, Point, Points, point_of
+from vibopt.study.together import columns
+from vibopt.study.workers import Lost, each
+from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
+    from vibopt.scene.scene import Scene
+
+Answered = Callable[[Sequence[FactAt], Point], None]
+FEWEST_TOGETHER = 12
+"""Fewer points than this are answered one by one."""
+BATCH = 4
+"""Points that a process answers before it ends, whatever their number and that of the processes."""
+_SAME = 1e-9
+
+
+def answers(jobs: Iterable[Job], progress: Progress | None = None, stage: str = "variants") -> list[Answer[Any]]:
+    """The answers to some jobs, one after the other."""
+    many, found = list(jobs), []
+    for index, one in enumerate(many):
+        if progress is not None:
+            progress(stage, index / len(many))
+        found.append(answer(one))
+    return found
+
+
+def changed_at(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Job:
+    """The job with its facts at some values [SI], (n_facts,)."""
+    places = [one.place for one in facts if one.place]
+    pairs = [(one, float(value)) for one, value in zip(facts, values, strict=True)]
+    if len({*places}) == len(places):
+        return with_changes(job, {path: text for one, value in pairs for path, text in one.changes(value).items()})
+    return with_changes(job, {one.path: one.text(value) for one, value in pairs})  # two numbers of one text
+
+
+def answered(
+    job: Job,
+    facts: tuple[FactAt, ...],
+    values: FloatArray,
+    *,
+    workers: int = 1,
+    progress: Progress | None = None,
+    told: Answered | None = None,
+    known: Mapping[int, Point] | None = None,
+) -> Points:
+    """The answers at all values of some facts.
+
+    Parameters
+    ----------
+    job
+        In which the facts have any values.
+    facts, values
+        What is varied, and its values [SI], shape (n_points, n_facts).
+    workers
+        Processes at a time, for points that are not answered together; the answers do not depend on it.
+    progress
+        Called now and then with a stage and the part that is done.
+    told
+        Called with the facts and each point as soon as it is known, in any order; not where all are found together.
+    known
+        Points that were answered before, by index.
+    """
+
+    def tell(part: float) -> None:
+        if progress is not None:
+            progress("sweep", part)
+
+    single: dict[int, Point] = dict(known or {})
+    together = None
+    if len(values) - len(single) >= FEWEST_TOGETHER and is_scene(job):
+        together = _together(job, facts, values, tell, single)
+    columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
+    points = Points(job, facts, values, columns, single)
+    rest = [index for index, status in enumerate(columns.status) if not status and index not in single]
+    if rest and told is not None:
+        for index, status in enumerate(columns.status):
+            if status or index in single:
+                told(facts, points[index])
+
+    def alone(index: int, point: Point) -> None:
+        single[index] = point
+        if told is not None:
+            told(facts, point)
+
+    if workers > 1 and len(rest) > 1:
+        _by_processes(job, facts, values, rest, workers, alone, tell)
+    else:
+        for done, index in enumerate(rest):
+            tell(done / len(rest))
+            alone(index, one_point(job, facts, values[index]))
+    return points
+
+
+def one_point(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Point:
+    """The answer at one place, by itself."""
+    here = changed_at(job, facts, values)
+    return point_of(facts, values, here, answer(here, explain=False, brief=True))
+
+
+@dataclass(frozen=True, slots=True)
+class _Errand:
+    """Some points for a process to answer: the job as its document, which travels lightly."""
+
+    document: Mapping[str, Any]
+    name: str
+    facts: tuple[FactAt, ...]
+    values: FloatArray
+
+
+def _ran(errand: _Errand) -> list[Point] | VibOptError:
+    try:
+        job = of_document(errand.document, Mistakes(errand.name, None))
+        return [one_point(job, errand.facts, one) for one in errand.values]
+    except VibOptError as error:
+        return error
+
+
+def _by_processes(
+    job: Job,
+    facts: tuple[FactAt, ...],
+    values: FloatArray,
+    rest: list[int],
+    workers: int,
+    alone: Callable[[int, Point], None],
+    tell: Callable[[float], None],
+) -> None:
+    parts = [rest[begin : begin + BATCH] for begin in range(0, len(rest), BATCH)]
+    errands = [_Errand(job.document, job.name, facts, values[part]) for part in parts]
+    done = 0
+
+    def ready(index: int, found: list[Point] | VibOptError | Lost) -> None:
+        nonlocal done
+        if isinstance(found, Lost):
+            raise VibOptError(f"A point was lost: {found.why}. Take fewer --workers.")
+        if isinstance(found, VibOptError):
+            raise found
+        done += len(found)
+        tell(done / len(rest))
+        for place, point in zip(parts[index], found, strict=True):
+            alone(place, point)
+
+    each(partial(_ran), errands, workers, ready=ready)
+
+
+def _together(
+    scene: Scene,
+    facts: tuple[FactAt, ...],
+    values: FloatArray,
+    tell: Callable[[float], None],
+    single: dict[int, Point],
+) -> Columns | None:
+    """All points in one batch, one of them answered alone to compare; None where that is not possible."""
+    if uncertain(scene) or open_positions(scene):
+        return None
+    found = columns(scene, facts, values, tell)
+    if found is None:
+        return None
+    middle = len(values) // 2
+    point = one_point(scene, facts, values[middle])
+    single.setdefault(middle, point)
+    return found if _agree(scene, found, middle, point) else None
+
+
+def _agree(scene: Scene, together: Columns, index: int, point: Point) -> bool:
+    """Whether a point answered alone has the same answer as among the others."""
+    status = together.status[index]
+    if status != point.status:
+        return status == ""
+    if status == "infeasible":
+        return True
+    designs = [(point.variables[one.path].value, x[index]) for one, x in zip(scene.variables, together.x, strict=True)]
+    if not all(_near(alone, other, abs(alone)) for alone, other in designs):
+        # where a peak is level with a limit, rounding leaves free what the goal does not fix
+        goal = together.goal
+        return point.goal is not None and goal is not None and _near(point.goal.value, goal[index], abs(goal[index]))
+    return all(_near(point.margins[name], one[index], 1.0) for name, one in together.margins.items())
+
+
+def _near(alone: float, other: float, size: float) -> bool:
+    return alone == other or abs(alone - other) <= _SAME * max(size, abs(alone))
+
+
+__all__ = ["Answered", "answered", "answers", "changed_at", "one_point"]
