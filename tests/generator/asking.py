@@ -38,6 +38,8 @@ def question(draw: Draw, made: Drawn, kind: str) -> Table:
     bodies = [one for one in made.names("bodies") if one not in made.spatial]
     if "relative_to" in words:
         table["relative_to"] = draw.pick(bodies or ["ground"])
+    if "bearing" in words:
+        table["bearing"] = draw.pick(["left", "right"])
     if "released" in words:
         start = {"velocity": "0.3 m/s"} | draw.pick([{}, {"displacement": "-2 mm"}])
         table |= {"released": {draw.pick(bodies or ["ground"]): start}, "after": f"{draw.size(0.01, 2.0)} s"}

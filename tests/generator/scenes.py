@@ -32,7 +32,7 @@ MACHINES: tuple[tuple[Callable[[Draw], Drawn], bool, bool], ...] = (
 )
 """What may be built: the machine, whether an absorber sits on it, and whether its parts are bought."""
 OF_ITS_OWN = {"friction_force": that_rubs} | {
-    f"{one}bending_stress": on_a_line for one in ("", "static_", "rms_", "peak_")
+    f"{one}bending_stress": on_a_line for one in ("", "static_", "combined_", "rms_", "peak_")
 }
 """What must be built for a response that few machines have."""
 _VARIABLES = (0, 1, 1, 1, 2, 2, 3)

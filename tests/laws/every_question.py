@@ -12,6 +12,7 @@ WAYS: tuple[dict[str, Any], ...] = (
     {"direction": [0.6, 0, 0.8]},
     {"axis": "y"},
     {"axis": "x"},
+    {"bearing": "right"},
 )
 
 

@@ -31,6 +31,7 @@ from vibopt.forms import (
     Rubbing,
     StaticForce,
     StaticLoad,
+    StaticMoment,
     StaticRow,
 )
 from vibopt.forms.bounds import FormBounds
@@ -233,6 +234,10 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     Rubbing: (Rubbing(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),
     StaticForce: (StaticForce(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])), _force),
+    StaticMoment: (
+        StaticMoment(np.array([1.0, 0.0]), _FACTOR, Monomials(np.array([-0.002]), np.array([[0.0, 1.0, 0.0]]))),
+        lambda x: abs(x[0] / _RATING * _sag(x)[0] - mp.mpf("0.002") * x[1]),
+    ),
     StaticLoad: (StaticLoad(np.array([1.0, 0.0]), _FACTOR), lambda x: x[0] / _RATING * _sag(x)[0]),
     StaticRow: (StaticRow(_ROW), lambda x: _sag(x)[1]),
 }

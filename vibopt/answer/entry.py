@@ -186,6 +186,8 @@ class Checked:
         Ends of the 95 % band of the value; None where the scatter is not known.
     doubt
         What the optimiser's model says of it where that is another number; "" where both routes agree.
+    unknown
+        Why it is beyond what the model of a part is good for, as a sentence; "" where it is not.
     """
 
     name: str
@@ -201,6 +203,7 @@ class Checked:
     off: Mapping[str, float] = field(default_factory=dict)
     band: tuple[Entry, Entry] | None = None
     doubt: str = ""
+    unknown: str = ""
 
     @property
     def met(self) -> bool:

@@ -1,16 +1,17 @@
-"""A beam, or a shaft in bending: its stiffness and stress where it carries, by formulas and by finite elements."""
+"""A beam, or a shaft in bending: its stiffness, mass and stress where it carries, by formulas and as built."""
 
 import math
-from itertools import pairwise
 from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 
-from vibopt.arrays import FloatArray
+from vibopt.devices.beam_elements import bent
+from vibopt.devices.beam_shape import Shape
 from vibopt.devices.spring import bore, check_bore
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import way_out
+from vibopt.mechanics.machine import Borne
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import Choice, complaint
@@ -50,6 +51,8 @@ class Beam(Table):
     diameter: Of a round beam or shaft; it may be chosen: `diameter = { from = "20 mm", to = "60 mm" }`.
     inner_diameter: Of a hollow shaft. Not beside `inner_ratio`, nor a diameter that is to be chosen.
     inner_ratio: Inner over outer diameter: `inner_ratio = 0.6`.
+    density: Of its material, where its own mass counts: `density = "7850 kg/m3"`. Not beside a second_moment.
+    mass: Of the whole beam, instead: `mass = "12 kg"`.
     """
 
     kind: Annotated[
@@ -65,6 +68,8 @@ class Beam(Table):
     diameter: Value | None = number("length")
     inner_diameter: Fact | None = number("length", choice=False)
     inner_ratio: Fact | None = number("ratio", choice=False)
+    density: Fact | None = number("density", choice=False)
+    mass: Value | None = number("mass")
 
     @model_validator(mode="after")
     def _one_section(self) -> "Beam":
@@ -77,6 +82,13 @@ class Beam(Table):
         inner = next((one for one in ("inner_diameter", "inner_ratio") if getattr(self, one) is not None), "")
         if inner and self.diameter is None:
             raise word(f"has an {inner}, but no diameter to which it belongs. Write the diameter.")
+        if self.density is not None and self.mass is not None:
+            raise word("gives density and mass. Keep one: each says how heavy it is.")
+        if self.density is not None and self.second_moment is not None:
+            raise word(
+                'has a density, but says of its section the second moment alone, which is no area. Write mass = "12 '
+                'kg", or its diameter.'
+            )
         return self
 
     @model_validator(mode="after")
@@ -115,14 +127,14 @@ class Beam(Table):
         long = symbols.read(f"{path}.length", self.length)
         a = self.ratio
         b = 1.0 - a
-        numbers = {
+        over_bending = {
             "cantilever": lambda: 3.0 / a**3,
             "simply_supported": lambda: 3.0 / (a * b) ** 2,
             "fixed": lambda: 3.0 / (a * b) ** 3,
             "fixed_pinned": lambda: 12.0 / (a**3 * b**2 * (3.0 + b)),
             "overhung": lambda: 3.0 / (a * b**2),
         }
-        return (self._second_moment(path, symbols) * long**-3.0).times(self.modulus.value * numbers[self.kind]())
+        return (self._second_moment(path, symbols) * long**-3.0).times(self.modulus.value * over_bending[self.kind]())
 
     def stress(self, path: str, symbols: Symbols) -> Monomial | None:
         """Greatest bending stress over deflection where it carries [Pa/m]; None of a section without a depth."""
@@ -130,16 +142,7 @@ class Beam(Table):
             return None
         depth = "height" if self.height is not None else "diameter"
         outermost = symbols.read(f"{path}.{depth}", cast(Value, getattr(self, depth))).times(0.5)
-        a = self.ratio
-        b = 1.0 - a
-        moments = {
-            "cantilever": a,
-            "simply_supported": a * b,
-            "fixed": max(a * b**2, a**2 * b),
-            "fixed_pinned": max(0.5 * a * b * (1.0 + b), 0.5 * a**2 * b * (3.0 - a)),
-            "overhung": -b,
-        }
-        arm = symbols.read(f"{path}.length", self.length).times(moments[self.kind])
+        arm = symbols.read(f"{path}.length", self.length).times(float(self.shape.moment(np.array(self.ratio))))
         return self.spring(path, symbols) * arm * outermost * self._second_moment(path, symbols) ** -1.0
 
     def _second_moment(self, path: str, symbols: Symbols) -> Monomial:
@@ -153,11 +156,33 @@ class Beam(Table):
         high = symbols.read(f"{path}.height", cast(Value, self.height))
         return (wide * high**3.0).times(1.0 / 12.0)
 
-    def built(self, path: str, numbers: Numbers) -> tuple[float, float]:
-        """Stiffness [N/m] and greatest stress over deflection [Pa/m] from finite elements, for the machine as built.
+    @property
+    def heavy(self) -> bool:
+        """Whether its own mass counts."""
+        return self.density is not None or self.mass is not None
 
-        The stress is 0 of a section without a depth.
-        """
+    def weight(self, path: str, symbols: Symbols) -> Monomial:
+        """Its own mass [kg], of one that is `heavy`."""
+        if self.mass is not None:
+            return symbols.read(f"{path}.mass", self.mass)
+        long = symbols.read(f"{path}.length", self.length)
+        return (self._area(path, symbols) * long).times(cast(Fact, self.density).value * self.shape.end)
+
+    @property
+    def shape(self) -> Shape:
+        """Under a force where it carries."""
+        return Shape(self.kind, self.ratio)
+
+    def _area(self, path: str, symbols: Symbols) -> Monomial:
+        """Of its section [m^2]."""
+        if self.diameter is not None:
+            solid = symbols.read(f"{path}.diameter", self.diameter) ** 2.0
+            return solid.times(math.pi * (1.0 - bore(self) ** 2) / 4.0)
+        wide = symbols.read(f"{path}.width", cast(Value, self.width))
+        return wide * symbols.read(f"{path}.height", cast(Value, self.height))
+
+    def built(self, path: str, numbers: Numbers) -> "Borne":
+        """All of it from finite elements, for the machine as built."""
         long, high = numbers(f"{path}.length", self.length), numbers(f"{path}.height", self.height)
         outer, inner = (
             numbers(f"{path}.diameter", self.diameter),
@@ -165,52 +190,25 @@ class Beam(Table):
         )
         if self.inner_ratio is not None:
             inner = outer * self.inner_ratio.value
-        areas = (
-            numbers(f"{path}.second_moment", self.second_moment),
-            math.pi * (outer**4 - inner**4) / 64.0,
-            numbers(f"{path}.width", self.width) * high**3 / 12.0,
-        )
+        wide = numbers(f"{path}.width", self.width)
+        second = numbers(f"{path}.second_moment", self.second_moment)
+        second += math.pi * (outer**4 - inner**4) / 64.0 + wide * high**3 / 12.0  # one of them at most
         usual = long if self.kind == "cantilever" else 0.5 * long
         at = numbers(f"{path}.at", self.at, long * numbers(f"{path}.at_ratio", self.at_ratio, usual / long))
-        force, moment = bent_by_one(self.kind, long, at)
-        return self.modulus.value * sum(areas) * force, self.modulus.value * 0.5 * max(high, outer) * moment
-
-
-_HELD = {
-    "simply_supported": (0, 4),
-    "cantilever": (0, 1),
-    "fixed": (0, 1, 4, 5),
-    "fixed_pinned": (0, 1, 4),
-    "overhung": (0, 2),
-}
-"""Of deflection and slope at three places from left to right (0 to 5), those that the supports hold."""
-
-
-def bent_by_one(kind: str, length: float, at: float) -> tuple[float, float]:
-    """Force [N/m] and greatest bending moment [N m/m] per deflection where it carries, of unit bending stiffness.
-
-    Parameters
-    ----------
-    kind
-        As of a `Beam`.
-    length, at
-        Of the beam, and place of the load from its left end [m]; `at` = `length` is the free tip of a cantilever.
-    """
-    places = [0.0, *sorted((at, length))] if at != length else [0.0, length]
-    spans = [_element(after - before) for before, after in pairwise(places)]
-    stiff = np.zeros((2 * len(places), 2 * len(places)))
-    for k, span in enumerate(spans):
-        stiff[2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += span
-    free = [i for i in range(len(stiff)) if i not in _HELD[kind]]
-    loaded, moved = 2 * places.index(at), np.zeros(len(stiff))
-    moved[free] = np.linalg.solve(stiff[np.ix_(free, free)], [float(i == loaded) for i in free])
-    moments = [abs((span @ moved[2 * k : 2 * k + 4])[end]) for k, span in enumerate(spans) for end in (1, 3)]
-    return float(1.0 / moved[loaded]), float(max(moments) / moved[loaded])
-
-
-def _element(length: float) -> FloatArray:
-    """Stiffness of a beam element of unit bending stiffness: deflection and slope at both ends, (4, 4)."""
-    a = length
-    table = [[12.0, 6 * a, -12.0, 6 * a], [6 * a, 4 * a * a, -6 * a, 2 * a * a],
-             [-12.0, -6 * a, 12.0, -6 * a], [6 * a, 2 * a * a, -6 * a, 4 * a * a]]  # fmt: skip
-    return np.array(table) / a**3
+        area = math.pi * (outer**2 - inner**2) / 4.0 + wide * high
+        mass = numbers(f"{path}.mass", self.mass) + numbers(f"{path}.density", self.density) * area * max(long, at)
+        of = bent(self.kind, at / long)
+        stiffness, depth = self.modulus.value * second / long**3, 0.5 * max(high, outer)
+        each = mass / max(1.0, at / long)
+        moment = [one * long * depth / second for one in (stiffness * of.moment[0], *(each * m for m in of.moment[1:]))]
+        right = [of.right[0] / of.force, each * of.right[1], each * of.right[2]]
+        whole = [1.0, mass * (1.0 - of.means[0]), mass * (of.means[0] - of.means[1])]
+        return Borne(
+            stiffness=stiffness * of.force,
+            mass=mass,
+            means=of.means,
+            frequency=of.frequency * math.sqrt(stiffness / each) if mass else math.inf,
+            stress=cast("tuple[float, float, float]", tuple(moment)),
+            left=cast("tuple[float, float, float]", tuple(a - b for a, b in zip(whole, right, strict=True))),
+            right=cast("tuple[float, float, float]", tuple(right)),
+        )

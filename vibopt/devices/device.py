@@ -104,6 +104,11 @@ class Device(Table):
         """Tolerance of its stiffness from a catalogue; of different parts it differs."""
         return None
 
+    @property
+    def spreads_mass(self) -> bool:
+        """Whether it brings its ends a mass of its own."""
+        return False
+
     def lacks(self, word: str, alone: bool) -> str:
         """What it lacks to be asked for a property, `word` or what that needs; "" where it has it.
 

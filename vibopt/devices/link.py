@@ -1,6 +1,7 @@
 """A link: springs and dampers, alike and in parallel, between two points."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, ValidationError, model_validator
@@ -9,8 +10,8 @@ from vibopt.devices.device import OTHER_WAY, Device, Ends
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.machine import Joint
-from vibopt.mechanics.model import stressed
+from vibopt.mechanics.machine import Borne, Joint
+from vibopt.mechanics.model import forced, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.fields import Choice, Later, complaint
@@ -167,6 +168,10 @@ class LinkTable(Device):
         return self.friction_force is not None and getattr(self.friction_force, "value", 1.0) != 0.0
 
     @property
+    def spreads_mass(self) -> bool:
+        return self.beam is not None and self.beam.heavy
+
+    @property
     def damper(self) -> str:
         """The key that says the viscous damping."""
         return "torsional_damping" if self.torsional_damping is not None else "damping"
@@ -213,6 +218,8 @@ class LinkTable(Device):
         if word.endswith("bending_stress"):
             deep = self.beam is not None and self.beam.second_moment is None
             return "" if deep else "beam with a diameter or a height"
+        if word == "bearing_force":
+            return "" if self.beam is not None else "beam"
         if word == "shear_stress":
             return "" if self.shaft is not None else "shaft"
         return "" if there.get(word, True) else word
@@ -265,6 +272,8 @@ class LinkTable(Device):
             stress = bar.stress(path, symbols) if bar is not None else None
             if stress is not None:
                 builder.counts[stressed(name)] = symbols.off(path, stress) ** -1.0
+            if self.beam is not None:
+                self._add_beam(builder, name, self.beam, symbols)
             if self.loss_factor is not None:
                 builder.add_hysteretic(name, stiffness * symbol("loss_factor"))
             if self.damping_ratio is not None and mass is not None:
@@ -279,6 +288,21 @@ class LinkTable(Device):
             builder.add_damping(name, damping)
             if stiffness is not None and mass is not None:
                 builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
+
+    def _add_beam(self, builder: ModelBuilder, name: str, beam: "Beam", symbols: Symbols) -> None:
+        """Its mass, of which one part moves as the mean does and one as the shape beside it, and what is read of it."""
+        path = f"links.{name}.beam"
+        shape, stress = beam.shape, beam.stress(path, symbols)
+        mean, square = shape.means
+        spread = square - mean**2
+        if beam.heavy:
+            builder.add_mass_of_beam(name, builder.counts[name] * beam.weight(path, symbols), mean, spread)
+        for said, influence in shape.readings(beam.heavy).items():
+            point, alone, shaped = shape.read(influence)
+            builder.readings[name, said] = -point, -alone, -(shaped - mean * alone) / spread
+        if beam.heavy and stress is not None:
+            by_force = stress * (beam.spring(path, symbols).times(shape.read(shape.moment)[0])) ** -1.0
+            builder.counts[forced(name)] = builder.counts[name] * by_force**-1.0
 
     def _add_spring(self, builder: ModelBuilder, name: str, symbols: Symbols, stiffness: Monomial) -> None:
         """The stiffness of the group, and under weights alone the static one; of a part its rating and its price."""
@@ -309,7 +333,7 @@ class LinkTable(Device):
             return numbers(f"links.{name}.part.{key}", getattr(self.part, key, None), default)
 
         relative, count = self.relative_to or assembly.only, given("count", default=1.0)
-        single, stress = self._single(name, numbers)
+        single, stress, borne = self._single(name, numbers)
         stiffness = count * single
         damping, ratio = count * (given("damping") + given("torsional_damping")), 0.0  # one of them at most
         if relative in assembly.masses and self.has_spring:
@@ -329,15 +353,21 @@ class LinkTable(Device):
             damping_ratio=ratio,
             price=count * of_part("price"),
             friction=count * given(_RUBS),
+            inertance=count * borne.inertance if borne is not None and borne.mass else 0.0,
             stress=stress,
+            borne=borne,
         )
         assembly.add_joint(joint)
 
-    def _single(self, name: str, numbers: Numbers) -> tuple[float, float]:
-        """Stiffness of one single mount [N/m] or shaft [N m/rad], and stress over stretch or twist, 0 without one."""
-        bar, path = self._bar(name)
-        if bar is not None:
-            stiffness, stress = bar.built(path, numbers)
-            return stiffness * numbers.factor(path), stress * numbers.factor(path)
+    def _single(self, name: str, numbers: Numbers) -> tuple[float, float, Borne | None]:
+        """Stiffness of one single mount [N/m] or shaft [N m/rad], stress over stretch or twist, 0 without, and beam."""
+        path, off = f"links.{name}.{'shaft' if self.beam is None else 'beam'}", numbers.factor
+        if self.beam is not None:
+            beam = self.beam.built(path, numbers)
+            softer = replace(beam, stress=(beam.stress[0] * off(path), *beam.stress[1:]))
+            return beam.stiffness * off(path), softer.stress[0], softer
+        if self.shaft is not None:
+            stiffness, stress = self.shaft.built(path, numbers)
+            return stiffness * off(path), stress * off(path), None
         around = numbers(f"links.{name}.torsional_stiffness", self.torsional_stiffness)
-        return numbers(f"links.{name}.stiffness", self.stiffness) + around, 0.0  # one of them at most
+        return numbers(f"links.{name}.stiffness", self.stiffness) + around, 0.0, None  # one of them at most

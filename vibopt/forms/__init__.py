@@ -29,6 +29,7 @@ FORMS: Kinds[Form] = Kinds(
         "Rubbing": "rubbing.Rubbing",
         "StaticForce": "sags.StaticForce",
         "StaticLoad": "sags.StaticLoad",
+        "StaticMoment": "sags.StaticMoment",
         "StaticRow": "sags.StaticRow",
     },
 )
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.root_mean_square import RootMeanSquare
     from vibopt.forms.rubbing import Rubbing
-    from vibopt.forms.sags import StaticForce, StaticLoad, StaticRow
+    from vibopt.forms.sags import StaticForce, StaticLoad, StaticMoment, StaticRow
     from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
 else:
 
@@ -74,5 +75,6 @@ __all__ = [
     "Rubbing",
     "StaticForce",
     "StaticLoad",
+    "StaticMoment",
     "StaticRow",
 ]

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def applies(model: Model, form: Modulus) -> bool:
     """Whether numerators grow with every spring, damper, mass and frequency: all links between the same two points."""
-    if model.inerters.any() or model.n_free != 1 or len(form.drives) != 1 or len(form.drives[0].lines) != 1:
+    if model.inerters.any() or model.with_beams or model.n_free != 1:
+        return False
+    if len(form.drives) != 1 or len(form.drives[0].lines) != 1:
         return False
     if form.rigid_link or form.output.shared_by or len(form.drives[0].lines[0].amplitude.pieces) != 1:
         return False

@@ -234,6 +234,38 @@ class StaticLoad(UnderWeights):
 
 
 @dataclass(frozen=True, slots=True)
+class StaticMoment(UnderWeights):
+    """What bends a beam under the weights, its own among them: |pulled(x) * (row . u) + own(x)|, one monomial each."""
+
+    row: FloatArray
+    pulled: Monomials
+    own: Monomials
+    rank = 1
+    no_bounds = "is what two weights bend that may pull against each other"
+    not_convex = "is what two weights bend that may pull against each other"
+    rough = "is what two weights bend that may pull against each other, and has a kink where it is nothing"
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        down = sag(model, x)
+        if down is None:
+            return float("inf")
+        return abs(float(self.row @ down) * float(self.pulled.at(x)) + float(self.own.at(x)))
+
+    def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
+        return np.zeros(len(model.terms)), self.row
+
+    def acting(self, model: Model) -> FloatArray:
+        return np.vstack([UnderWeights.acting(self, model), self.pulled.exponents, self.own.exponents])
+
+    def held(self, x: FloatArray, free: list[int]) -> StaticMoment:
+        return StaticMoment(self.row, self.pulled.held(x, free), self.own.held(x, free))
+
+    def on_points(self, at: FormBounds, x: FloatArray) -> Bounds:
+        value = np.abs(self.squeezed(at, self.row, x) * self.pulled.at(x) + self.own.at(x))
+        return value, value
+
+
+@dataclass(frozen=True, slots=True)
 class StaticForce(UnderWeights):
     """Force of some springs under the weights alone, with its sign: sum_t signs_t p_t b_t . u [N], u downward."""
 

@@ -89,16 +89,23 @@ class Assembly:
     def machine(self, order: Mapping[str, int], *, space: bool) -> Machine:
         """The whole; joints in an order by name, and `space` where anything has a place there."""
         joints = tuple(sorted(self.joints.values(), key=lambda one: order[one.name]))
-        core = (joints, tuple(self.bases), self.weights, self.tuned)
+        carried: dict[str, float] = {}
+        for joint in joints:
+            for end, mass in zip(joint.ends, joint.carried, strict=True):
+                if mass and end in self.masses:
+                    carried[end] = carried.get(end, 0.0) + mass
+        masses, weights = ({k: m + carried.get(k, 0.0) for k, m in of.items()} for of in (self.masses, self.weights))
+        core = (joints, tuple(self.bases), weights, self.tuned)
         if space:
             from vibopt.mechanics.rigid import SpaceMachine
 
             moves = [(name, i, own[2]) for name, one in self.rigid.items() for i, own in enumerate(one.moves, start=1)]
             return SpaceMachine(
-                {**self.masses, **{f"{name}.{i}": resists for name, i, resists in moves}},
+                {**masses, **{f"{name}.{i}": resists for name, i, resists in moves}},
                 *core,
                 rigid=self.rigid,
                 line=tuple(self.masses),
+                carried=carried,
                 mounts=tuple(self.mounts),
                 groups=self.groups,
                 fixed=self.fixed,
@@ -107,8 +114,8 @@ class Assembly:
         if self.carriers:
             from vibopt.mechanics.hosted import HostedMachine
 
-            return HostedMachine(self.masses, *core, carriers=self.carriers)
-        return (LoneMachine if len(self.masses) == 1 else Machine)(self.masses, *core)
+            return HostedMachine(masses, *core, carriers=self.carriers, carried=carried)
+        return (LoneMachine if len(masses) == 1 else Machine)(masses, *core, carried=carried)
 
 
 __all__ = ["Assembly"]

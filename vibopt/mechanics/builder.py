@@ -33,6 +33,8 @@ class ModelBuilder:
         Points that turn about an axis instead of moving along a line.
     properties
         Own numbers of a device by its name and the word for them, ("tmd", "tuning").
+    readings
+        As of `Model`.
     families
         Names by the family of the file that they come from.
     top, modes
@@ -67,6 +69,7 @@ class ModelBuilder:
     references: dict[str, Monomial] = field(default_factory=dict)
     turning: dict[str, bool] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
+    readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     frames: dict[str, tuple[FloatArray, tuple[str, ...]]] = field(default_factory=dict)
     fixed: dict[str, tuple[str, FloatArray]] = field(default_factory=dict)
@@ -160,6 +163,16 @@ class ModelBuilder:
         self.counts[name] = count
         return row
 
+    def add_mass_of_beam(self, link: str, mass: Monomial, mean: float, spread: float) -> None:
+        """A mass [kg] spread between the ends of a link: its mean moves `mean` of the way from the second to the first.
+
+        `spread` is the mean square of what its parts have beside that; gravity acts on the mean.
+        """
+        first, second = (self.direction(end) for end in self.ends[link])
+        row = mean * first + (1.0 - mean) * second
+        self._add(INERTIA, row, mass, link, shares=(mean, 1.0 - mean))
+        self._add(INERTIA, first - second, mass.times(spread), link, 0.0, shares=(1.0, -1.0))
+
     def add_inertance(self, link: str, inertance: Monomial) -> None:
         """Force per relative acceleration of the two ends; gravity has no hold on it."""
         self._add(INERTIA, self.links[link], inertance, link, 0.0, across=True)
@@ -184,10 +197,19 @@ class ModelBuilder:
         self._add(kind, vector, value, owner, static)
 
     def _add(
-        self, kind: int, row: FloatArray, value: Monomial, owner: str, static: float = 1.0, *, across: bool = False
+        self,
+        kind: int,
+        row: FloatArray,
+        value: Monomial,
+        owner: str,
+        static: float = 1.0,
+        *,
+        across: bool = False,
+        shares: tuple[float, float] | None = None,
     ) -> None:
-        exponents = value.row(self.n_vars)
-        self.terms.append(Term(kind, row, value.scale, exponents, owner, value.scale * static, across))
+        exponents, weighs = value.row(self.n_vars), value.scale * static
+        shares = shares or ((-1.0, 1.0) if across else (0.0, 0.0))
+        self.terms.append(Term(kind, row, value.scale, exponents, owner, weighs, across, shares))
 
     def build(self) -> Model:
         return Model(
@@ -199,6 +221,7 @@ class ModelBuilder:
             counts=self.counts,
             ratios=self.ratios,
             properties=self.properties,
+            readings=self.readings,
             families=self.families,
             axes=self.axes,
             left_out=self.left_out,

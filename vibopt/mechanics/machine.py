@@ -28,6 +28,40 @@ _MANY = 8
 
 
 @dataclass(frozen=True, slots=True)
+class Borne:
+    """A beam as built that carries at its first end and rests on supports at its second.
+
+    stiffness, mass
+        Force over deflection where it carries [N/m], and its own mass [kg].
+    means
+        Of its shape, one where it carries, and of the square of it, over its mass.
+    frequency
+        The lowest of its own while load and supports are still [rad/s].
+    stress, left, right
+        Greatest stress, and force on either support: over the deflection u (of the forces over the force that bends
+        it so), over the acceleration of the supports and over that of u, which act against their directions.
+    """
+
+    stiffness: float
+    mass: float
+    means: tuple[float, float]
+    frequency: float
+    stress: tuple[float, float, float]
+    left: tuple[float, float, float]
+    right: tuple[float, float, float]
+
+    @property
+    def carried(self) -> tuple[float, float]:
+        """Of its mass, what moves with its load and what with its supports [kg]; a third part is its inertance."""
+        return self.mass * self.means[0], self.mass * (1.0 - self.means[0])
+
+    @property
+    def inertance(self) -> float:
+        """Between its ends, below zero where it lies between load and supports [kg]."""
+        return self.mass * (self.means[1] - self.means[0])
+
+
+@dataclass(frozen=True, slots=True)
 class Joint:
     """Forces between two points as built, from how far and how fast these move apart; of a group the whole.
 
@@ -41,6 +75,8 @@ class Joint:
         Dry friction against any slip [N].
     stress
         Greatest stress of what bends or twists over its stretch [Pa/m] or twist [Pa/rad]; 0 of all else.
+    borne
+        One of the beams that it is; None of all else.
     """
 
     name: str
@@ -55,6 +91,7 @@ class Joint:
     inertance: float = 0.0
     friction: float = 0.0
     stress: float = 0.0
+    borne: Borne | None = None
 
     def dynamic(self, omega: FloatArray) -> ComplexArray:
         """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""
@@ -65,6 +102,14 @@ class Joint:
     def four(self) -> tuple[float, float, float, float]:
         """What it adds to M, C, K and the hysteretic stiffness along its own stretch."""
         return self.inertance, self.damping, self.stiffness, self.stiffness * self.loss_factor
+
+    @property
+    def carried(self) -> tuple[float, float]:
+        """Mass of beams that moves with its first end and with its second [kg]."""
+        if self.borne is None or not self.borne.mass:
+            return 0.0, 0.0
+        first, second = self.borne.carried
+        return self.count * first, self.count * second
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +171,8 @@ class Machine:
         Part of each mass on which gravity acts along the coordinate [kg].
     tuned
         Absorbers by name.
+    carried
+        Of masses and weights, what belongs to beams that end there [kg].
     rates
         Rates of run-ups that were chosen with it, by path [rad/s^2].
     """
@@ -135,6 +182,7 @@ class Machine:
     bases: tuple[str, ...] = ()
     weights: Mapping[str, float] = field(default_factory=dict)
     tuned: Mapping[str, Tuned] = field(default_factory=dict)
+    carried: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     rates: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     in_space: ClassVar[bool] = False
     on_structures: ClassVar[bool] = False
@@ -257,6 +305,8 @@ class Machine:
     def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Force of the whole joint on its second end [N], positive along the coordinate."""
         force: ComplexArray = -joint.dynamic(motion.omega) * self.stretch_of(joint, motion)
+        if joint.carried[1]:
+            force = force + joint.carried[1] * motion.omega**2 * self.position(joint.ends[1], motion)
         return force
 
     def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
@@ -276,6 +326,7 @@ class Machine:
         first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
         apart = second - first
         pulled = joint.stiffness * apart[0] + joint.damping * apart[1] + joint.inertance * apart[2]
+        pulled = pulled + joint.carried[1] * second[2]
         return np.asarray(-(pulled + course.rubbing.get(joint.name, 0.0)))
 
     def force_course(self, place: str, course: Course) -> FloatArray:
@@ -284,7 +335,7 @@ class Machine:
         Into a body: its inertia force less what acts on it from outside.
         """
         if place in self.masses:
-            return np.asarray(self.masses[place] * course.points[place][2] - course.forces.get(place, np.zeros(1)))
+            return np.asarray(self.own(place) * course.points[place][2] - course.forces.get(place, np.zeros(1)))
         into = [one for one in self.joints if place in one.ends]
         forces = [(1.0 if one.ends[1] == place else -1.0) * self.joint_course(one, course) for one in into]
         return np.asarray(sum(forces, np.zeros(1)))
@@ -296,7 +347,8 @@ class Machine:
         of what hangs on it: all external forces less all inertia forces.  Else joint by joint.
         """
         if place in self.masses:
-            return self._inertia(place, motion) - self._external(place, motion)
+            beams = self.carried.get(place, 0.0) * motion.omega**2 * motion.points[place]
+            return self._inertia(place, motion) + beams - self._external(place, motion)
         group = self._hanging_on(place)
         if group is None:
             into = [joint for joint in self.joints if place in joint.ends]
@@ -307,6 +359,10 @@ class Machine:
         for body in (one for one in self.masses if one in group):  # a set has an order of its own in each process
             total = total + self._external(body, motion) - self._inertia(body, motion)
         return total
+
+    def own(self, body: str) -> float:
+        """What a body resists by itself, without beams that end there [kg] or [kg m^2]."""
+        return self.masses[body] - self.carried.get(body, 0.0)
 
     def _inertia(self, body: str, motion: Motion) -> ComplexArray:
         """Mass times acceleration [N]."""

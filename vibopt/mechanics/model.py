@@ -34,6 +34,8 @@ class Term:
         Name of the body or link that it belongs to.
     across
         Whether it acts between the two ends of its owner, as springs, dampers and inerters do.
+    shares
+        Of its owner's ends, first and second, how far each moves it, held ones too; what is between them has (-1, 1).
     """
 
     kind: int
@@ -43,6 +45,7 @@ class Term:
     owner: str
     static_scale: float
     across: bool = False
+    shares: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,9 @@ class Model:
         Per link that has one, its damping ratio.
     properties
         Own numbers of a device by its name and the word for them, ("tmd", "tuning").
+    readings
+        What is read of a beam with a mass, by its name and a word: how its spring pulls, how its mass does as its mean
+        moves, and as its shape moves beside that; of impedance times motion.
     families
         Names by the family of the file that they come from.
     axes
@@ -86,6 +92,7 @@ class Model:
     counts: dict[str, Monomial] = field(default_factory=dict)
     ratios: dict[str, Monomial] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
+    readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     axes: dict[str, FloatArray] = field(default_factory=dict)
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -107,6 +114,11 @@ class Model:
     def inerters(self) -> BoolArray:
         """Inertia terms that act between two ends, shape (n_terms,)."""
         return np.asarray(self.across & (self.kinds == INERTIA))
+
+    @cached_property
+    def with_beams(self) -> bool:
+        """Whether the mass of a beam is spread between two ends."""
+        return any(term.kind == INERTIA and not term.across and any(term.shares) for term in self.terms)
 
     @cached_property
     def massless(self) -> BoolArray:
@@ -318,3 +330,8 @@ def factors(kinds: IntArray, omega: FloatArray) -> ComplexArray:
 def stressed(link: str) -> str:
     """What `counts` calls the stretch or twist at which the stress of a link is one."""
     return f"{link} stress"
+
+
+def forced(link: str) -> str:
+    """What `counts` calls the force on all beams of a link at which its stress is one."""
+    return f"{link} stress by force"

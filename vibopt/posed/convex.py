@@ -383,7 +383,12 @@ class Convex:
         ends = limit.model.vectors[:, 0]
         reads = form.output.signs[(limit.model.kinds != INERTIA) & (ends != 0.0)]
         levers = np.abs(ends[(limit.model.kinds != INERTIA) & (ends != 0.0)])
-        if form.output.row.any() or np.ptp(reads) > 0.0 or np.ptp(levers) > EXACT * levers.max():
+        if (
+            form.output.row.any()
+            or limit.model.with_beams
+            or np.ptp(reads) > 0.0
+            or np.ptp(levers) > EXACT * levers.max()
+        ):
             raise NotConvexError(f"{limit.name} is the force of some links only")
         known = self.speeds.setdefault(limit.name, [])
         if not known:

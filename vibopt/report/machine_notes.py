@@ -16,6 +16,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, show
 from vibopt.verify.as_built import machine_of
+from vibopt.verify.static_shape import heavier, heavy
 
 if TYPE_CHECKING:
     from vibopt.forms import PeakOverDurations
@@ -42,6 +43,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
         notes += ringing_notes(scene, chosen)
         notes += duration_notes(scene, chosen)
         notes += left_out(scene)
+    notes += static_shapes(scene, chosen)
     if rubbing(scene):
         from vibopt.report.friction_views import friction_notes
 
@@ -137,6 +139,26 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
                 f"{floor} is held only {under / mount.stiffness:.2g} times as stiffly as {mount.name}: "
                 "it moves too, and the answer counts with it; on a rigid floor it would be another."
             )
+    return notes
+
+
+def static_shapes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """Of beams with a mass, how good their static shape is at the highest frequency that is asked."""
+    if not any(one.spreads_mass for one in scene.links.values()):
+        return []
+    from vibopt.scene.drives import highest_asked
+
+    machine, top, notes = machine_of(scene, chosen), highest_asked(scene), []
+    for joint in heavy(machine):
+        assert joint.borne is not None
+        own, more = show(joint.borne.frequency, "Hz", "angular_rate"), heavier(machine, joint, top)
+        upto = (
+            f"up to {show(top, 'Hz', 'angular_rate')} what moves with its load is at most {100.0 * more:.2g} % heavier"
+        )
+        notes.append(
+            f"links.{joint.name}: its mass is counted in its static shape. It vibrates by itself, load and supports "
+            f"held, from {own} on" + (f", so that {upto}." if more < 1.0 and top else ".")
+        )
     return notes
 
 

@@ -32,6 +32,8 @@ KINDS: Kinds[Response] = Kinds(
         "relative_displacement": "motion.RelativeDisplacement",
         "bending_stress": "stress.BendingStress",
         "static_bending_stress": "stress.StaticBendingStress",
+        "combined_bending_stress": "stress.CombinedBendingStress",
+        "bearing_force": "stress.BearingForce",
         "shear_stress": "stress.ShearStress",
         "static_deflection": "static_deflection.StaticDeflection",
         "natural_frequency": "natural_frequency.NaturalFrequency",

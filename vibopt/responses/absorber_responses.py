@@ -64,7 +64,7 @@ class OwnFrequency(OfAbsorber):
     unit_without: ClassVar[str] = "Hz"
 
     def measure_static(self, machine: Machine) -> float:
-        return float(np.sqrt(machine.joint(self.of).stiffness / machine.masses[self.of]))
+        return float(np.sqrt(machine.joint(self.of).stiffness / machine.own(self.of)))
 
 
 class MassRatio(OfAbsorber):
@@ -73,7 +73,7 @@ class MassRatio(OfAbsorber):
     refers_to: ClassVar[str] = "mass"
 
     def measure_static(self, machine: Machine) -> float:
-        return machine.masses[self.of] / machine.tuned[self.of].mass
+        return machine.own(self.of) / machine.tuned[self.of].mass
 
 
 class Tuning(OfAbsorber):
@@ -82,7 +82,7 @@ class Tuning(OfAbsorber):
     refers_to: ClassVar[str] = "frequency"
 
     def measure_static(self, machine: Machine) -> float:
-        own = float(np.sqrt(machine.joint(self.of).stiffness / machine.masses[self.of]))
+        own = float(np.sqrt(machine.joint(self.of).stiffness / machine.own(self.of)))
         return own / machine.tuned[self.of].frequency
 
 

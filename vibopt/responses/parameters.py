@@ -25,7 +25,10 @@ def sum_of(model: Model, chosen: Sequence[Term]) -> Monomials:
 
 
 class TotalMass(Response):
-    """`response = "total_mass"`: of all bodies and absorbers [kg]; what turns has an inertia instead."""
+    """`response = "total_mass"`: of all bodies, absorbers and beams with a mass [kg].
+
+    What turns has an inertia instead.
+    """
 
     dimension: ClassVar[str] = "mass"
     sums: ClassVar[tuple[str, ...]] = ("bodies", "absorbers")
@@ -35,7 +38,8 @@ class TotalMass(Response):
         return sum_of(model, [term for term in model.terms if term.kind == INERTIA and term.static_scale])
 
     def measure_static(self, machine: Machine) -> float:
-        return sum(machine.weights.values())
+        beams = sum(one.count * one.borne.mass for one in machine.joints if one.borne is not None)
+        return sum(machine.weights.values()) - sum(machine.carried.values()) + beams
 
 
 class Mass(Response):
@@ -60,7 +64,7 @@ class Mass(Response):
         return owned_by(model, self.of, INERTIA, weighs=True)
 
     def measure_static(self, machine: Machine) -> float:
-        return machine.weights[self.of]
+        return machine.weights[self.of] - machine.carried.get(self.of, 0.0)
 
 
 class OfLink(Response):

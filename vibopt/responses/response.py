@@ -277,6 +277,10 @@ class HarmonicResponse(Response):
             return forms.Rubbing(self.output(model), drives, self.normalised)
         return Modulus(self.output(model), drives, combine)
 
+    def beside(self, machine: Machine) -> float:
+        """What stands beside its worst amplitude, whatever shakes the built machine, and adds to it."""
+        return 0.0
+
     def trace(self, machine: Machine, course: Course) -> FloatArray:
         """The response of the built machine at the times of a course; another road than `output`."""
         raise NotImplementedError(f"{type(self).__name__} is not followed through time")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from vibopt.mechanics.model import Model
+from vibopt.mechanics.model import STIFFNESS, Model, Term
 from vibopt.signals import Output
 from vibopt.values.directions import AXES, Vector
 
@@ -31,7 +33,8 @@ def along_mount(model: Model, mount: str, way: Vector) -> Output:
 def forces_along(model: Model, signs: dict[str, float], way: Vector) -> Output:
     """Sum of the forces of links and mounts along a direction, each with its sign; a link acts along z."""
     up = np.array([0.0, 0.0, 1.0])
-    return link_forces(model, {link: sign * float(model.axes.get(link, up) @ way) for link, sign in signs.items()})
+    found = link_forces(model, signs)
+    return replace(found, signs=found.signs * [float(model.axes.get(term.owner, up) @ way) for term in model.terms])
 
 
 def across_link(model: Model, link: str) -> Output:
@@ -39,7 +42,27 @@ def across_link(model: Model, link: str) -> Output:
     return Output(model.links[link], np.zeros(len(model.terms)))
 
 
+def forces_of_beam(model: Model, link: str, word: str) -> Output:
+    """What spring, damper and mass of a beam do together, as `readings` of the model says; a stress knows no damper."""
+    pulled, moved, shaped = model.readings[link, word]
+
+    def reads(term: Term) -> float:
+        if term.owner != link:
+            return 0.0
+        if term.across:
+            return pulled * (term.kind == STIFFNESS or word != "stress")
+        return moved if term.static_scale else shaped
+
+    return Output(np.zeros(model.n_coords), np.array([reads(term) for term in model.terms]))
+
+
 def link_forces(model: Model, signs: dict[str, float]) -> Output:
-    """Sum of the forces of links, each with its sign, as impedance times extension."""
-    row = [signs.get(term.owner, 0.0) if term.across else 0.0 for term in model.terms]
-    return Output(np.zeros(model.n_coords), np.array(row))
+    """Sum of the forces of links, as impedance times extension: 1 on the first end of one, -1 on its second."""
+
+    def pulls(term: Term) -> float:
+        sign = signs.get(term.owner, 0.0)
+        if term.across:
+            return sign
+        return -abs(sign) * term.shares[0 if sign > 0.0 else 1]  # the mass of a beam: on its first end, on its second
+
+    return Output(np.zeros(model.n_coords), np.array([pulls(term) for term in model.terms]))

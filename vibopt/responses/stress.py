@@ -1,18 +1,22 @@
 """Stress in what bends or twists between two points: shafts and beams that the file gives by their sizes."""
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
+from pydantic import field_validator
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import Form, Monomials, StaticLoad
-from vibopt.mechanics.machine import Course, Machine, Motion
-from vibopt.mechanics.model import STIFFNESS, Model, stressed
+from vibopt.forms import Added, Form, Monomials, StaticLoad, StaticMoment
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.machine import Course, Joint, Machine, Motion
+from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, forced, stressed
+from vibopt.mechanics.monomial import Monomial
 from vibopt.responses.motion import RelativeDisplacement
 from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse
-from vibopt.responses.static_deflection import StaticDeflection
+from vibopt.responses.response_rows import forces_of_beam
 from vibopt.signals import Combine, Drive, Output
+from vibopt.values.fields import complaint
 
 
 class _OfBeam(Response):
@@ -35,8 +39,8 @@ class _OfBeam(Response):
 class BendingStress(_OfBeam, HarmonicResponse):
     """`response = "bending_stress"`: greatest in a beam or shaft that bends [Pa] peak.
 
-    Dynamic part only, without that of the weight, at the outermost fibre where the moment is greatest; of the shape
-    under a static load.  Of a shaft that whirls alike in both planes it goes round with the shaft.
+    Dynamic part only, without that of the weight, at the outermost fibre where a force at its load bends it most; with
+    the forces of its own mass, where it has one.  Of a shaft that whirls alike in both planes it goes round with it.
     """
 
     amplitude: ClassVar[bool] = True
@@ -50,9 +54,20 @@ class BendingStress(_OfBeam, HarmonicResponse):
         return RelativeDisplacement(response="relative_displacement", across=self.of)
 
     def output(self, model: Model) -> Output:
+        if (self.of, "stress") in model.readings:
+            return replace(forces_of_beam(model, self.of, "stress"), shared_by=forced(self.of))
+        return self.of_shape(model)
+
+    def of_shape(self, model: Model) -> Output:
+        """That of the shape under a static load alone, as it is followed in time and shaken by noise."""
         return replace(self._stretch.output(model), shared_by=stressed(self.of))
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        joint, stress = machine.joint(self.of), self.measured_shape(machine, motion)
+        return stress - _inert(machine, joint, joint.borne.stress, motion) if joint.borne is not None else stress
+
+    def measured_shape(self, machine: Machine, motion: Motion) -> ComplexArray:
+        """As `of_shape`, on the built machine."""
         return self._stretch.measure(machine, motion) * machine.joint(self.of).stress
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
@@ -71,13 +86,99 @@ class StaticBendingStress(_OfBeam):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         (spring,) = (one for one in model.terms if one.owner == self.of and one.kind == STIFFNESS)
         stress = model.counts[stressed(self.of)] ** -1.0
-        scale = stress.scale * spring.static_scale / spring.scale
-        return StaticLoad(model.links[self.of], Monomials(np.array([scale]), stress.row(model.n_vars)[None, :]))
+        pulled = _powers(model, stress.times(spring.static_scale / spring.scale))
+        if (self.of, "stress") not in model.readings:
+            return StaticLoad(model.links[self.of], pulled)
+        weighs = next(one for one in model.terms if one.owner == self.of and one.kind == INERTIA and one.static_scale)
+        alone = -model.readings[self.of, "stress"][1]
+        sagging = Monomial(weighs.scale, dict(enumerate(weighs.exponents))) * model.counts[forced(self.of)] ** -1.0
+        return StaticMoment(-model.links[self.of], pulled, _powers(model, sagging.times(GRAVITY * alone)))
 
     def measure_static(self, machine: Machine) -> float:
+        joint, sag = machine.joint(self.of), machine.sag()
+        if sag is None:
+            return float("inf")
+        stretch = sag.get(joint.ends[0], 0.0) - sag.get(joint.ends[1], 0.0)
+        own = GRAVITY * joint.borne.stress[1] if joint.borne is not None else 0.0
+        return abs(stretch * joint.stress * joint.static_stiffness / joint.stiffness + own)
+
+
+class CombinedBendingStress(BendingStress):
+    """`response = "combined_bending_stress"`: the greatest of weight and whirl together in a shaft that bends [Pa].
+
+    The whirl bends one fibre steadily, the weight every fibre to and fro once a turn: where both are greatest, at the
+    worst turn, they add up to it.
+    """
+
+    against_friction: ClassVar[str] = StaticBendingStress.against_friction
+    amplitude: ClassVar[bool] = False
+    sags: ClassVar[bool] = True
+    twin: ClassVar[str] = ""
+    noise_twin: ClassVar[str] = ""
+    transient_twin: ClassVar[str] = ""
+
+    @property
+    def _weight(self) -> StaticBendingStress:
+        return StaticBendingStress(response="static_bending_stress", of=self.of)
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return Added((super().form(model, drives, combine), self._weight.form(model, (), combine)))
+
+    def beside(self, machine: Machine) -> float:
+        return self._weight.measure_static(machine)
+
+
+class BearingForce(_OfBeam, HarmonicResponse):
+    """`response = "bearing_force"`: on one of the two supports of a beam or shaft that bends [N] peak.
+
+    Dynamic part only; of spring, damper and mass of the link, as forces at its load go to either support.
+
+    Keys
+    ----
+    bearing: Which one, as the beam is written down, from the left: `bearing = "right"`.
+    """
+
+    bearing: Literal["left", "right"]
+    dimension: ClassVar[str] = "force"
+    amplitude: ClassVar[bool] = True
+    against_friction: ClassVar[str] = "is shared by shaft and friction, and where the friction acts nobody said"
+
+    @field_validator("bearing", mode="before")
+    @classmethod
+    def _side(cls, given: object) -> object:
+        if given not in ("left", "right"):
+            raise complaint('is neither "left" nor "right". Write which support is meant.')
+        return given
+
+    def output(self, model: Model) -> Output:
+        return replace(forces_of_beam(model, self.of, self.bearing), shared_by=self.of)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         joint = machine.joint(self.of)
-        stretch = StaticDeflection(response="static_deflection", of=self.of).measure_static(machine)
-        return stretch * joint.stress * joint.static_stiffness / joint.stiffness
+        assert joint.borne is not None
+        shares = joint.borne.left if self.bearing == "left" else joint.borne.right
+        elastic = joint.dynamic(motion.omega) + motion.omega**2 * joint.inertance
+        pulled = elastic * machine.stretch_of(joint, motion) / joint.count
+        return shares[0] * pulled - _inert(machine, joint, shares, motion)
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        joint = machine.joint(self.of)
+        assert joint.borne is not None
+        share, support, shape = joint.borne.left if self.bearing == "left" else joint.borne.right
+        first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
+        apart = first - second
+        pulled = (joint.stiffness * apart[0] + joint.damping * apart[1]) / joint.count
+        return np.asarray(share * pulled - support * second[2] - shape * apart[2])
+
+
+def _inert(machine: Machine, joint: Joint, read: tuple[float, float, float], motion: Motion) -> ComplexArray:
+    """What the mass of a beam adds to what its load does, in the direction of its load."""
+    support, deflected = machine.position(joint.ends[1], motion), -machine.stretch_of(joint, motion)
+    return np.asarray(motion.omega**2 * (read[1] * support + read[2] * deflected))
+
+
+def _powers(model: Model, one: Monomial) -> Monomials:
+    return Monomials(np.array([one.scale]), one.row(model.n_vars)[None, :])
 
 
 class ShearStress(BendingStress):
@@ -93,16 +194,33 @@ class RmsBendingStress(_OfBeam, RandomResponse):
     """`response = "rms_bending_stress"`: greatest in a beam or shaft that bends [Pa] rms."""
 
     @property
-    def steady(self) -> HarmonicResponse:
+    def steady(self) -> BendingStress:
         return BendingStress(response="bending_stress", of=self.of)
+
+    def output(self, model: Model) -> Output:
+        return self.steady.of_shape(model)
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        return self.steady.measured_shape(machine, motion)
 
 
 class PeakBendingStress(_OfBeam, TransientResponse):
     """`response = "peak_bending_stress"`: greatest in a beam or shaft that bends, the greatest in time [Pa]."""
 
     @property
-    def steady(self) -> HarmonicResponse:
+    def steady(self) -> BendingStress:
         return BendingStress(response="bending_stress", of=self.of)
 
+    def output(self, model: Model) -> Output:
+        return self.steady.of_shape(model)
 
-__all__ = ["BendingStress", "PeakBendingStress", "RmsBendingStress", "ShearStress", "StaticBendingStress"]
+
+__all__ = [
+    "BearingForce",
+    "BendingStress",
+    "CombinedBendingStress",
+    "PeakBendingStress",
+    "RmsBendingStress",
+    "ShearStress",
+    "StaticBendingStress",
+]

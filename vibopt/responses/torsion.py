@@ -103,4 +103,4 @@ class Inertia(Response):
         return owned_by(model, self.of, INERTIA)
 
     def measure_static(self, machine: Machine) -> float:
-        return machine.masses[self.of]
+        return machine.own(self.of)

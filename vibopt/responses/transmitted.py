@@ -56,7 +56,7 @@ class Transmitted(HarmonicResponse):
     def output(self, model: Model) -> Output:
         if self.into is not None:
             return _into(model, self.into)
-        whole = link_forces(model, {self.through or "": 1.0})
+        whole = link_forces(model, {self.through or "": -1.0})
         return replace(whole, shared_by=self.through or "")
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from vibopt.document.mistakes import Mistakes
+from vibopt.mechanics.builder import GROUND
 from vibopt.scene import places
 from vibopt.scene.check_random import damped_links
 from vibopt.scene.scene import Scene
@@ -49,6 +50,35 @@ def check_joints(scene: Scene, mistakes: Mistakes) -> None:
                 ("excitations", name, "on"),
                 f"excitations.{name} is an unbalance on {excitation.on}, which has no mass. What turns there has one: "
                 'give it, or write kind = "force".',
+            )
+
+
+def check_beams(scene: Scene, mistakes: Mistakes) -> None:
+    """Add what is wrong with beams that have a mass: it is spread between the body that each carries and a support."""
+    along = {name for name, body in scene.bodies.items() if not body.freedoms}
+    for name, link in scene.links.items():
+        if not link.spreads_mass:
+            continue
+        first, second = link.between
+        path, where = ("links", name, "between"), f"links.{name}"
+        if first == GROUND:
+            mistakes.add(
+                path,
+                f"{where} begins at the ground, but its beam has a mass, of which more moves with its load than with "
+                f'its supports. Write what it carries first: between = ["{second}", "ground"].',
+            )
+        other = next((one for one in (first, second) if one != GROUND and one not in along), "")
+        if other:
+            mistakes.add(
+                path,
+                f"{where} ends at {other}, but its beam has a mass, which is spread between bodies along a line and "
+                f"the ground. Put a body there on a link of its own, or leave the mass of the beam out.",
+            )
+        if link.rubs:
+            mistakes.add(
+                ("links", name, "friction_force"),
+                f"{where} rubs, and its beam has a mass: where friction holds its load, the beam goes on vibrating by "
+                "itself. Leave the mass of the beam out, or write damping instead of the friction.",
             )
 
 
@@ -115,4 +145,4 @@ def _ratios(scene: Scene, empty: list[str], mistakes: Mistakes) -> None:
             )
 
 
-__all__ = ["check_joints"]
+__all__ = ["check_beams", "check_joints"]

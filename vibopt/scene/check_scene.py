@@ -11,7 +11,7 @@ from vibopt.scene import places
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
 from vibopt.scene.check_friction import check_friction, rubs_in
-from vibopt.scene.check_joints import check_joints
+from vibopt.scene.check_joints import check_beams, check_joints
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_lossy, check_random
 from vibopt.scene.check_space import check_space
@@ -32,6 +32,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_excitations(scene, mistakes)
     check_friction(scene, mistakes)
     check_joints(scene, mistakes)
+    check_beams(scene, mistakes)
     for path, response in _responses(scene):
         check_response(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)

@@ -151,6 +151,13 @@ def looked_at(scene: Scene) -> tuple[float, int]:
     return _MARGIN * max([_LEAST, *tops]), modes
 
 
+def highest_asked(scene: Scene) -> float:
+    """Highest frequency of any limit, measure or goal that has an end [rad/s]; zero of none."""
+    goal = [scene.goal.response] if scene.goal is not None else []
+    asked = [*scene.limits.values(), *scene.measures.values(), *goal]
+    return max((top for one in asked for top in _tops(scene, one) if math.isfinite(top)), default=0.0)
+
+
 def _tops(scene: Scene, response: Response) -> list[float]:
     if isinstance(response, HarmonicResponse):
         names = [name for name in names_for(scene, response) if name in scene.excitations]

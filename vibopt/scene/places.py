@@ -142,8 +142,9 @@ def is_whole(scene: Scene) -> bool:
 
 @once
 def joints(scene: Scene) -> list[str]:
-    """Bodies without mass at which no inerter ends: what joins links, and nothing else."""
-    heavy = {end for _, name, table in devices(scene) if table.passes > 1 for end in table.joins(name)[name]}
+    """Bodies without mass at which no inerter and no beam with a mass ends: what joins links, and nothing else."""
+    bring = [(name, table) for _, name, table in devices(scene) if table.passes > 1 or table.spreads_mass]
+    heavy = {end for name, table in bring for end in table.joins(name)[name]}
     return [name for name, body in scene.bodies.items() if body.massless and name not in heavy]
 
 

@@ -124,7 +124,7 @@ def question(program: Program, like: Question | None = None) -> Question:
     if program.several:
         raise NotClosedError("the limits speak of several machines, the same design within its tolerances.")
     model, axes = program.model, program.axes
-    if model.n_free != 1 or model.inerters.any():
+    if model.n_free != 1 or model.inerters.any() or model.with_beams:
         raise NotClosedError(_OTHER)
     if any(axis.values is not None for axis in axes):
         raise NotClosedError("a variable is discrete.")

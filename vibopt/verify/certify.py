@@ -113,7 +113,7 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
         found[name] = _one_drive(scene, machine, response, name, want_least)
     values = [one.value for one in found.values()]
     total = float(np.sqrt((np.array(values) ** 2).sum())) if response.combine == "rss" else sum(values)
-    value = 1.0 - total if response.complement else total
+    value = 1.0 - total if response.complement else total + response.beside(machine)
     return Measured(value, {name: one.speed for name, one in found.items()}, response)
 
 

@@ -22,6 +22,7 @@ from vibopt.verify.as_built import differing, machine_of
 from vibopt.verify.certify import TOLERANCE, Measured, measure_on
 from vibopt.verify.rated import rated_rows
 from vibopt.verify.routes import LOADS, Modelled, rated_loads
+from vibopt.verify.static_shape import beyond_shape
 
 
 def shown_value(response: Response, value: float, unit: str) -> Entry:
@@ -132,10 +133,20 @@ class Built:
         found = measure_on(self.scene, self.machine, response, side or response.worst_side)
         return _checked(self.scene, found, name, response, side), found
 
+    def _beyond(self, row: Checked, found: Measured) -> str:
+        """Why a value is beyond what the model of some part is good for; "" where it is not."""
+        if not any(one.spreads_mass for one in self.scene.links.values()):
+            return ""
+        known = {name: speed for name, speed in found.speeds.items() if found.response.sort == "steady"}
+        lines = {name: self.scene.excitations[name].lines(np.ones(1)) for name in known}
+        highest = [speed * max(one.order for one in lines[name]) for name, speed in known.items()]
+        return beyond_shape(self.machine, found.response, row.limit, found.value, max([0.0, *highest]))
+
     def compared(self, row: Checked, found: Measured) -> Checked:
         """The row, with what the model says of it where that is another number."""
         if not self.modelled.differs(found.response, found):
-            return row
+            beyond = self._beyond(row, found)
+            return replace(row, unknown=f"{row.name} {beyond}") if beyond else row
         values = self.modelled.at(found.response, found)[0], found.value
         digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
         both = [f"{one:.{digits}g} {si_unit(found.response.dimension)}".rstrip() for one in values]
@@ -229,9 +240,12 @@ def chosen_of(variable: Variable, value: float) -> Chosen:
 
 
 def disagreement(*families: Mapping[str, Checked], besides: Sequence[str] = ()) -> str:
-    """That the two routes to some number do not agree, in words, with what else speaks for it; "" where all do."""
-    doubts = [*(row.doubt for rows in families for row in rows.values() if row.doubt), *besides]
-    return f"the two routes to an answer do not agree: {'; '.join(dict.fromkeys(doubts))}" if doubts else ""
+    """That the two routes to some number do not agree, or that one is not known, in words; "" where all are as said."""
+    rows = [row for family in families for row in family.values()]
+    doubts = [*(row.doubt for row in rows if row.doubt), *besides]
+    if doubts:
+        return f"the two routes to an answer do not agree: {'; '.join(dict.fromkeys(doubts))}"
+    return "; ".join(dict.fromkeys(row.unknown for row in rows if row.unknown))
 
 
 def usual_unit(scene: Scene, response: Response) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 from vibopt.errors import way_out
 from vibopt.responses import KINDS
@@ -125,6 +125,14 @@ class Responses:
     def static_bending_stress(self, *, of: str, **words: Unpack[Shown]) -> Measure:
         """Greatest stress in a beam or shaft under all weights [Pa]."""
         return Measure("static_bending_stress", of=of, **words)
+
+    def combined_bending_stress(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """Greatest of weight and whirl together in a shaft that bends [Pa]."""
+        return Measure("combined_bending_stress", of=of, **words)
+
+    def bearing_force(self, *, of: str, bearing: Literal["left", "right"], **words: Unpack[Looked]) -> Measure:
+        """Dynamic force on one support of a beam or shaft that bends [N]."""
+        return Measure("bearing_force", of=of, bearing=bearing, **words)
 
     def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
         """Root mean square motion of a body under white noise, absolute [m]."""
