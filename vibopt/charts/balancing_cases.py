@@ -27,16 +27,16 @@ Rows = NDArray[np.intp]
 
 def speed(*, quick: bool) -> Table:
     """Least squares, smallest worst residual and discrete weights, timed in one run."""
-    return _table(stock(quick=quick), 2 if quick else 5)
+    return table_of(stock(quick=quick), 2 if quick else 5)
 
 
 def hard(*, quick: bool) -> Table:
     """Planes alike, dead and spoilt sensors, units and scatter."""
-    return replace(_table(families(quick=quick), 1), drops=True)
+    return replace(table_of(families(quick=quick), 1), drops=True)
 
 
-def _table(cases: Sequence[Asked], runs: int) -> Table:
-    """A rival that is not installed is named once."""
+def table_of(cases: Sequence[Asked], runs: int) -> Table:
+    """Questions of rotors given to every method; a rival that is not installed is named once."""
     methods = {name: method for name, method in METHODS.items() if name != GIVEN_CLARABEL or installed()}
     warm = asked("", worst(8, 2), 1.0, "")
     return Table([(one.case, one) for one in cases], methods, judged_question, runs, [(warm.case, warm)])

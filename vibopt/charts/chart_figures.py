@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
-from vibopt.report.figures.paper import BLUE, FAINT, GRID, INK, RED, SIZE, WIDTH, dress, place, sheet
+from vibopt.report.figures.paper import BLUE, COLOURS, FAINT, GRID, INK, RED, SIZE, STYLES, WIDTH, dress, place, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +26,8 @@ class Dot:
 
     kernel
         Time of its optimiser alone over that of the default; nan where it is not drawn.
+    line
+        Dots of one rival at several settings, finer ones later, share a line.
     """
 
     name: str
@@ -31,6 +35,7 @@ class Dot:
     error: float
     wrong: bool
     kernel: float = math.nan
+    line: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +61,8 @@ class Bars:
     error: float
 
 
-def accuracy_figure(cases: Sequence[Scatter], default: str) -> Figure:
-    """A panel per case: true error over time, both logarithmic; false claims are hollow and red."""
+def accuracy_figure(cases: Sequence[Scatter], default: str, above: str = "") -> Figure:
+    """A panel per case: true error over time, both logarithmic; false claims are hollow and red, `above` is a note."""
     columns = min(2, max(len(cases), 1))
     rows = max(-(-len(cases) // columns), 1)
     figure = sheet(WIDTH * (1.25 if columns == 2 else 1.0), 1.0 + 2.9 * rows)
@@ -68,17 +73,25 @@ def accuracy_figure(cases: Sequence[Scatter], default: str) -> Figure:
     for index, case in enumerate(cases):
         panel = axes.flat[index]
         last = index + columns >= len(cases)
-        below = f"time over that of {default}" if last else ""
-        dress(panel, case.title, below, case.measure if index % columns == 0 else "")
+        under = f"time over that of {default}" if last else ""
+        dress(panel, case.title, under, case.measure if index % columns == 0 else "")
         drawn.append((panel, _scatter(panel, case, default, span, top)))
     for panel in axes.flat[len(cases) :]:
         panel.set_axis_off()
     figure.legend(handles=_marks(default), loc="outside lower center", ncols=2, fontsize=SIZE - 1, frameon=False)
+    headed(figure, above)
     figure.canvas.draw()
     for panel, (labels, dots) in drawn:
         place(labels, panel.transData.transform(dots) if len(dots) else np.zeros((0, 2)))
     figure.set_layout_engine("none")
     return figure
+
+
+def headed(figure: Figure, words: str) -> None:
+    """Under what it was measured, small, above everything else."""
+    if words:
+        wide = int(figure.get_figwidth() * 72.0 / (0.55 * (SIZE - 2.5)))
+        figure.suptitle("\n".join(wrap(words, wide)), x=0.01, ha="left", fontsize=SIZE - 2.5, color=FAINT)
 
 
 def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float], top: float) -> tuple[list[Any], Any]:
@@ -105,9 +118,12 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
         zorder=8,
         bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.85},
     )
+    for line in dict.fromkeys(dot.line for dot in case.dots if dot.line):
+        places = [(dot.ratio, _height(dot, top)) for dot in case.dots if dot.line == line]
+        panel.plot(*zip(*places, strict=True), color=FAINT, lw=0.8, zorder=3)
     labels = []
     for dot in sorted(case.dots, key=lambda one: (one.ratio, -one.error)):
-        y = min(max(dot.error, FLOOR), top / 3.0)
+        y = _height(dot, top)
         own = dot.name == default
         colour = INK if own else BLUE
         panel.plot(
@@ -118,8 +134,13 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
             panel.plot([dot.kernel, dot.ratio], [y, y], color=colour, lw=0.8, zorder=4)
             panel.plot([dot.kernel], [y], ls="", marker="|", ms=9.0, mec=colour, mew=1.6, zorder=5)
         labels.append(_label(panel, dot.name, dot.ratio, y))
-    points = np.array([(dot.ratio, min(max(dot.error, FLOOR), top / 3.0)) for dot in case.dots]).reshape(-1, 2)
+    points = np.array([(dot.ratio, _height(dot, top)) for dot in case.dots]).reshape(-1, 2)
     return labels, points
+
+
+def _height(dot: Dot, top: float) -> float:
+    """Where its error is drawn."""
+    return min(max(dot.error, FLOOR), top / 3.0)
 
 
 def _label(panel: Any, words: str, x: float, y: float) -> Any:
@@ -143,6 +164,7 @@ def _marks(default: str) -> list[Any]:
         mark("|", INK, INK, f"{default}, its optimiser alone"),
         mark("o", BLUE, BLUE, "claim holds"),
         mark("o", "none", RED, "claims success and is wrong"),
+        Line2D([], [], color=FAINT, lw=0.8, label="one rival, from few sampled speeds to many"),
         Line2D([], [], color=FAINT, ls=(0, (4, 3)), lw=0.8, label="a limit counts as broken above"),
     ]
 
@@ -152,8 +174,9 @@ def stability_figure(
     methods: Sequence[str],
     counts: Mapping[tuple[str, str], Mapping[str, int]],
     classes: Sequence[str],
+    above: str = "",
 ) -> Figure:
-    """Families by methods, a panel for those given to the same methods.
+    """Families by methods, a panel for those given to the same methods; `above` is a note.
 
     Each cell is filled by class, with the number of answers of the class written in it.
     """
@@ -176,6 +199,7 @@ def stability_figure(
         handles=handles, loc="outside lower center", ncols=len(handles), fontsize=SIZE - 1, frameon=False,
         handlelength=2.0, handleheight=1.2, title="share of a family's scenes", title_fontsize=SIZE - 1,
     )  # fmt: skip
+    headed(figure, above)
     return figure
 
 
@@ -230,8 +254,8 @@ def _cell(
             left += part
 
 
-def fidelity_figure(rows: Sequence[Bars]) -> Figure:
-    """Degrees of freedom declared and used, time saved, and the error made, scene by scene."""
+def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
+    """Degrees of freedom declared and used, time saved, and the error made, scene by scene; `above` is a note."""
     figure = sheet(WIDTH * 1.25, 1.6 + 0.34 * len(rows))
     axes: Any = figure.subplots(1, 3, sharey=True, width_ratios=(1.2, 1.0, 1.0))
     at = np.arange(len(rows))
@@ -279,6 +303,50 @@ def fidelity_figure(rows: Sequence[Bars]) -> Figure:
         panel.grid(False, axis="y")
     handles = [handle for panel in axes for handle in panel.get_legend_handles_labels()[0]]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=SIZE - 1, frameon=False)
+    headed(figure, above)
+    return figure
+
+
+def profiles_figure(
+    rows: Mapping[str, Sequence[Mapping[str, FloatArray]]], count: int, default: str, above: str = ""
+) -> Figure:
+    """Performance profiles: a row of two panels a family, exact answers and fair ones.
+
+    Parameters
+    ----------
+    rows
+        By family, for either panel the times of each method over the best time on that question, infinite where it
+        has no answer, shape (count,).
+    """
+    figure = sheet(WIDTH * 1.25, 1.0 + 2.8 * len(rows))
+    axes: Any = figure.subplots(len(rows), 2, squeeze=False, sharey=True)
+    methods = list(dict.fromkeys(name for pair in rows.values() for one in pair for name in one))
+    looks = {name: (COLOURS[i % len(COLOURS)], STYLES[(i + i // len(COLOURS)) % len(STYLES)])
+             for i, name in enumerate(methods)}  # fmt: skip
+    longest = max([10.0, *(float(t) for pair in rows.values() for one in pair for row in one.values()
+                           for t in row if math.isfinite(t))])  # fmt: skip
+    for panels, (family, pair) in zip(axes, rows.items(), strict=True):
+        for panel, times, error in zip(panels, pair, ("1e-6", "1e-3"), strict=True):
+            dress(panel, f"{family}, to {error}", "time over the best on the same question", "share answered")
+            panel.set_xscale("log")
+            panel.set_xlim(1.0, 2.0 * longest)
+            panel.set_ylim(0.0, 1.04)
+            for name, row in times.items():
+                good = np.sort(row[np.isfinite(row)])
+                share = np.arange(1, len(good) + 1) / count
+                colour, style = looks[name]
+                panel.step(
+                    [1.0, *good, 2.0 * longest], [0.0, *share, share[-1]], where="post", color=colour, ls=style,
+                    lw=2.6 if name == default else 1.4, zorder=6 if name == default else 5,
+                )  # fmt: skip
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=looks[name][0], ls=looks[name][1], lw=2.6 if name == default else 1.4, label=name)
+               for name in methods]  # fmt: skip
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=4, fontsize=SIZE - 1, frameon=False, handlelength=3.5
+    )
+    headed(figure, above)
     return figure
 
 

@@ -1,14 +1,23 @@
-"""The three charts as tables, as plain data and as figures."""
+"""The charts as tables, as plain data and as figures."""
 
 from __future__ import annotations
 
+import csv
 import math
 from collections import Counter
+from collections.abc import Mapping
+from io import StringIO
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from vibopt.answer import jsonable
 from vibopt.answer.text import grid, section
+from vibopt.charts.conditions import conditions
 from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.mount_cases import MOUNTS
+from vibopt.charts.profiles import EXACT, FAIR, Profiles, times
 from vibopt.charts.runner import CLASSES, Chart
 from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, SILENT, Case, Trial, as_row
 
@@ -22,13 +31,18 @@ _SHORT = {
     "slsqp_50": "slsqp 50",
     "slsqp": "slsqp 200",
     "slsqp_1000": "slsqp 1000",
+    "slsqp_5000": "slsqp 5000",
     "slsqp_exchange": "slsqp exchange",
     "equal_peaks": "equal peaks",
     "trust_constr_50": "trust 50",
     "trust_constr": "trust 200",
+    "trust_constr_1000": "trust 1000",
+    "ipopt_sampled_50": "ipopt 50",
     "ipopt_sampled": "ipopt 200",
     "ipopt_sampled_1000": "ipopt 1000",
-    "cvxpy_sampled": "cvxpy",
+    "cvxpy_sampled_50": "cvxpy 50",
+    "cvxpy_sampled": "cvxpy 200",
+    "cvxpy_sampled_1000": "cvxpy 1000",
     "cvxpy_dpp": "cvxpy, kept",
 }
 """Names in the figure; the number is that of the sampled speeds."""
@@ -37,9 +51,10 @@ _LONG = 100
 
 def accuracy_json(result: Chart) -> dict[str, Any]:
     """Trials with their times over that of the default, as plain data."""
-    trials = [{**_row(one), "ratio": result.ratio(one)} for one in result.trials]
+    trials = [{**as_row(one), "ratio": result.ratio(one)} for one in result.trials]
     return {
         "chart": "speed-accuracy",
+        "conditions": conditions(),
         "default": DEFAULT,
         "cases": [_about(case) for case in result.cases],
         "trials": trials,
@@ -61,15 +76,29 @@ def stability_json(result: Chart) -> dict[str, Any]:
         family: {method: dict(result.count(family, method)) for method in result.asked(family)}
         for family in result.families
     }
-    trials = [_row(one) for one in result.trials]
-    return {"chart": "stability", "counts": counts, "cases": cases, "trials": trials}
+    trials = [as_row(one) for one in result.trials]
+    return {"chart": "stability", "conditions": conditions(), "counts": counts, "cases": cases, "trials": trials}
 
 
-def _row(one: Trial) -> dict[str, Any]:
-    """A trial as plain data; numbers that do not exist are None."""
-    return {
-        key: None if isinstance(value, float) and math.isnan(value) else value for key, value in as_row(one).items()
-    }
+def fidelity_json(rows: tuple[Fidelity, ...]) -> dict[str, Any]:
+    """Rows as plain data."""
+    return {"chart": "fidelity", "conditions": conditions(), "scenes": list(rows)}
+
+
+def csv_text(data: Mapping[str, Any]) -> str:
+    """The rows of a chart's plain data as a table, each with the conditions at its end."""
+    plain = jsonable.plain(data)
+    rows = plain.get("trials") or plain["scenes"]
+    stream = StringIO()
+    write = csv.writer(stream, lineterminator="\n").writerow
+    write(["chart", *rows[0], "conditions"])
+    for row in rows:
+        write([plain["chart"], *map(_cell, row.values()), data["conditions"].words])
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    return "..".join(f"{one}" for one in value if one is not None) if isinstance(value, list) else value
 
 
 def accuracy_table(result: Chart, console: Console) -> None:
@@ -77,13 +106,15 @@ def accuracy_table(result: Chart, console: Console) -> None:
     console.print("Speed against accuracy", style="bold")
     console.print(
         f"Time is from the job as read to the answer, that of {DEFAULT} checked on the machine as built; kernel: the "
-        f"optimiser alone. Ratio: over the time of {DEFAULT} on the same case."
+        f"optimiser alone. Ratio: over the time of {DEFAULT} on the same case. Times are medians; ± is half the "
+        f"distance between their quartiles."
     )
+    console.print(conditions().words)
     for case in result.cases:
         rows = [
             (
                 one.method,
-                _time(one.seconds),
+                _time(one.seconds) + _spread(one),
                 _time(one.kernel),
                 _ratio(result.ratio(one)),
                 _part(one.error),
@@ -107,6 +138,7 @@ def stability_table(result: Chart, console: Console) -> None:
     """Families by methods, with the worst of what is silently wrong below."""
     short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
     console.print("Stability on hard ground", style="bold")
+    console.print(conditions().words)
     for methods in dict.fromkeys(result.asked(family) for family in result.families):
         rows = []
         for family in (one for one in result.families if result.asked(one) == methods):
@@ -128,6 +160,64 @@ def stability_table(result: Chart, console: Console) -> None:
     for method, how in {one.method: one.claim for one in result.trials if one.status == MISSING}.items():
         console.print(f"\n{method} is not installed: {how}")
     _say_cut(result, console)
+
+
+def profiles_json(result: Profiles) -> dict[str, Any]:
+    """Trials on random questions with the text of each, so that any row can be asked again, as plain data."""
+    charts = result.charts.values()
+    return {
+        "chart": "profiles", "conditions": conditions(), "seed": result.seed, "count": result.count,
+        "counts": {family: {method: dict(chart.count(family, method)) for method in chart.methods}
+                   for family, chart in result.charts.items()},
+        "cases": [{**_about(case), "text": case.text} for chart in charts for case in chart.cases],
+        "trials": [{**as_row(one), "ratio": chart.ratio(one)} for chart in charts for one in chart.trials],
+    }  # fmt: skip
+
+
+def profiles_table(result: Profiles, console: Console) -> None:
+    """A table a family: classes of the answers, how many are exact, and the time beside the default's."""
+    console.print("Profiles over random questions", style="bold")
+    console.print(
+        f"{result.count} questions a family, seed {result.seed}. Within 1e-6 and 1e-3: by true error. Ratio: median "
+        f"time over that of {DEFAULT} on the same question."
+    )
+    console.print(conditions().words)
+    heads = (
+        "Method",
+        "Right",
+        "Says so",
+        "Unproven",
+        "Silently wrong",
+        "Refuses",
+        "Within 1e-6",
+        "Within 1e-3",
+        "Ratio",
+    )
+    for family, chart in result.charts.items():
+        fine, fair = times(chart, EXACT), times(chart, FAIR)
+        rows = []
+        for method in chart.methods:
+            count = chart.count(family, method)
+            ratios = [chart.ratio(one) for one in chart.trials if one.method == method and one.status != REFUSES]
+            good = sorted(one for one in ratios if math.isfinite(one))
+            within = (str(int(np.isfinite(one[method]).sum())) for one in (fine, fair))
+            rows.append((method, *(str(count[name]) for name in CLASSES), *within, _ratio(median(good or [math.nan]))))
+        section(console, family, grid(rows, heads, whole=(0,)))
+        _say_cut(chart, console)
+
+
+def draw_profiles(result: Profiles) -> Figure:
+    """A row of panels a family: share of the questions answered to 1e-6, and to 1e-3, against time."""
+    from vibopt.charts.chart_figures import profiles_figure
+
+    rows = {
+        family: tuple(
+            {_SHORT.get(method, method): row for method, row in times(chart, error).items() if np.isfinite(row).any()}
+            for error in (EXACT, FAIR)
+        )
+        for family, chart in result.charts.items()
+    }
+    return profiles_figure(rows, result.count, DEFAULT, f"Seed {result.seed}. {conditions().words}")
 
 
 def _say_cut(result: Chart, console: Console) -> None:
@@ -166,6 +256,7 @@ def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
     ]  # fmt: skip
     console.print(grid(listed, heads, whole=(0,)))
     console.print("Measuring and solving: time on the full model over time on the smaller one.")
+    console.print(conditions().words)
     for row in rows:
         if row.cut:
             console.print(f"Less was asked than this chart promises: {row.case}, {row.cut}")
@@ -179,15 +270,28 @@ def draw_accuracy(result: Chart) -> Figure:
     for case in result.cases:
         ran = result.of(case.name)
         dots = tuple(
-            Dot(_SHORT.get(one.method, one.method), result.ratio(one), one.error, bool(one.fault), _kernel(one))
-            for one in ran
+            Dot(
+                _SHORT.get(one.method, one.method),
+                result.ratio(one),
+                one.error,
+                bool(one.fault),
+                _kernel(one),
+                _setting(one.method)[0],
+            )
+            for one in sorted(ran, key=lambda one: _setting(one.method))
             if math.isfinite(one.error)
         )
         silent = tuple(_name(one) for one in ran if not math.isfinite(one.error))
         seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
         error = "excess price or broken limit (part)" if case.family == MOUNTS else "true error (part)"
         cases.append(Scatter(case.name, seconds, dots, silent, error))
-    return accuracy_figure(cases, DEFAULT)
+    return accuracy_figure(cases, DEFAULT, conditions().words)
+
+
+def _setting(method: str) -> tuple[str, int]:
+    """A rival that is asked at several settings, and how many speeds it samples; ("", 0) for any other."""
+    name, _, number = _SHORT.get(method, "").rpartition(" ")
+    return (name, int(number)) if number.isdigit() else ("", 0)
 
 
 def _kernel(one: Trial) -> float:
@@ -205,7 +309,7 @@ def draw_stability(result: Chart) -> Figure:
     from vibopt.charts.chart_figures import stability_figure
 
     counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.asked(f)}
-    return stability_figure(result.families, result.methods, counts, CLASSES)
+    return stability_figure(result.families, result.methods, counts, CLASSES, conditions().words)
 
 
 def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
@@ -223,7 +327,8 @@ def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
                 row.value_error,
             )
             for row in rows
-        ]
+        ],
+        conditions().words,
     )
 
 
@@ -231,6 +336,12 @@ def _time(seconds: float) -> str:
     if not math.isfinite(seconds):
         return "-"
     return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
+
+
+def _spread(one: Trial) -> str:
+    """Half of the distance between the quartiles, as a part of the median."""
+    low, high = one.quartiles
+    return f" ±{50.0 * (high - low) / one.seconds:.0f} %" if one.runs > 2 else ""
 
 
 def _ratio(value: float) -> str:

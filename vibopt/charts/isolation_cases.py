@@ -30,10 +30,13 @@ QUICK = STOCK[:5]
 WARM = STOCK[:2]
 
 METHODS = (
-    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "slsqp_exchange", "trust_constr_50",
-    "trust_constr", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy_sampled", "cvxpy_dpp",
+    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "slsqp_5000", "slsqp_exchange",
+    "trust_constr_50", "trust_constr", "ipopt_sampled_50", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy_sampled_50",
+    "cvxpy_sampled", "cvxpy_sampled_1000", "cvxpy_dpp",
 )  # fmt: skip
-QUICK_METHODS = tuple(name for name in METHODS if name not in ("trust_constr", "slsqp_1000", "ipopt_sampled_1000"))
+_SLOWER = ("trust_constr", "slsqp_1000", "slsqp_5000", "ipopt_sampled_50", "ipopt_sampled_1000", "cvxpy_sampled_50",
+           "cvxpy_sampled_1000")  # fmt: skip
+QUICK_METHODS = tuple(name for name in METHODS if name not in _SLOWER)
 HARD_METHODS = (
     DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "slsqp_exchange", "trust_constr", "ipopt_sampled",
     "cvxpy_sampled",

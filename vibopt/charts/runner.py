@@ -1,4 +1,4 @@
-"""The three charts over all families of cases, or over one of them; one runner for all."""
+"""The charts over all families of cases, or over one of them; one runner for all."""
 
 from __future__ import annotations
 

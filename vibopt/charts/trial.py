@@ -75,7 +75,7 @@ MISSING = "not installed"
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What one run of a method says, before anybody has judged it.
+    """What a method says, before anybody has judged it.
 
     answer
         Design, correction or parts; None where there is none.
@@ -85,6 +85,8 @@ class Said:
         Of the whole run, where the method leaves something out of it (reading its file); else nan.
     cut
         Why the run did less than the chart promises, in words; "" where it did all.
+    quartiles, runs
+        Of the seconds of so many runs, where it was timed.
     """
 
     status: str
@@ -93,14 +95,16 @@ class Said:
     kernel: float = math.nan
     seconds: float = math.nan
     cut: str = ""
+    quartiles: tuple[float, float] = (math.nan, math.nan)
+    runs: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
     """Outcome of one method on one case.
 
-    seconds
-        Median of the runs, from the job as read to the answer.
+    seconds, quartiles
+        Median of the runs, from the job as read to the answer, and between what the middle half of them lies.
     kernel
         The part of it that is the optimiser alone, without posing the question or checking its answer.
     status, claim
@@ -117,6 +121,8 @@ class Trial:
         One of the five classes of the chart of stability.
     cut
         Why less was asked than the chart promises; "" where all was.
+    runs
+        How many were timed.
     """
 
     case: str
@@ -131,6 +137,8 @@ class Trial:
     fault: str
     verdict: str
     cut: str = ""
+    quartiles: tuple[float, float] = (math.nan, math.nan)
+    runs: int = 0
 
 
 @dataclass(frozen=True)
@@ -207,8 +215,11 @@ def timed(method: Callable[[], Said], runs: int) -> Said:
         if limit is not None and limit.ended:
             said = replace(said, cut=f"the time limit of {limit.seconds:g} s ended it after {limit.ended}")
             break
-    whole, kernel = (float(median(column)) for column in zip(*times, strict=True))
-    return replace(said, seconds=whole, kernel=kernel)
+    wholes, kernels = zip(*times, strict=True)
+    low, high = np.quantile(wholes, (0.25, 0.75)).tolist()
+    return replace(
+        said, seconds=median(wholes), kernel=median(kernels), quartiles=(low, high), runs=len(times)
+    )  # fmt: skip
 
 
 def said_of(scene: Scene, method: str) -> Said:
@@ -236,7 +247,7 @@ def judged(case: Case, method: str, said: Said, missed: float, off: float) -> Tr
     verdict = _verdict(case, said.status, missed, off, fault)
     return Trial(
         case.name, method, said.seconds, said.kernel, said.status, said.claim, missed, off, error, fault, verdict,
-        said.cut,
+        said.cut, said.quartiles, said.runs,
     )  # fmt: skip
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from vibopt.cli.options import Once, as_json, force, limited, read_scene
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.errors import InputError
-from vibopt.files.writing import checked_target, format_of, write_file
+from vibopt.files.writing import checked_target, format_of, is_stream, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,12 +29,14 @@ _family = click.option(
     type=click.Choice(["isolation", "absorbers", "balancing", "mounts", "shock"]),
     help="Stock cases of one kind only; all if left out.",
 )
-_figure = click.option("--figure", metavar="FILE", help="Draw the chart (.svg, .png, .pdf).")
+_figure = click.option(
+    "--figure", metavar="FILE", help="Draw the chart (.svg, .png, .pdf); its data stand beside it as .json and .csv."
+)
 
 
 @click.group()
 def chart() -> None:
-    """Chart methods against each other: speed and accuracy, stability, fidelity of the model."""
+    """Chart methods against each other: speed and accuracy, stability, profiles, fidelity of the model."""
 
 
 @chart.command("speed-accuracy", cls=Once)
@@ -60,14 +62,12 @@ def speed_accuracy(
     from vibopt.cli.progress import Bar
 
     scenes = _scenes(files, family)
-    target = checked_target(figure, FORMATS, force=force) if figure is not None else None
+    targets = _targets(figure, force=force)
     with Bar() as bar:
         result = run(scenes, family=family, quick=quick, progress=bar)
-    _draw(target, lambda: views.draw_accuracy(result))
-    if as_json:
-        say_json(views.accuracy_json(result))
-    else:
-        _say(lambda console: views.accuracy_table(result, console), target)
+    data = views.accuracy_json(result)
+    _write(targets, data, lambda: views.draw_accuracy(result))
+    _say(data, lambda console: views.accuracy_table(result, console), targets, as_json=as_json)
     if any(one.fault and one.method == DEFAULT for one in result.trials):
         return SILENTLY_WRONG
     return ASKED_LESS if result.cut else 0
@@ -90,14 +90,12 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
     from vibopt.charts.trial import DEFAULT, SILENT
     from vibopt.cli.progress import Bar
 
-    target = checked_target(figure, FORMATS, force=force) if figure is not None else None
+    targets = _targets(figure, force=force)
     with Bar() as bar:
         result = run(family=family, quick=quick, progress=bar)
-    _draw(target, lambda: views.draw_stability(result))
-    if as_json:
-        say_json(views.stability_json(result))
-    else:
-        _say(lambda console: views.stability_table(result, console), target)
+    data = views.stability_json(result)
+    _write(targets, data, lambda: views.draw_stability(result))
+    _say(data, lambda console: views.stability_table(result, console), targets, as_json=as_json)
     if any(one.verdict == SILENT and one.method == DEFAULT for one in result.trials):
         return SILENTLY_WRONG
     return ASKED_LESS if result.cut else 0
@@ -123,15 +121,49 @@ def fidelity(
     from vibopt.cli.progress import Bar
 
     scenes = _scenes(files, family)
-    target = checked_target(figure, FORMATS, force=force) if figure is not None else None
+    targets = _targets(figure, force=force)
     with Bar() as bar:
         rows = run(scenes, family=family, quick=quick, progress=bar)
-    _draw(target, lambda: views.draw_fidelity(rows))
-    if as_json:
-        say_json({"chart": "fidelity", "scenes": list(rows)})
-    else:
-        _say(lambda console: views.fidelity_table(rows, console), target)
+    data = views.fidelity_json(rows)
+    _write(targets, data, lambda: views.draw_fidelity(rows))
+    _say(data, lambda console: views.fidelity_table(rows, console), targets, as_json=as_json)
     return ASKED_LESS if any(row.cut for row in rows) else 0
+
+
+@chart.command(cls=Once)
+@click.option(
+    "--family", type=click.Choice(["isolation", "absorbers", "balancing"]), help="One kind only; all if left out."
+)
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which random questions.")
+@click.option("--count", type=click.IntRange(1, 10_000), default=50, show_default=True, help="How many of a kind.")
+@_quick
+@limited
+@_figure
+@force
+@as_json
+def profiles(
+    family: str | None, seed: int, count: int, quick: bool, figure: str | None, force: bool, as_json: bool
+) -> int:
+    """Share of random questions that each method answers rightly, against its time (performance profiles).
+
+    A seed gives the same questions on every machine; --quick asks fewer methods.  Exit code 6 if vibopt itself is ever
+    silently wrong, 5 if less was asked than the chart promises.
+    """
+    from vibopt.charts import chart_views as views
+    from vibopt.charts.profiles import profiles as run
+    from vibopt.charts.trial import DEFAULT, SILENT
+    from vibopt.cli.progress import Bar
+
+    targets = _targets(figure, force=force)
+    with Bar() as bar:
+        result = run(family, seed=seed, count=count, quick=quick, progress=bar)
+    data = views.profiles_json(result)
+    _write(targets, data, lambda: views.draw_profiles(result))
+    _say(data, lambda console: views.profiles_table(result, console), targets, as_json=as_json)
+    trials = [one for part in result.charts.values() for one in part.trials]
+    if any(one.verdict == SILENT and one.method == DEFAULT for one in trials):
+        return SILENTLY_WRONG
+    return ASKED_LESS if any(one.cut for one in trials) else 0
 
 
 def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:
@@ -148,16 +180,37 @@ def _with_goal(file: str) -> Scene:
     return scene
 
 
-def _draw(target: Path | None, make: Callable[[], Figure]) -> None:
-    if target is not None:
-        from vibopt.report.figures import saved
+def _targets(figure: str | None, *, force: bool) -> tuple[Path, ...]:
+    """The figure, and beside it its data as JSON and CSV; the figure alone where it goes to a device."""
+    if figure is None:
+        return ()
+    target = checked_target(figure, FORMATS, force=force)
+    beside = () if is_stream(target) else (".json", ".csv")
+    return target, *(checked_target(str(target.with_suffix(ending)), force=force) for ending in beside)
 
-        write_file(target, saved(make(), format_of(target, FORMATS)))
+
+def _write(targets: tuple[Path, ...], data: Mapping[str, Any], make: Callable[[], Figure]) -> None:
+    """The figure and its data."""
+    if not targets:
+        return
+    from vibopt.answer.jsonable import json_text
+    from vibopt.charts.chart_views import csv_text
+    from vibopt.files.marks import with_json_check
+    from vibopt.report.figures import saved
+
+    write_file(targets[0], saved(make(), format_of(targets[0], FORMATS)))
+    for target, text in zip(targets[1:], (with_json_check(json_text(data)), csv_text(data)), strict=False):
+        write_file(target, text.encode())
 
 
-def _say(write: Callable[[Console], None], target: Path | None) -> None:
+def _say(
+    data: Mapping[str, Any], write: Callable[[Console], None], targets: tuple[Path, ...], *, as_json: bool
+) -> None:
+    if as_json:
+        say_json(data)
+        return
     from vibopt.answer.text import rendered
 
     say(rendered(write, width=max(width(), 100), colour=colour()))
-    if target is not None:
-        say(f"Written: {target}")
+    if targets:
+        say(f"Written: {', '.join(map(str, targets))}")

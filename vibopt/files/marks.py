@@ -23,6 +23,7 @@ _MARKDOWN_CHECK = r"<!-- vibopt ([0-9a-f]{16}): [^\n]* -->\n\Z"
 _JSON_CHECK = r',\n "vibopt": "([0-9a-f]{16})"\n}\n\Z'
 _ENDS = 20_000
 """Bytes at either end of a file in which a mark stands."""
+_CHARTS = {"speed-accuracy", "stability", "fidelity", "profiles"}
 _STATUSES = {
     "optimal", "feasible", "met", "violated", "infeasible", "unbounded", "unproven", "check_failed",
 }  # fmt: skip
@@ -65,7 +66,7 @@ def _digest(text: str) -> str:
 
 
 def _is_table(text: str) -> bool:
-    """Whether a text is a table of a sweep or of variants: their headings, and nothing but their words below."""
+    """Whether a text is a table of a sweep, of variants or of a chart: its headings, and only its words below."""
     try:
         head, *rows = csv.reader(io.StringIO(text), strict=True)
     except (csv.Error, ValueError):
@@ -74,6 +75,8 @@ def _is_table(text: str) -> bool:
         return False
     if head[:3] == ["kind", "row", "unit"]:
         return all(re.fullmatch("[a-z]+", row[0]) for row in rows)
+    if head[:2] == ["chart", "case"]:
+        return all(row[0] in _CHARTS for row in rows)
     return head[1:2] == ["status"] and all(row[1] in _STATUSES for row in rows)
 
 

@@ -78,14 +78,18 @@ METHODS: dict[str, Callable[[], Method]] = {
     "slsqp": _late("rivals.general", "Slsqp"),
     "slsqp_50": _late("rivals.general", "Slsqp", speeds=50, name="slsqp_50"),
     "slsqp_1000": _late("rivals.general", "Slsqp", speeds=1000, name="slsqp_1000"),
+    "slsqp_5000": _late("rivals.general", "Slsqp", speeds=5000, name="slsqp_5000"),
     "slsqp_exchange": _late("rivals.general", "Exchange"),
     "equal_peaks": _late("rivals.equal_peaks", "EqualPeaks"),
     "trust_constr": _late("rivals.general", "TrustConstr"),
     "trust_constr_50": _late("rivals.general", "TrustConstr", speeds=50, name="trust_constr_50"),
     "trust_constr_1000": _late("rivals.general", "TrustConstr", speeds=1000, name="trust_constr_1000"),
     "ipopt_sampled": _late("rivals.general", "IpoptSampled"),
+    "ipopt_sampled_50": _late("rivals.general", "IpoptSampled", speeds=50, name="ipopt_sampled_50"),
     "ipopt_sampled_1000": _late("rivals.general", "IpoptSampled", speeds=1000, name="ipopt_sampled_1000"),
     "cvxpy_sampled": _late("rivals.convex_sampled", "Convex"),
+    "cvxpy_sampled_50": _late("rivals.convex_sampled", "Convex", speeds=50, name="cvxpy_sampled_50"),
+    "cvxpy_sampled_1000": _late("rivals.convex_sampled", "Convex", speeds=1000, name="cvxpy_sampled_1000"),
     "cvxpy_dpp": _late("rivals.convex_sampled", "Convex", keep=True, name="cvxpy_dpp"),
 }
 """Name and how to make the method."""

@@ -1,0 +1,138 @@
+"""Random questions of the charts: a seed and a number give the same ones on every machine.
+
+Mounts are limited a little above what a drawn mount leaves, worked out here in plain numpy, so that an answer exists;
+the questions of rotors are built round their answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.charts.absorber_cases import taking
+from vibopt.charts.balancing_questions import Asked, asked, least_squares, worst
+from vibopt.charts.machines import absorbed
+from vibopt.charts.trial import FEASIBLE, Case
+
+BUILT, BEST = "built round its answer", "the best of all methods"
+_SPEEDS = 4000
+
+
+def isolator(rng: np.random.Generator, name: str) -> Case:
+    """A machine on none to two blocks, the lowest mount to be chosen as stiff as the floor and the start-up permit."""
+    count = int(rng.integers(1, 4))
+    masses = (10.0 ** rng.uniform(1.0, 3.5) * rng.uniform(0.3, 1.0, count)).tolist()
+    top = float(rng.uniform(60.0, 600.0))
+    force = float(10.0 ** rng.uniform(1.0, 4.0))
+    growing = bool(rng.integers(2))
+    pads = [float(mass * top**2 * rng.uniform(2.0, 20.0)) for mass in masses[:-1]]
+    dash = [float(0.05 * np.sqrt(pad * mass)) for pad, mass in zip(pads, masses, strict=False)]
+    stiffness = float(sum(masses) * (top / rng.uniform(1.7, 5.0)) ** 2)
+    damping = float(2.0 * rng.uniform(0.03, 0.4) * np.sqrt(stiffness * sum(masses)))
+    speeds = np.linspace(0.0, top, _SPEEDS)
+    load = force * (speeds / top) ** 2 if growing else np.full(_SPEEDS, force)
+    moved = _moved(masses, [*pads, stiffness], [*dash, damping], speeds, load)
+    through = abs(moved[-1, -1] * (stiffness + 1j * top * damping))
+    floor, start_up = through * rng.uniform(1.02, 1.5), np.abs(moved[:, 0]).max() * rng.uniform(1.02, 2.0)
+    return Case(name, _mounted(masses, pads, dash, force, top, growing, float(floor), float(start_up)), FEASIBLE,
+                np.nan, BEST, "isolation")  # fmt: skip
+
+
+def _moved(
+    masses: list[float], springs: list[float], dashes: list[float], speeds: FloatArray, load: FloatArray
+) -> FloatArray:
+    """Complex amplitudes of a stack, the highest body first, shape (n_speeds, n_bodies)."""
+    n = len(masses)
+    matrices = [np.diag(masses), np.zeros((n, n)), np.zeros((n, n))]
+    for values, matrix in ((springs, matrices[1]), (dashes, matrices[2])):
+        for i, value in enumerate(values):
+            arm = np.eye(n)[i] - (np.eye(n)[i + 1] if i + 1 < n else 0.0)
+            matrix += value * np.outer(arm, arm)
+    s = 1j * speeds[:, None, None]
+    pull = load[:, None, None] * np.eye(n)[:, :1]
+    moved: FloatArray = np.linalg.solve(s**2 * matrices[0] + s * matrices[2] + matrices[1], pull)[..., 0]
+    return moved
+
+
+def _mounted(
+    masses: list[float], pads: list[float], dash: list[float], force: float, top: float, growing: bool, floor: float,
+    start_up: float,
+) -> str:  # fmt: skip
+    names = ["machine", *(f"block{i}" for i in range(1, len(masses)))]
+    lines = [f'[bodies.{name}]\nmass = "{mass!r} kg"' for name, mass in zip(names, masses, strict=True)]
+    lines += [
+        f'[links.pad{i}]\nbetween = ["{names[i]}", "{names[i + 1]}"]\nstiffness = "{pad!r} N/m"\n'
+        f'damping = "{dash[i]!r} N s/m"'
+        for i, pad in enumerate(pads)
+    ]
+    scale = sum(masses) * top**2
+    lines.append(
+        f'[links.mount]\nbetween = ["{names[-1]}", "ground"]\n'
+        f'stiffness = {{ from = "{1e-4 * scale!r} N/m", to = "{10.0 * scale!r} N/m" }}\n'
+        f'damping = {{ from = "{1e-4 * scale / top!r} N s/m", to = "{10.0 * scale / top!r} N s/m" }}'
+    )
+    lines.append(
+        f'[excitations.shaft]\nkind = "force"\non = "machine"\namplitude = "{force!r} N"\nspeed = "{top!r} rad/s"\n'
+        f'varies = "{"speed^2" if growing else "constant"}"'
+    )
+    lines.append(f'[limits.floor]\nresponse = "transmitted_force"\ninto = "ground"\nat_most = "{floor!r} N"')
+    lines.append(
+        f'[limits.start_up]\nresponse = "displacement"\nof = "machine"\nover = "0..{top!r} rad/s"\n'
+        f'at_most = "{start_up!r} m"'
+    )
+    lines.append('[goal]\nmaximise = "stiffness"\nof = "mount"')
+    return "\n\n".join(lines) + "\n"
+
+
+def absorber(rng: np.random.Generator, name: str) -> Case:
+    """One absorber, or two in every third case, on one to three masses: least amplitude of the highest."""
+    count, number = int(rng.integers(1, 4)), 1 + int(rng.integers(3) == 0)
+    spring = float(10.0 ** rng.uniform(4.0, 6.0))
+    own = float(np.sqrt(spring / 100.0))
+    text = absorbed(
+        [int(rng.integers(count)) for _ in range(number)],
+        [float(10.0 ** rng.uniform(-2.0, -0.7)) for _ in range(number)],
+        count=count, spring=spring, damping=float(rng.choice([0.0, 0.01, 0.04])), speeds=(0.1 * own, 3.0 * own),
+    )  # fmt: skip
+    return Case(name, text, FEASIBLE, np.nan, BEST, "absorbers")
+
+
+def rotor(rng: np.random.Generator, name: str) -> Asked:
+    """Least squares, or the smallest worst residual under caps, of 4 to 200 readings and one to ten planes."""
+    planes = int(rng.integers(1, 11))
+    readings = int(planes * rng.uniform(2.0, 20.0)) + 1
+    seed = int(rng.integers(2**31))
+    if rng.integers(2):
+        question, goal = least_squares(readings, planes, seed)
+        return asked(name, question, goal, BUILT, "balancing")
+    return asked(name, worst(readings, planes, capped=bool(rng.integers(2)), seed=seed), 1.0, BUILT, "balancing")
+
+
+DRAWN: Mapping[str, Callable[[np.random.Generator, str], Case | Asked]] = {
+    "isolation": isolator, "absorbers": absorber, "balancing": rotor,
+}  # fmt: skip
+"""How a question of each family is drawn."""
+
+RIVALS = ("slsqp_50", "slsqp", "slsqp_1000", "slsqp_exchange", "trust_constr_50", "ipopt_sampled", "nlp", "grid")
+QUICK_RIVALS = ("slsqp_50", "slsqp", "slsqp_exchange", "ipopt_sampled")
+_METHODS: Mapping[str, Callable[[tuple[str, ...]], tuple[str, ...]]] = {
+    "isolation": lambda names: (*names, "cvxpy_sampled"),
+    "absorbers": taking,
+}
+
+
+def methods_of(family: str, *, quick: bool) -> tuple[str, ...]:
+    """Rivals that a family of scenes is given to."""
+    return _METHODS[family](QUICK_RIVALS if quick else RIVALS)
+
+
+def drawn(family: str, seed: int, count: int) -> list[Case | Asked]:
+    """So many questions; each depends on the seed and its own number alone."""
+    draw = partial(DRAWN[family])
+    return [draw(np.random.default_rng([seed, i]), f"{family} {seed}.{i}") for i in range(count)]
+
+
+__all__ = ["DRAWN", "drawn", "methods_of"]
