@@ -24,6 +24,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import Found, Method, Progress
+from vibopt.solve.passive import with_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
 from vibopt.solve.without_search import NAME as STANDSTILL
@@ -192,7 +193,7 @@ def answer(
         if OneRange().refuses(finite) is None:
             found = _one_variable(finite, found, progress)
             said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
-    found = _not_proven(finite, said)
+    found = with_bound(finite, _not_proven(finite, said))
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
