@@ -5,7 +5,7 @@ Speeds and frequencies are in rad/s, amplitudes are peak values in SI units.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from vibopt.arrays import ComplexArray, FloatArray, Values
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 Combine = Literal["sum", "rss", "peak"]
 Sense = Literal["greatest", "least"]
@@ -167,6 +167,24 @@ class Segment:
     read: FloatArray
     blows: FloatArray
     endless: bool = False
+
+    def of(self, those: slice) -> Segment:
+        """Of some machines, where each has its own."""
+        if np.ndim(self.length) == 0:
+            return self
+        every: Any = self.length, self.start, self.rates, self.read, self.blows
+        length, start, rates, read, blows = (one[those] for one in every)
+        return Segment(length, start, rates, read, blows, self.endless)
+
+
+def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
+    """Signals of as many like segments, of any lengths and sizes, as one in which each machine of a row has its own."""
+    found = []
+    for every in zip(*signals, strict=True):
+        rows: Any = zip(*((one.length, one.start, one.rates, one.read, one.blows) for one in every), strict=True)
+        length, start, rates, read, blows = (np.array(row) for row in rows)
+        found.append(Segment(length, start, rates, read, blows, every[0].endless))  # type: ignore[arg-type]
+    return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from vibopt.excitations.segments import line, sine, together
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.program.pose import pose
 from vibopt.report.curves import panels
-from vibopt.signals import Segment
+from vibopt.signals import Segment, side_by_side
 from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
@@ -87,7 +87,7 @@ def test_no_simulation_finds_a_higher_peak(seed: int, count: int, shape: str, fr
         for step in (-1e-5, 1e-5)
     ]
     slope = Transient(mass, damped, stiff * (1.0 + 1e-30j), count, np.eye(count)[:, :1], pulse.segments()).at(
-        reading, found
+        reading, found.within, found.part
     )
     if abs(sum(np.abs(other)) - 2.0 * abs(found.value)) < 1e-8 * abs(found.value):
         assert slope.imag / 1e-30 == pytest.approx((other[1] - other[0]) / 2e-5, rel=1e-3, abs=1e-6 * abs(found.value))
@@ -590,3 +590,28 @@ def test_a_machine_that_is_as_good_as_fixed_is_refused_in_time(tmp_path: Path, m
     with pytest.raises(InputError) as refused:
         vo.read(file)
     assert refused.value.messages == (f"fixed.toml line 1: excitations.blast lasts 8 s, and {words}",)
+
+
+@few
+@given(seed=st.integers(0, 10_000), shape=st.sampled_from(get_args(Shape)))
+def test_machines_side_by_side_have_the_peaks_that_each_has_alone(seed: int, shape: str) -> None:
+    """Undamped to braked, on a base that moves, some loose and one without a damper, each under its own duration."""
+    rng = np.random.default_rng(seed)
+    count, none = 6, np.zeros(2)
+    k = np.where(rng.random(count) < 0.2, 0.0, 10.0 ** rng.uniform(-2, 3, count))
+    c = np.where(rng.random(count) < 0.3, 0.0, 10.0 ** rng.uniform(-3, 2, count))
+    turned = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    fading = "decaying" in shape
+    words = [{"frequency": f"{one!r} rad/s", "damping_ratio": 0.2} if fading else {"duration": f"{one!r} s"}
+             for one in (10.0 ** rng.uniform(-1.0, 1.0, count)).tolist()]  # fmt: skip
+    signals = [Pulse(kind="pulse", on="b", shape=shape, acceleration="1 m/s²", **one).segments() for one in words]
+    mass, moved = np.diag([1.0, 0.0]), np.array([[0.0], [1.0]])
+    damped, stiff = (one[:, None, None] * turned for one in (c, k))
+    apart = Reading(np.array([1.0, -1.0]), none, none)
+    row = Transient(np.tile(mass, (count, 1, 1)), damped, stiff, 1, moved, side_by_side(signals))
+    alone = [
+        Transient(mass, *both, 1, moved, one).peak(apart) for *both, one in zip(damped, stiff, signals, strict=True)
+    ]
+    for one, other in zip(row.peaks(apart).each(), alone, strict=True):
+        assert one.value == pytest.approx(other.value, rel=1e-11, abs=1e-13)
+        assert one.open == other.open

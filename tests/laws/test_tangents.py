@@ -95,8 +95,8 @@ def test_a_peak_is_never_below_its_tangents_less_their_rests(
         assert form is not None
         times = form.peak(one.model, x).time * np.array([0.3, 0.7])
         value = one.form.value(one.model, x)
-        tangents = list(one.form.tangents(one.model, x, reach, 0.5 * value, times))
-        near = list(one.form.tangents(one.model, x, 0.01 * reach, 0.5 * value, times))
+        boxes = np.array([reach, 0.01 * reach])
+        tangents, near = one.form.tangents(one.model, np.array([x, x]), boxes, 0.5 * value, times)
         for s in (within(rng, reach) for _ in range(8)):
             there = one.form.value(one.model, x * (1.0 + s))
             assert all(t.value + t.slope @ s - t.rest <= there * (1.0 + 1e-10) for t in tangents)
@@ -112,7 +112,7 @@ def test_without_its_rest_a_tangent_would_be_too_high(tmp_path: Path) -> None:
         program = posed(tmp_path, machine(rng), ASKED[0], ASKED[1], 1.0)
         x, reach = np.sqrt(program.low * program.high), np.full(2, 0.2)
         for one in program.parts:
-            tangent = next(one.form.tangents(one.model, x, reach))
+            tangent = one.form.tangents(one.model, x[None], reach[None])[0][0]
             corners = np.array(np.meshgrid([-0.2, 0.2], [-0.2, 0.2])).reshape(2, -1).T
             lacking = [tangent.value + tangent.slope @ s - one.form.value(one.model, x * (1.0 + s)) for s in corners]
             assert max(lacking) <= tangent.rest + 1e-12 * tangent.value

@@ -6,27 +6,33 @@ machine: it is looked at more closely than that, and the greatest tops are refin
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, by_differences
+from vibopt.arrays import FloatArray, IntArray
+from vibopt.forms.form import Form, by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime
 from vibopt.records import dataclass
-from vibopt.signals import Output, Segment
+from vibopt.signals import Output, Segment, side_by_side
 
 if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
+    from vibopt.mechanics.transient import Reading, Transient
 
-_KEPT, _TOPS, _NOTHING, _BEHIND = 64, 4, 1e-9, 8.0
-"""Answers and tops that are kept; part of the fastest rate that is none; radians of the slowest looked at behind."""
+    _Asked = Callable[[Transient, Reading, IntArray], FloatArray]
+
+_TOPS, _NOTHING, _BEHIND = 4, 1e-9, 8.0
+"""Tops that are kept; part of the fastest rate that is none; radians of the slowest looked at behind."""
 _IN_A_PERIOD, _SHORT, _RATIO = 6.0, 1e-3, 2.0
 """Durations in the shortest period; part of it from which they are looked at, each so many times the one before."""
-_CLOSE, _NEAR = 1e-5, 0.95
-"""Part of a duration to which the greatest are found, and of the greatest from which a top may be it."""
+_ACROSS, _AT_ONCE = np.linspace(0.0, 1.0, 13), 128
+"""Places across a top at which it is looked at; durations side by side."""
+_CLOSE, _LEVEL, _NEAR = 1e-5, 1e-11, 0.95
+"""Parts: of a duration to which a top is found, of a top that is level, of the greatest from which a top may be it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +63,13 @@ class PeakOverDurations(Form):
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst_of(model, x)[0]
 
+    def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
+        return np.array([value for value, _ in self._worst(model, x)])
+
+    def ahead(self, model: Model, x: FloatArray) -> None:
+        with suppress(np.linalg.LinAlgError):  # told where it is asked for alone
+            self.values(model, x)
+
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         value, duration = self.worst_of(model, x)
         if not 0.0 < value < np.inf:
@@ -68,46 +81,75 @@ class PeakOverDurations(Form):
         return PeakInTime(self.output, self.loads, self.signals(duration))
 
     def worst_of(self, model: Model, x: FloatArray) -> tuple[float, float]:
-        """The greatest response, and the duration [s] at which it is; the last ones are kept."""
-        known: dict[tuple[int, bytes], tuple[PeakOverDurations, tuple[float, float]]]
-        known = vars(model).setdefault("peaks_over_durations", {})
-        key = id(self), np.asarray(x, dtype=float).tobytes()
-        if key not in known:
-            if len(known) >= _KEPT:
-                known.pop(next(iter(known)))
-            known[key] = self, self._search(model, x)  # the form stays, and so its number
-        return known[key][1]
+        """The greatest response, and the duration [s] at which it is."""
+        return self._worst(model, x[None])[0]
 
-    def _search(self, model: Model, x: FloatArray) -> tuple[float, float]:
-        from scipy.optimize import minimize_scalar
+    def _worst(self, model: Model, x: FloatArray) -> list[tuple[float, float]]:
+        """The same at designs x (n, n_vars)."""
+        return kept(model, self, x, lambda some: self._search(model, some))
 
+    def _search(self, model: Model, x: FloatArray) -> list[tuple[float, float]]:
+        """At designs (n, n_vars): a rough look at many durations, and all tops that may be the greatest, closer."""
         from vibopt.mechanics.harmonic import mount_count
         from vibopt.mechanics.modes import poles
 
-        def value(duration: float) -> float:
-            return self.lasting(duration).value(model, x)
+        every = [np.abs(poles(model, model.values(one))) for one in x]
+        slow = np.array([one[one > _NOTHING * one.max(initial=0.0)].min(initial=np.inf) for one in every])
+        times = [durations(self.low, self.high, float(one.max(initial=0.0))) for one in every]
+        of = np.repeat(np.arange(len(x)), [len(one) for one in times])
 
-        rates = np.abs(poles(model, model.values(x)))
-        slow = float(rates[rates > _NOTHING * rates.max(initial=0.0)].min(initial=np.inf))
-        times = durations(self.low, self.high, float(rates.max(initial=0.0)))
-        count = mount_count(model, self.output, x)
-        values = np.array([self._glimpse(model, x, float(one), _BEHIND / slow) for one in times]) / count
-        best = max((value(float(one)), float(one)) for one in {self.high, max(self.low, float(times[0]))})
-        beside = np.concatenate([[-np.inf], values, [-np.inf]])
-        tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
-        for i in tops[np.argsort(-values[tops])[:_TOPS]]:
-            low, high = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-            if np.isfinite(values[i]) and values[i] >= _NEAR * values.max() and low < high:
-                top = minimize_scalar(
-                    lambda one: -value(float(one)), bounds=(low, high), method="bounded",
-                    options={"xatol": _CLOSE * float(high)},
-                )  # fmt: skip
-                best = max(best, (-float(top.fun), float(top.x)))
-        return best
+        def look(machine: Transient, read: Reading, of: IntArray) -> FloatArray:
+            return machine.glimpses(read, _BEHIND / slow[of])
 
-    def _glimpse(self, model: Model, x: FloatArray, duration: float, behind: float) -> float:
-        machine, reading = self.lasting(duration).transient(model, model.values(x))
-        return machine.glimpse(reading, behind)
+        seen = self._by(model, x, of, np.concatenate(times), look)
+        tops: list[tuple[int, float, float]] = []
+        for i, (here, values) in enumerate(zip(times, np.split(seen, np.flatnonzero(np.diff(of)) + 1), strict=True)):
+            tops += [(i, end, end) for end in {self.high, max(self.low, float(here[0]))}]
+            tops += [(i, *between) for between in _tops(here, values)]
+        best = [(-np.inf, self.high)] * len(x)
+        for i, found in self._climbed(model, x, tops):
+            best[i] = max(best[i], found)
+        return [(value / mount_count(model, self.output, one), at) for (value, at), one in zip(best, x, strict=True)]
+
+    def _climbed(
+        self, model: Model, x: FloatArray, tops: list[tuple[int, float, float]]
+    ) -> Iterator[tuple[int, tuple[float, float]]]:
+        """The greatest response of a design between two durations with one top between them, and its duration [s]."""
+        of, low, high = (np.array(column) for column in zip(*tops, strict=True))
+        of = of.astype(int)
+        while len(of):
+            times = low[:, None] + (high - low)[:, None] * _ACROSS
+            values = self._peaks(model, x, np.repeat(of, len(_ACROSS)), times.ravel()).reshape(times.shape)
+            at, rows = values.argmax(axis=1), np.arange(len(of))
+            greatest = zip(values[rows, at].tolist(), times[rows, at].tolist(), strict=True)
+            yield from zip(of.tolist(), greatest, strict=True)
+            inside = np.clip(at, 1, len(_ACROSS) - 2)
+            near, there = (np.array([one[rows, inside + k] for k in (-1, 0, 1)]) for one in (values, times))
+            low, high = there[0], there[2]
+            done = (near.max(axis=0) - near.min(axis=0) <= _LEVEL * near.max(axis=0)) | (high - low <= _CLOSE * high)
+            left = ~done & np.isfinite(near).all(axis=0)
+            of, low, high = of[left], low[left], high[left]
+
+    def _peaks(self, model: Model, x: FloatArray, of: IntArray, times: FloatArray) -> FloatArray:
+        """The greatest response of designs x[of] to pulses of many durations [s]."""
+        return np.abs(self._by(model, x, of, times, lambda machine, read, _: machine.peaks(read).value))
+
+    def _by(self, model: Model, x: FloatArray, of: IntArray, times: FloatArray, asked: _Asked) -> FloatArray:
+        """What is asked of designs x[of] (n, n_vars) under pulses of durations (n,) [s], many side by side."""
+        from vibopt.forms.peak_in_time import matrices, reading
+        from vibopt.mechanics.transient import Transient
+
+        p, found = model.values(x), np.zeros(len(times))
+        signals = [self.signals(float(one)) for one in times]
+        kinds = [tuple((*one.rates.shape, one.endless) for one in signal) for signal in signals]
+        for kind in dict.fromkeys(kinds):  # several pulses may come in another order
+            alike = np.flatnonzero([one == kind for one in kinds])
+            for those in np.array_split(alike, -(-len(alike) // _AT_ONCE)):
+                here = p[of[those]]
+                together = side_by_side([signals[i] for i in those])
+                machine = Transient(*matrices(model, here), model.n_free, self.loads, together)
+                found[those] = asked(machine, reading(model, self.output, here), of[those])
+        return found
 
     def reach(self, model: Model) -> Reach:
         from vibopt.forms.reduce import driven
@@ -116,6 +158,16 @@ class PeakOverDurations(Form):
 
     def cost(self, model: Model) -> float:
         return 200.0
+
+
+def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float]]:
+    """Durations [s] beside the tops of what was seen that may be the greatest."""
+    beside = np.concatenate([[-np.inf], values, [-np.inf]])
+    tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
+    for i in tops[np.argsort(-values[tops])[:_TOPS]]:
+        low, high = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
+        if np.isfinite(values[i]) and values[i] >= _NEAR * values.max() and low < high:
+            yield float(low), float(high)
 
 
 def durations(low: float, high: float, fastest: float) -> FloatArray:

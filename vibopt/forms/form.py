@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
     Bounds = tuple[FloatArray, FloatArray]
 
-_STEP = 1e-6
+_STEP, _KEPT = 1e-6, 4096
+_T = TypeVar("_T")
 WITHOUT_END = 1e30
 ROOTS = 1e-6
 """Part of the greatest pole, or of a root mean square, that near roots and integrals may lose."""
@@ -168,12 +169,12 @@ class Form:
 
     def tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
-    ) -> Iterator[Tangent]:
-        """What it is no less than where x is off by at most `reach` (n_vars,) of itself; the first is its value at x.
+    ) -> list[list[Tangent]]:
+        """What it is no less than where x is off by at most `reach` of itself, both (n, n_vars), at each of n designs.
 
         Only of forms that have `tangents_of`; `level` and `times` [s] say where it is worth looking.
         """
-        return iter(())
+        return [[] for _ in x]
 
     @property
     def tangents_of(self) -> tuple[float, ...]:
@@ -187,6 +188,9 @@ class Form:
     def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
         """The worst at designs x (n, n_vars), shape (n,)."""
         return np.array([self.worst(model, one, least_wanted=least_wanted).value for one in x])
+
+    def ahead(self, model: Model, x: FloatArray) -> None:
+        """Be ready for its values at designs x (n, n_vars), where many together take less than each alone."""
 
     def glance(self, model: Model, x: FloatArray) -> FloatArray | None:
         """No greater than the greatest at designs x (n, n_vars), shape (n,), where many are had for little."""
@@ -294,6 +298,20 @@ class Form:
     def cost(self, model: Model) -> float:
         """Work of measuring it at one design [nominal ms]: an eigenproblem grows with the square of the coordinates."""
         return 0.3 + 0.01 * model.n_free**2
+
+
+def kept(model: Model, form: Form, x: FloatArray, measured: Callable[[FloatArray], Sequence[_T]]) -> list[_T]:
+    """What a form measures at designs x (n, n_vars), of which the last ones stay with the model."""
+    known: dict[tuple[int, bytes], tuple[Form, _T]] = vars(model).setdefault("kept", {})
+    keys = [(id(form), one.tobytes()) for one in np.asarray(x, dtype=float)]
+    found = {key: known[key][1] for key in keys if key in known}
+    if new := list(dict.fromkeys(key for key in keys if key not in found)):
+        for key, one in zip(new, measured(np.array([np.frombuffer(key[1]) for key in new])), strict=True):
+            while len(known) >= _KEPT:
+                known.pop(next(iter(known)))
+            known[key] = form, one  # the form stays, and so its number
+            found[key] = one
+    return [found[key] for key in keys]
 
 
 def by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,12 +60,15 @@ class Monomials(Form):
 
     def tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
-    ) -> Iterator[Tangent]:
+    ) -> list[list[Tangent]]:
         from vibopt.forms.tangent import Tangent, bent
 
-        parts = self._parts(x)
-        rest = float(np.abs(parts) @ bent(self.exponents, reach))
-        yield Tangent(float(parts.sum()), parts @ self.exponents, rest, np.zeros(len(x)))
+        found = []
+        for one, off in zip(x, reach, strict=True):
+            parts = self._parts(one)
+            rest = float(np.abs(parts) @ bent(self.exponents, off))
+            found.append([Tangent(float(parts.sum()), parts @ self.exponents, rest, np.zeros(len(one)))])
+        return found
 
     def cost(self, model: Model) -> float:
         return 0.02

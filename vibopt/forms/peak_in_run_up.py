@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import ROOTS, Form, by_differences
+from vibopt.forms.form import ROOTS, Form, by_differences, kept
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.motor import NO_SWEEP, Motor
 from vibopt.mechanics.transient import Reading
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from vibopt.mechanics.ringing import Peak
     from vibopt.mechanics.sweep_response import RunUp
 
-_KEPT = 64
 BY_TORQUE = 2e-4
 """Part of itself to which the greatest is known where the speed follows from torque."""
 _STEP = 1e-5
@@ -124,14 +123,8 @@ class PeakInRunUp(Form):
         return 10.0 + 2.0 * model.n_free
 
     def peak(self, model: Model, x: FloatArray) -> Peak:
-        """The greatest response, of all mounts together where shared; the last ones are kept."""
-        known: dict[tuple[int, bytes], tuple[PeakInRunUp, Peak]] = vars(model).setdefault("peaks_in_run_up", {})
-        key = id(self), np.asarray(x, dtype=float).tobytes()
-        if key not in known:
-            if len(known) >= _KEPT:
-                known.pop(next(iter(known)))
-            known[key] = self, self._peak(model, np.asarray(x, dtype=float))  # the form stays, and so its number
-        return known[key][1]
+        """The greatest response, of all mounts together where shared."""
+        return kept(model, self, x[None], lambda some: [self._peak(model, one) for one in some])[0]
 
     def _peak(self, model: Model, x: FloatArray) -> Peak:
         from vibopt.mechanics.ringing import Peak

@@ -6,13 +6,14 @@ slope is that of the motion at one time, by complex steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
-from vibopt.forms.form import WITHOUT_END, Form, by_differences
+from vibopt.arrays import FloatArray, IntArray
+from vibopt.forms.form import WITHOUT_END, Form, by_differences, kept
 from vibopt.records import dataclass
 from vibopt.signals import Output, Segment
 
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
     from vibopt.mechanics.transient import Reading, Transient
 
 _STEP = 1e-30
-_KEPT = 64
+_KEPT, _STATES = 16, 50_000
+"""Rows of machines that are kept, and states of loads at once."""
 _APART = 0.1
 """Part of its time by which another time must differ from that of a peak to say more."""
 
@@ -48,21 +50,36 @@ class PeakInTime(Form):
     rough = "is a peak in time: its instant is found by a search, and jumps from one peak to another"
 
     def value(self, model: Model, x: FloatArray) -> float:
+        return float(self.values(model, x[None])[0])
+
+    def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
         from vibopt.mechanics.harmonic import mount_count
 
-        return abs(self.peak(model, x).value) / mount_count(model, self.output, x)
+        sizes = np.array([abs(one.value) for one in self.peaks(model, x)])
+        found: FloatArray = sizes / np.array([mount_count(model, self.output, one) for one in x])
+        return found
+
+    def ahead(self, model: Model, x: FloatArray) -> None:
+        with suppress(np.linalg.LinAlgError):  # told where it is asked for alone
+            self.values(model, x)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         peak, p = self.peak(model, x), model.values(x)
         if not 0.0 < abs(peak.value) < np.inf or not np.isfinite(peak.time):
             return by_differences(lambda at: self.value(model, at), x)
-        slope = np.zeros(model.n_vars)
-        for i in range(model.n_vars):
-            machine, reading = self.transient(model, p * (1.0 + 1j * _STEP * model.exponents[:, i]))
-            slope[i] = machine.at(reading, peak).imag / _STEP / peak.value
+        slope = self._changes(model, p[None], model.exponents.T, peak.within, peak.part)[0] / peak.value
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
+
+    def _changes(
+        self, model: Model, p: FloatArray, ways: FloatArray, within: int | IntArray, part: float | FloatArray
+    ) -> FloatArray:
+        """How the reading at a time of each machine p (n, n_terms) changes along ways of log p (k, n_terms), (n, k)."""
+        moved = (p[:, None] * (1.0 + 1j * _STEP * ways)).reshape(-1, p.shape[1])
+        machine, reading = self.transient(model, moved)
+        places = (np.repeat(np.broadcast_to(one, len(p)), len(ways)) for one in (within, part))
+        return np.asarray(machine.at(reading, *places).imag / _STEP).reshape(len(p), -1)
 
     @property
     def in_time(self) -> PeakInTime:
@@ -74,51 +91,58 @@ class PeakInTime(Form):
 
     def tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
-    ) -> Iterator[Tangent]:
+    ) -> list[list[Tangent]]:
         """At the time of the peak at x, at each of `times` [s], and early on the way up to a peak above `level`.
 
         Early, less can have changed.
         """
         from vibopt.mechanics.harmonic import mount_count
 
-        peak = self.peak(model, x)
-        if not np.isfinite(peak.value) or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
-            return
-        machine, reading = self.transient(model, model.values(x))
-        size = abs(peak.value)
-        half = 0.5 * (size + level * mount_count(model, self.output, x))
-        early = [machine.placed(machine.first_above(reading, half, peak))] if half < size else []
-        others = [machine.placed(time) for time in times if abs(time - peak.time) > _APART * peak.time]
-        for at in (*early, peak, *others):
-            tangent = self._tangent(model, x, reach, at)
-            if tangent is not None and np.isfinite(tangent.rest):
-                yield tangent
+        peaks = self.peaks(model, x)
+        found: list[list[Tangent]] = [[] for _ in x]
+        known = [i for i, one in enumerate(peaks) if np.isfinite(one.value)]
+        if not known or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
+            return found
+        machine, reading = self.transient(model, model.values(x[known]))
+        tops = np.array([peaks[i].time for i in known])
+        sizes = np.array([abs(peaks[i].value) for i in known])
+        half = 0.5 * (sizes + level * mount_count(model, self.output, x[0]))
+        early = machine.times_above(reading, half, tops)
+        other = [(known[i], early[i]) for i in np.flatnonzero(half < sizes)]
+        other += [(i, time) for i in known for time in times if abs(time - peaks[i].time) > _APART * peaks[i].time]
+        within, part = machine.placed(np.array([time for _, time in other]))
+        which = np.array([*known, *(i for i, _ in other)])
+        within = np.concatenate([[peaks[i].within for i in known], within])
+        part = np.concatenate([[peaks[i].part for i in known], part])
+        for i, one in zip(which, self._tangents(model, x[which], reach[which], within, part), strict=True):
+            found[i] += [one] if np.isfinite(one.rest) else []
+        return found
 
-    def _tangent(self, model: Model, x: FloatArray, reach: FloatArray, at: Peak) -> Tangent | None:
-        """At one time; None where the motion follows too suddenly to have one."""
+    def _tangents(
+        self, model: Model, x: FloatArray, reach: FloatArray, within: IntArray, part: FloatArray
+    ) -> list[Tangent]:
+        """At one time of each design; none where the motion follows too suddenly to have one."""
         from vibopt.forms.tangent import Tangent, bent
         from vibopt.mechanics.harmonic import mount_count
         from vibopt.mechanics.kernel_bounds import Element, nearby
 
         p, active = model.values(x), np.flatnonzero(model.exponents.any(axis=1))
         elements = [Element(int(model.kinds[i]), model.vectors[i], float(self.output.signs[i])) for i in active]
-        near = nearby(*self.transient(model, p), elements, at)
+        near = nearby(*self.transient(model, p), elements, within, part)
         if near is None:
-            return None
-        slopes, exponents = np.zeros(len(active)), model.exponents[active]
-        for k, i in enumerate(active):
-            off = p.astype(complex)
-            off[i] *= 1.0 + 1j * _STEP
-            machine, reading = self.transient(model, off)
-            slopes[k] = machine.at(reading, at).imag / _STEP
-
-        def rest(reach: FloatArray) -> float:
-            bends = bent(exponents, reach)
-            return near.rest(p[active] * (np.abs(exponents) @ reach + bends)) + float(np.abs(slopes) @ bends)
-
-        share = float(np.copysign(1.0, near.value)) / mount_count(model, self.output, x)
-        sides = np.array([rest(reach * one) for one in np.eye(len(x))])
-        return Tangent(near.value * share, slopes @ exponents * share, rest(reach) * abs(share), sides * abs(share))
+            return []
+        exponents = model.exponents[active]
+        slopes = self._changes(model, p, np.eye(p.shape[1])[active], within, part)
+        boxes = reach[:, None] * np.vstack([np.ones(x.shape[1]), np.eye(x.shape[1])])  # (n, 1 + n_vars, n_vars)
+        bends = bent(exponents, boxes)
+        rests = near.rests(p[:, None, active] * (boxes @ np.abs(exponents).T + bends))
+        rests = rests + (bends @ np.abs(slopes)[..., None])[..., 0]
+        share = np.copysign(1.0, near.value) / mount_count(model, self.output, x[0])
+        slopes, rests = slopes @ exponents * share[:, None], rests * np.abs(share)[:, None]
+        return [
+            Tangent(float(value), slope, float(rest[0]), rest[1:])
+            for value, slope, rest in zip(near.value * share, slopes, rests, strict=True)
+        ]
 
     def reach(self, model: Model) -> Reach:
         from vibopt.forms.reduce import driven
@@ -129,20 +153,25 @@ class PeakInTime(Form):
         return 3.0 + 0.02 * len(self.segments)
 
     def peak(self, model: Model, x: FloatArray) -> Peak:
-        """The greatest response, of all mounts together where shared; the last ones are kept."""
-        known: dict[tuple[int, bytes], tuple[PeakInTime, Peak]] = vars(model).setdefault("peaks_in_time", {})
-        key = id(self), np.asarray(x, dtype=float).tobytes()
-        if key not in known:
-            if len(known) >= _KEPT:
-                known.pop(next(iter(known)))
-            machine, reading = self.transient(model, model.values(x))
-            known[key] = self, machine.peak(reading)  # the form stays, and so its number
-        return known[key][1]
+        """The greatest response, of all mounts together where shared."""
+        return self.peaks(model, x[None])[0]
+
+    def peaks(self, model: Model, x: FloatArray) -> list[Peak]:
+        """The same at designs x (n, n_vars), side by side."""
+        return kept(model, self, x, lambda some: self._measured(model, some))
+
+    def _measured(self, model: Model, x: FloatArray) -> list[Peak]:
+        most = max(1, _STATES // sum(one.start.shape[-1] for one in self.segments))
+        found = []
+        for k in range(0, len(x), most):
+            machine, read = self.transient(model, model.values(x[k : k + most]))
+            found += machine.peaks(read).each()
+        return found
 
     def transient(self, model: Model, p: Numbers) -> tuple[Transient, Reading]:
-        """The machine under its loads, and what is read, at coefficients p (n_terms,), real or complex."""
-        known: dict[tuple[int, bytes, bytes], tuple[PeakInTime, Transient]] = vars(model).setdefault("in_time", {})
-        key = id(self.segments), self.loads.tobytes(), p.tobytes()
+        """The machine under its loads, and what is read, at coefficients p (..., n_terms), real or complex."""
+        known: dict[tuple[int, bytes, bytes, int], tuple[PeakInTime, Transient]] = vars(model).setdefault("in_time", {})
+        key = id(self.segments), self.loads.tobytes(), p.tobytes(), p.ndim
         if key not in known:
             from vibopt.mechanics.transient import Transient
 
@@ -154,18 +183,18 @@ class PeakInTime(Form):
 
 
 def matrices(model: Model, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Mass, damping and stiffness at coefficients p (n_terms,), (n_coords, n_coords) each."""
+    """Mass, damping and stiffness at coefficients p (..., n_terms), (..., n_coords, n_coords) each."""
     from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 
     def matrix(kind: int) -> Numbers:
         vectors = model.vectors[model.kinds == kind]
-        return np.asarray((vectors.T * p[model.kinds == kind]) @ vectors)
+        return np.asarray((vectors.T * p[..., None, model.kinds == kind]) @ vectors)
 
     return matrix(INERTIA), matrix(DAMPING), matrix(STIFFNESS)
 
 
 def reading(model: Model, output: Output, p: Numbers) -> Reading:
-    """What is read at coefficients p (n_terms,).
+    """What is read at coefficients p (..., n_terms).
 
     A force follows position through stiffness, velocity through damping and acceleration through inertance.
     """

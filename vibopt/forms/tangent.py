@@ -38,11 +38,12 @@ class Tangent:
 
 
 def bent(exponents: FloatArray, reach: FloatArray) -> FloatArray:
-    """How far prod_j (1 + s_j)**e_ij can be from 1 + sum_j e_ij s_j on |s| <= reach <= 1, shape (n,)."""
+    """How far prod_j (1 + s_j)**e_ij can be from 1 + sum_j e_ij s_j on |s| <= reach <= 1, (..., n_vars) to (..., n)."""
+    reach = reach[..., None, :]
     with np.errstate(divide="ignore"):
         ends = [np.abs((1.0 + s) ** exponents - 1.0 - exponents * s) for s in (reach, -reach)]
     linear = np.abs(exponents) * reach
-    off: FloatArray = np.prod(1.0 + linear + np.maximum(*ends), axis=1) - 1.0 - linear.sum(axis=1)
+    off: FloatArray = np.prod(1.0 + linear + np.maximum(*ends), axis=-1) - 1.0 - linear.sum(axis=-1)
     return np.maximum(off, 0.0)
 
 

@@ -23,11 +23,11 @@ class Condensed:
     """A machine in the coordinates that are left: with mass, held by dampers, bases.
 
     mass, damping, stiffness
-        (n + n_bases, n + n_bases) each.
+        (..., n + n_bases, n + n_bases) each.
     n, heavy
         Number of free coordinates, and of those of them that have mass.
     lift
-        All coordinates from these, (n_coords, n + n_bases).
+        All coordinates from these, (..., n_coords, n + n_bases).
     quick
         Coordinates that dropped out: only springs hold them.
     """
@@ -47,33 +47,48 @@ def massless(mass: Numbers, n_free: int) -> IntArray:
     return found
 
 
+class UnlikeError(ArithmeticError):
+    """Machines side by side of which some have states that others have not."""
+
+
 def condensed(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) -> Condensed:
-    """The machine without the coordinates that only springs hold; matrices (n_coords, n_coords)."""
-    light = massless(mass, n_free)
-    slow = np.diag(damping).real[light] > 0.0
+    """The machine without the coordinates that only springs hold; matrices (..., n_coords, n_coords).
+
+    Raises
+    ------
+    UnlikeError
+        Of several machines not all drop the same.
+    """
+    count, diagonal = mass.shape[-1], np.diagonal(mass, axis1=-2, axis2=-1)[..., :n_free].reshape(-1, n_free)
+    braked = np.diagonal(damping, axis1=-2, axis2=-1)[..., :n_free].reshape(-1, n_free).real > 0.0
+    light = (diagonal[0] == 0.0).nonzero()[0]
+    slow = braked[0, light]
+    if ((diagonal == 0.0) != (diagonal[0] == 0.0)).any() or (braked[:, light] != slow).any():
+        raise UnlikeError
     heavy = np.setdiff1d(np.arange(n_free), light)
     own = np.concatenate([heavy, light[slow]])
-    kept, quick = np.concatenate([own, np.arange(n_free, len(mass))]), light[~slow]
-    lift = np.zeros((len(mass), len(kept)), dtype=np.result_type(mass, damping, stiffness))
-    lift[kept, np.arange(len(kept))] = 1.0
+    kept, quick = np.concatenate([own, np.arange(n_free, count)]), light[~slow]
+    lift = np.zeros((*mass.shape[:-1], len(kept)), dtype=np.result_type(mass, damping, stiffness))
+    lift[..., kept, np.arange(len(kept))] = 1.0
     if len(quick):
-        lift[quick] = -np.linalg.solve(stiffness[np.ix_(quick, quick)], stiffness[np.ix_(quick, kept)])
-    whole = np.ix_(kept, kept)
-    return Condensed(mass[whole], damping[whole], lift.T @ stiffness @ lift, len(own), len(heavy), lift, quick)
+        held, led = (stiffness[..., quick[:, None], one] for one in (quick, kept))
+        lift[..., quick, :] = -np.linalg.solve(held, led)
+    whole = (..., kept[:, None], kept)
+    return Condensed(mass[whole], damping[whole], lift.mT @ stiffness @ lift, len(own), len(heavy), lift, quick)
 
 
 def eliminated(elastic: Numbers, braked: Numbers, heavy: int) -> Numbers:
     """Accelerations of what has mass, rates of the rest, from places and rates of all that has mass or is prescribed.
 
-    elastic, braked (n, half) are forces per place and rate, where all masses are one; the result (n, 2 half) has
-    nothing in the columns of rates that are no states.
+    elastic, braked (..., n, half) are forces per place and rate, where all masses are one; the result (..., n, 2 half)
+    has nothing in the columns of rates that are no states.
     """
-    n, half = elastic.shape
-    rows = -np.hstack([elastic, braked])
-    rows[:, half + heavy : half + n] = 0.0
-    rest = np.linalg.solve(braked[heavy:, heavy:n], rows[heavy:])
-    rows[:heavy] -= braked[:heavy, heavy:n] @ rest
-    rows[heavy:] = rest
+    n, half = elastic.shape[-2:]
+    rows = -np.concatenate([elastic, braked], axis=-1)
+    rows[..., half + heavy : half + n] = 0.0
+    rest = np.linalg.solve(braked[..., heavy:, heavy:n], rows[..., heavy:, :])
+    rows[..., :heavy, :] -= braked[..., :heavy, heavy:n] @ rest
+    rows[..., heavy:, :] = rest
     return rows
 
 

@@ -4,7 +4,7 @@ With coefficients p that are off by d, the motion is that of the machine at p0 u
 the element i is extended by (its rate, its acceleration), on the machine as it is.  So the reading is its tangent in d,
 and a rest of second order.  Schwarz and Young bound the rest: the answer to a force is never greater than the root of
 the energy of its kernel times that of the force, and its own energy is no greater than the kernel's sum times the
-force's.  Energies are integrals of squares up to that time, by doubling.
+force's.  Energies are integrals of squares up to that time, by doubling.  Machines stand in a row, each with its time.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-from vibopt.mechanics.panels import exponential, series
-from vibopt.mechanics.ringing import Peak
-from vibopt.mechanics.transient import Reading, Transient
+from vibopt.mechanics.panels import exponential, halvings_of, series
+from vibopt.mechanics.transient import Reading, Transient, wide
 from vibopt.records import dataclass
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(16)
@@ -42,10 +41,10 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Nearby:
-    """What bounds the rest of a reading at a time; all (n_elements,) or (n_elements, n_elements), at p0.
+    """What bounds the rest of a reading at a time; all (n, n_elements) or (n, n_elements, n_elements), at p0.
 
     value
-        The reading at p0.
+        The reading at p0, (n,).
     kernels, sums
         Of each extension against a force on each element: root of the integral of the squares, and bound of the
         integral of sizes, with the part that follows at once.
@@ -56,10 +55,10 @@ class Nearby:
     energies, now
         Root of the integral of the square of each extension up to the time, and its size at the time.
     weights
-        Of the elements' own forces in the reading.
+        Of the elements' own forces in the reading, (n_elements,).
     """
 
-    value: float
+    value: FloatArray
     kernels: FloatArray
     sums: FloatArray
     read: FloatArray
@@ -69,29 +68,43 @@ class Nearby:
     now: FloatArray
     weights: FloatArray
 
-    def rest(self, off: FloatArray) -> float:
-        """How far the reading can be from its tangent where coefficients are off by at most `off` (n_elements,)."""
-        grown = _contracted(self.sums * off, self.energies)
-        if not np.isfinite(grown).all():
-            return float("inf")
-        at_time = self.kernels @ (off * grown)
-        now = _contracted(self.at_once * off, self.now + at_time)
-        moved = at_time + self.at_once @ (off * now)
-        energies = self.sums @ (off * grown)
-        rest = off @ (self.read * energies + (self.read_at_once + self.weights) * moved)
-        return float(rest * _ROUNDING) if np.isfinite(rest) else float("inf")
+    def rests(self, off: FloatArray) -> FloatArray:
+        """How far the reading can be from its tangent where coefficients are off by at most `off`, (n, k, n_elements)
+        to (n, k).
+        """
+        kernels, sums, at_once = self.kernels[:, None], self.sums[:, None], self.at_once[:, None]
+        with np.errstate(invalid="ignore", over="ignore"):
+            grown = _contracted(sums * off[..., None, :], self.energies[:, None])
+            at_time = _times(kernels, off * grown)
+            now = _contracted(at_once * off[..., None, :], self.now[:, None] + at_time)
+            moved = at_time + _times(at_once, off * now)
+            felt = self.read[:, None] * _times(sums, off * grown)
+            felt += (self.read_at_once + self.weights)[:, None] * moved
+            rest = (off * felt).sum(axis=-1) * _ROUNDING
+        return np.where(np.isfinite(rest), rest, np.inf)
+
+
+def _times(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    return np.asarray((matrix @ vector[..., None])[..., 0])
 
 
 def _contracted(step: FloatArray, start: FloatArray) -> FloatArray:
     """Bound of S where S <= start + step S; infinite where nothing contracts."""
-    if not np.isfinite(step).all() or np.abs(np.linalg.eigvals(step)).max(initial=0.0) >= 1.0 - 1e-9:
-        return np.full(len(start), np.inf)
-    return np.asarray(np.linalg.solve(np.eye(len(start)) - step, start))
+    count = step.shape[-1]
+    known = np.isfinite(step).all(axis=(-2, -1))
+    step = np.where(wide(known), step, 0.0)
+    known = known & (np.abs(np.linalg.eigvals(step)).max(axis=-1, initial=0.0) < 1.0 - 1e-9)
+    matrix = np.eye(count) - np.where(wide(known), step, 0.0)
+    start = np.broadcast_to(start, step.shape[:-1])
+    return np.where(known[..., None], np.linalg.solve(matrix, start[..., None])[..., 0], np.inf)
 
 
-def nearby(machine: Transient, reading: Reading, elements: Sequence[Element], peak: Peak) -> Nearby | None:
-    """Bounds of the rest at the time of `peak`; None where the reading or an element is driven by a blow or a jerk,
-    or what only springs hold has an open one.
+def nearby(
+    machine: Transient, reading: Reading, elements: Sequence[Element], within: IntArray, part: FloatArray
+) -> Nearby | None:
+    """Bounds of the rest of each machine at a time, so many seconds `part` behind the beginning of a segment, (n,).
+
+    None where the reading or an element is driven by a blow or a jerk, or what only springs hold has an open one.
     """
     order = max(i + reading.power for i, row in enumerate((reading.row, reading.rates, reading.inertia)) if row.any())
     blown = any(segment.blows.any() for segment in machine.segments)
@@ -103,24 +116,24 @@ def nearby(machine: Transient, reading: Reading, elements: Sequence[Element], pe
         return None
     if machine.jointed is not None and any(one.vector[machine.jointed.quick].any() for one in elements):
         return None
-    own = [Reading(*_split(one), power=0) for one in elements]
-    pushes = np.array([machine.struck @ one.vector[: machine.n_free] for one in elements])
-    rows = np.array([_free(machine, machine.row(one, machine.own)) for one in (*own, reading)]) / machine.scale
-    count, time = len(elements), _time(machine, peak)
-    kernels, sums = _kernels(machine, pushes, rows, time)
-    direct = np.abs(np.array([_at_once(machine, one, pushes) for one in (*own, reading)]))
-    if not np.isfinite(direct).all():
-        return None
-    squares, now = _along(machine, [*own, reading], peak)
+    every = [*(Reading(*_split(one), power=0) for one in elements), reading]
+    vectors = np.array([one.vector[: machine.n_free] for one in elements])
+    pushes = (machine.struck @ vectors.T).mT
+    rows = _rows(machine, every, machine.own) / wide(machine.scale)
+    count = len(elements)
+    begins = np.cumsum([0.0, *(one.length for one in machine.segments)])
+    kernels, sums = _kernels(machine, pushes, rows, begins[within] + part)
+    direct = np.abs(np.stack([_at_once(machine, one, pushes) for one in every], axis=1))
+    squares, now = _along(machine, every, within, part)
     return Nearby(
-        value=float(now[-1]),
-        kernels=kernels[:count],
-        sums=sums[:count] + direct[:count],
-        read=kernels[count],
-        read_at_once=direct[count],
-        at_once=direct[:count],
+        value=now[:, -1],
+        kernels=kernels[:, :count],
+        sums=sums[:, :count] + direct[:, :count],
+        read=kernels[:, count],
+        read_at_once=direct[:, count],
+        at_once=direct[:, :count],
         energies=np.sqrt(squares),
-        now=np.abs(now[:-1]),
+        now=np.abs(now[:, :-1]),
         weights=np.abs([one.weight for one in elements]),
     )
 
@@ -132,80 +145,94 @@ def _split(element: Element) -> tuple[FloatArray, FloatArray, FloatArray]:
     return rows[0], rows[1], rows[2]
 
 
+def _rows(machine: Transient, readings: Sequence[Reading], a: FloatArray) -> FloatArray:
+    """Of each reading over the states, (n, n_readings, N)."""
+    return np.stack([machine.row(one, a) for one in readings], axis=1)
+
+
 def _at_once(machine: Transient, reading: Reading, pushes: FloatArray) -> FloatArray:
-    """What of a reading follows a force on each element at once, (n_elements,); infinite where its rate is felt."""
-    found, half = np.zeros(len(pushes)), machine.size // 2
+    """What of a reading follows a force on each element at once, (n, n_elements); infinite where its rate is felt."""
+    found, half = np.zeros(pushes.shape[:2]), machine.size // 2
     for order, row in enumerate((reading.row, reading.rates, reading.inertia), start=reading.power):
-        along, felt = pushes.T, np.zeros(len(pushes))
+        along, felt = pushes.mT, np.zeros(found.shape)
         for _ in range(order if row.any() else 0):
             found = np.where(felt != 0.0, np.inf, found)
-            felt = row @ machine.places @ along[:half]
-            along = machine.own @ along * machine.rate
+            felt = (row[..., None, :] @ machine.places @ along[:, :half])[:, 0]
+            along = machine.own @ along * wide(machine.rate)
         found = found + felt
     return found
 
 
-def _free(machine: Transient, row: FloatArray) -> FloatArray:
-    half, n = machine.size // 2, machine.parts[3]
-    return np.concatenate([row[:n], row[half : half + n]])
+def _kernels(
+    machine: Transient, pushes: FloatArray, rows: FloatArray, times: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Of rows against impulses up to `times`: root of the integral of squares, bound of that of sizes.
 
-
-def _time(machine: Transient, peak: Peak) -> float:
-    return sum(one.length for one in machine.segments[: peak.within]) + peak.part
-
-
-def _kernels(machine: Transient, pushes: FloatArray, rows: FloatArray, time: float) -> tuple[FloatArray, FloatArray]:
-    """Of rows against impulses up to `time`: root of the integral of squares, bound of that of sizes, (n_rows, n)."""
+    Both (n, n_rows, n_elements).
+    """
     half, n = machine.size // 2, machine.parts[3]
     index = np.r_[:n, half : half + n]
-    own, span = machine.own[np.ix_(index, index)], machine.rate * time
-    starts = pushes[:, index]
-    squares = np.einsum("ri,eij,rj->re", rows, _integrals(own, starts, span), rows)
-    kernels = np.asarray(np.sqrt(np.maximum(squares, 0.0) / machine.rate))
-    return kernels, np.minimum(np.sqrt(time) * kernels, _sizes(own, starts, rows, span) / machine.rate)
+    own, spans = machine.own[:, index[:, None], index], machine.rate * times
+    starts, rows = pushes[..., index], rows[..., index]
+    integrals = _integrals(own, starts, spans)
+    squares = np.einsum("nri,neij,nrj->nre", rows, integrals, rows, optimize=True)
+    kernels = np.asarray(np.sqrt(np.maximum(squares, 0.0) / wide(machine.rate)))
+    return kernels, np.minimum(wide(np.sqrt(times)) * kernels, _sizes(own, starts, rows, spans) / wide(machine.rate))
 
 
-def _sizes(a: FloatArray, starts: FloatArray, rows: FloatArray, span: float) -> FloatArray:
-    """Bound of the integral of |row . z| over times 0 to `span` with z' = a z from each of `starts`, mode by mode."""
+def _sizes(a: FloatArray, starts: FloatArray, rows: FloatArray, spans: FloatArray) -> FloatArray:
+    """Bound of the integral of |row . z| over times 0 to a span with z' = a z from each of `starts`, mode by mode."""
     values, modes = np.linalg.eig(a)
-    if np.linalg.cond(modes) > _APART:
-        return np.full((len(rows), len(starts)), np.inf)
-    falls = -values.real * span
+    apart = np.linalg.cond(modes) <= _APART
+    modes = np.where(wide(apart), modes, np.eye(a.shape[-1]))
+    falls = -values.real * spans[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        each = span * np.where(np.abs(falls) > _SLIGHT, -np.expm1(-falls) / falls, 1.0 + np.abs(falls))
-    return np.asarray(np.abs(rows @ modes) @ (each[:, None] * np.abs(np.linalg.solve(modes, starts.T))))
+        slow = np.where(np.abs(falls) > _SLIGHT, -np.expm1(-falls) / falls, 1.0 + np.abs(falls))
+        each = np.abs(np.linalg.solve(modes, starts.mT.astype(modes.dtype))) * (spans[:, None] * slow)[..., None]
+        return np.where(wide(apart), np.abs(rows @ modes) @ each, np.inf)
 
 
-def _along(machine: Transient, readings: Sequence[Reading], peak: Peak) -> tuple[FloatArray, FloatArray]:
+def _along(
+    machine: Transient, readings: Sequence[Reading], within: IntArray, part: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Integrals of the squares of all readings but the last up to the time (or a little later), and all at the time."""
-    squares, begun = np.zeros(len(readings) - 1), 0
+    count = len(within)
+    squares, now, begun = np.zeros((count, len(readings) - 1)), np.zeros((count, len(readings))), 0
     for one in machine.stretches:
-        rows = np.array([machine.row(reading, one.a / (machine.rate * one.length)) for reading in readings])
-        inside = peak.within < begun + len(one.starts)
-        kept = one.starts[: peak.within - begun + 1] if inside else one.starts
-        sums = _integrals(one.a.T, rows[:-1], 1.0)
-        squares += one.length * np.einsum("si,eij,sj->e", kept, sums, kept)
-        if inside:
-            return squares, rows @ exponential(one.a, peak.part / one.length) @ kept[-1]
-        begun += len(one.starts)
-    rows = np.array([machine.row(reading, machine.own) for reading in readings])
-    span, state = machine.rate * peak.part, machine.left
-    squares += np.einsum("i,eij,j->e", state, _integrals(machine.own.T, rows[:-1], span), state) / machine.rate
-    return squares, rows @ exponential(machine.own * span) @ state
+        rows, each = _rows(machine, readings, one.a / wide(machine.rate * one.length)), one.starts.shape[1]
+        kept = one.starts * (np.arange(each) <= (within - begun)[:, None])[..., None]
+        seen = _integrals(one.a.mT, rows[:, :-1], np.ones(count))
+        squares += one.length * np.einsum("nsi,nsj,neij->ne", kept, kept, seen, optimize=True)
+        inside = (within >= begun) & (within < begun + each)
+        if inside.any():
+            start = kept[np.arange(count), np.clip(within - begun, 0, each - 1)]
+            moved = rows @ exponential(one.a * wide(part / one.length)) @ start[..., None]
+            now = np.where(inside[:, None], moved[..., 0], now)
+        begun += each
+    behind = within >= begun
+    if not behind.any():
+        return squares, now
+    rows = _rows(machine, readings, machine.own)
+    spans, state = machine.rate * np.where(behind, part, 0.0), machine.left
+    seen = _integrals(machine.own.mT, rows[:, :-1], spans)
+    squares += np.einsum("ni,neij,nj->ne", state, seen, state, optimize=True) / machine.rate[:, None]
+    moved = (rows @ exponential(machine.own * wide(spans)) @ state[..., None])[..., 0]
+    return squares, np.where(behind[:, None], moved, now)
 
 
-def _integrals(a: FloatArray, starts: FloatArray, span: float) -> FloatArray:
-    """Integral of z z^T over times 0 to `span` with z' = a z from each of `starts` (n, N): (n, N, N)."""
-    size = float(np.abs(a).sum(axis=0).max(initial=0.0)) * span
-    halvings = max(0, int(np.ceil(np.log2(size)))) if size > 0.0 else 0
-    step = span / 2.0**halvings
-    along = series(a * step, _NODES)
-    z = np.sqrt(step * _WEIGHTS)[:, None, None] * (starts @ along[:-1].transpose(0, 2, 1))
-    found = np.einsum("tni,tnj->nij", z, z)
-    power = along[-1]
-    for _ in range(halvings):
-        found = found + power @ found @ power.T
-        power = power @ power
+def _integrals(a: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArray:
+    """Integral of z z^T over times 0 to a span with z' = a z from each of `starts` (n, k, N): (n, k, N, N)."""
+    halvings = halvings_of(a * wide(spans))
+    steps = spans / 2.0**halvings
+    along = series(a * wide(steps), _NODES)
+    z = starts[:, None] @ along[:, :-1].mT  # (n, times, k, N)
+    z = (z * np.sqrt(steps[:, None] * _WEIGHTS)[..., None, None]).transpose(0, 2, 3, 1)
+    found, power = z @ z.mT, along[:, -1]
+    for done in range(int(halvings.max(initial=0))):
+        more = halvings > done
+        doubled = found + power[:, None] @ found @ power[:, None].mT
+        found = doubled if more.all() else np.where(wide(more)[..., None], doubled, found)
+        power = power @ power if more.all() else np.where(wide(more), power @ power, power)
     return np.asarray(found)
 
 

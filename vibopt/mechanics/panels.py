@@ -29,9 +29,9 @@ _TERMS = 20
 _RESOLVED = 1e-13
 """Part of the greatest value that may be left over on a panel."""
 _EPSILON = 2.0**-52
-_MOST = 1 << 21
-"""Panels of one piece of time at most."""
-_NEWTON = 4
+_MOST, _MOST_TOGETHER = 1 << 21, 1 << 16
+"""Panels of one piece of time at most, of one machine and of several at once."""
+_NEWTON, _DEEPEST = 4, 1000
 _CELL = 2.0 / (_FINE - 1)
 
 
@@ -53,55 +53,87 @@ _SLOPES = np.vstack([chebyshev.chebder(np.eye(_DEGREE + 1)), np.zeros(_DEGREE + 
 
 
 class TooLongError(ArithmeticError):
-    """More periods than can be followed."""
+    """More periods than can be followed, or than can be of several machines at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Greatest:
-    """A value with its sign, and where it lies: the start in `starts`, and the part of the piece of time, 0 to 1."""
+    """Of each machine (n,): a value with its sign, zero where none is as great as was asked for, and where it lies.
 
-    value: float
-    start: int
-    at: float
+    start, at
+        Which of its starts, and the part of the piece of time, 0 to 1.
+    """
+
+    value: FloatArray
+    start: IntArray
+    at: FloatArray
 
 
 def exponential(a: Numbers, at: float = 1.0) -> Numbers:
-    """exp(a at), shape of `a`."""
-    return np.asarray(exponentials(a, np.array([at]))[0])
+    """exp(a at), shape of `a` (..., N, N)."""
+    return np.asarray(exponentials(a, np.array([at]))[..., 0, :, :])
 
 
 def exponentials(a: Numbers, at: FloatArray) -> Numbers:
-    """exp(a t) for each t of `at` (n,), from 0 to 1, shape (n, N, N)."""
-    halvings = _halvings(a)
-    power = series(a / 2.0**halvings, at)
-    for _ in range(halvings):
-        power = power @ power
+    """exp(a t) for each t of `at` (n,), from 0 to 1, shape (..., n, N, N) for `a` (..., N, N)."""
+    halvings = halvings_of(a)
+    power = series(a / 2.0 ** halvings[..., None, None], at)
+    for done in range(int(halvings.max(initial=0))):
+        if (more := halvings > done).all():
+            power = power @ power
+        else:
+            power[more] = power[more] @ power[more]
     return power
 
 
-def greatest(a: FloatArray, row: FloatArray, starts: FloatArray, least: float = 0.0) -> Greatest | None:
-    """Greatest size of row . z with z' = a z over time 0 to 1, from each of `starts` (n, N); None if below `least`."""
-    search = _Search(least)
-    steps = _propagators(a)
-    z, which, begin = starts, np.arange(len(starts)), np.zeros(len(starts))
-    for level, step in enumerate(steps):
-        values = z @ (row @ step).T
+def greatest(
+    a: FloatArray, row: FloatArray, starts: FloatArray, least: FloatArray | float = 0.0, along: Along | None = None
+) -> Greatest:
+    """Greatest size of row . z with z' = a z over time 0 to 1, from each of the starts of each machine.
+
+    Parameters
+    ----------
+    a, row, starts
+        (n, N, N), (n, N) and (n, n_starts, N).
+    least
+        (n,): what is below is not looked for.
+    along
+        What is known of `a` already.
+    """
+    along = Along(a) if along is None else along
+    count, each, size = starts.shape
+    search = _Search(np.array(np.broadcast_to(least, count), dtype=float))
+    z, of = starts.reshape(-1, size), np.repeat(np.arange(count), each)
+    which, begin = np.tile(np.arange(each), count), np.zeros(len(z))
+    for level in range(along.depth + 1):
+        step = along.step(level)
+        rows = (row[:, None, None] @ step)[:, :, 0].mT
+        values = (starts @ rows).reshape(-1, len(_POINTS)) if level == 0 else _each(z, rows, of)
         nodes, width = values[:, :-1], 0.5**level
-        search.nodes(nodes, which, begin, width)
+        search.nodes(nodes, of, which, begin, width)
         coefficients = nodes @ COEFFICIENTS
-        rounding = _EPSILON * 2.0 ** (len(steps) - level) * (np.abs(z) @ np.abs(row))  # each squaring doubles it
-        room = np.maximum(_RESOLVED * search.most, rounding)
+        sizes = _each(np.abs(z), np.abs(row)[:, :, None], of)[:, 0]
+        rounding = _EPSILON * 2.0 ** (along.halvings[of] + 1 - level) * sizes  # each squaring doubles it
+        room = np.maximum(_RESOLVED * search.most[of], rounding)
         off = np.maximum(np.abs(coefficients[:, -3:]).max(axis=1), 0.25 * np.abs(coefficients @ _ODD - values[:, -1]))
-        left = off > room if level < len(steps) - 1 else np.zeros(len(z), dtype=bool)
-        search.panels(coefficients[~left], which[~left], begin[~left], width)
+        left = (off > room) & (level < along.halvings[of])
+        done = ~left
+        search.panels(coefficients[done], of[done], which[done], begin[done], width)
         if not left.any():
             break
-        if 2 * left.sum() > _MOST:
+        if 2 * left.sum() > (_MOST if count == 1 else _MOST_TOGETHER):
             raise TooLongError
-        z, which, begin = z[left], which[left], begin[left]
-        z = np.concatenate([z, z @ step[_MIDDLE].T])
-        which, begin = np.tile(which, 2), np.concatenate([begin, begin + 0.5 * width])
+        z, of, which, begin = z[left], of[left], which[left], begin[left]
+        z = np.concatenate([z, _each(z, step[:, _MIDDLE].mT, of)])
+        of, which, begin = np.tile(of, 2), np.tile(which, 2), np.concatenate([begin, begin + 0.5 * width])
     return search.best
+
+
+def _each(z: FloatArray, matrices: FloatArray, of: IntArray) -> FloatArray:
+    """Each z (m, N) times the matrix of its machine, (n, N, k): (m, k)."""
+    if len(matrices) == 1:
+        return np.asarray(z @ matrices[0])
+    return np.asarray((z[:, None] @ matrices[of])[:, 0])
 
 
 def peaks_of(coefficients: FloatArray, least: FloatArray) -> FloatArray:
@@ -118,41 +150,47 @@ def peaks_of(coefficients: FloatArray, least: FloatArray) -> FloatArray:
 
 
 class _Search:
-    """The greatest value seen so far, and what may still be greater."""
+    """The greatest value of each machine seen so far, and what may still be greater."""
 
-    def __init__(self, least: float) -> None:
-        self.most, self.best = least, None
+    def __init__(self, least: FloatArray) -> None:
+        self.most = least
+        self.best = Greatest(np.zeros(len(least)), np.zeros(len(least), dtype=int), np.zeros(len(least)))
 
-    best: Greatest | None
+    def nodes(self, values: FloatArray, of: IntArray, which: IntArray, begin: FloatArray, width: float) -> None:
+        """Values at the nodes of panels, (m, 17)."""
+        sizes = np.abs(values)
+        at = sizes.argmax(axis=1)
+        tops = values[np.arange(len(at)), at]
+        self._say(tops, of, which, begin + width * NODES[at])
 
-    def nodes(self, values: FloatArray, which: IntArray, begin: FloatArray, width: float) -> None:
-        """Values at the nodes of panels, (n, 17)."""
-        at = np.unravel_index(int(np.abs(values).argmax()), values.shape)
-        self._say(float(values[at]), int(which[at[0]]), float(begin[at[0]] + width * NODES[at[1]]))
-
-    def panels(self, coefficients: FloatArray, which: IntArray, begin: FloatArray, width: float) -> None:
-        """Polynomials on panels, (n, 17): only where their bounds leave room are they looked at."""
-        hopeful = np.abs(coefficients).sum(axis=1) > self.most
-        coefficients, which, begin = coefficients[hopeful], which[hopeful], begin[hopeful]
-        if not len(which):
+    def panels(self, coefficients: FloatArray, of: IntArray, which: IntArray, begin: FloatArray, width: float) -> None:
+        """Polynomials on panels, (m, 17): only where their bounds leave room are they looked at."""
+        sizes = np.abs(coefficients)
+        hopeful = np.flatnonzero(sizes.sum(axis=1) > self.most[of])
+        if not len(hopeful):
             return
-        fine = coefficients @ _VALUES
-        top = np.maximum(np.abs(fine[:, :-1]), np.abs(fine[:, 1:]))
-        self.most = max(self.most, float(top.max()))
-        bent = np.abs(coefficients) @ _BENDS
-        panel, cell = np.nonzero(top + (bent * (_CELL**2 / 8.0))[:, None] >= self.most)
-        if not len(panel):
-            return
-        at, values = _stationary(coefficients[panel].T, np.asarray(-1.0 + _CELL * cell, dtype=float))
-        best = int(np.abs(values).argmax())
-        self._say(
-            float(values[best]), int(which[panel[best]]), float(begin[panel[best]] + width * 0.5 * (1.0 + at[best]))
-        )
+        coefficients, of, which, begin = coefficients[hopeful], of[hopeful], which[hopeful], begin[hopeful]
+        fine = np.abs(coefficients @ _VALUES)
+        top = np.maximum(fine[:, :-1], fine[:, 1:])
+        np.maximum.at(self.most, of, top.max(axis=1))
+        bent = sizes[hopeful] @ _BENDS
+        panel, cell = np.nonzero(top + (bent * (_CELL**2 / 8.0))[:, None] >= self.most[of][:, None])
+        if len(panel):
+            at, values = _stationary(coefficients[panel].T, np.asarray(-1.0 + _CELL * cell, dtype=float))
+            self._say(values, of[panel], which[panel], begin[panel] + width * 0.5 * (1.0 + at))
 
-    def _say(self, value: float, start: int, at: float) -> None:
-        if abs(value) > abs(self.best.value if self.best else 0.0) and abs(value) >= self.most * (1.0 - _RESOLVED):
-            self.best = Greatest(value, start, at)
-        self.most = max(self.most, abs(value))
+    def _say(self, values: FloatArray, of: IntArray, which: IntArray, at: FloatArray) -> None:
+        sizes = np.abs(values)
+        if len(self.most) == 1:
+            tops = np.array([sizes.argmax()])
+        else:
+            order = np.lexsort((-sizes, of))
+            tops = order[np.unique(of[order], return_index=True)[1]]
+        those, best = of[tops], self.best
+        better = (sizes[tops] > np.abs(best.value[those])) & (sizes[tops] >= self.most[those] * (1.0 - _RESOLVED))
+        tops, those = tops[better], those[better]
+        best.value[those], best.start[those], best.at[those] = values[tops], which[tops], at[tops]
+        self.most[those] = np.maximum(self.most[those], sizes[tops])
 
 
 def _stationary(coefficients: FloatArray, low: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -171,24 +209,60 @@ def _stationary(coefficients: FloatArray, low: FloatArray) -> tuple[FloatArray, 
     return places[best, which], values[best, which]
 
 
-def _halvings(a: Numbers) -> int:
-    size = float(np.abs(a).sum(axis=0).max(initial=0.0))
-    return max(0, int(np.ceil(np.log2(size)))) if size > 0.0 else 0
+def halvings_of(a: Numbers) -> IntArray:
+    """How often matrices (..., N, N) are to be halved so that their norm is 1 or less, (...)."""
+    size = np.abs(a).sum(axis=-2).max(axis=-1, initial=0.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.clip(np.ceil(np.log2(size)), 0.0, _DEEPEST), dtype=int)
 
 
 def series(a: Numbers, at: FloatArray) -> Numbers:
-    """exp(a at) for each of `at` (n,), shape (n, N, N); a of norm 1 or less."""
+    """exp(a at) for each of `at` (n,), shape (..., n, N, N), for `a` (..., N, N); a of norm 1 or less."""
     powers = np.empty((_TERMS, *a.shape), dtype=a.dtype)
-    powers[0] = np.eye(len(a))
+    powers[0] = np.eye(a.shape[-1])
     for k in range(1, _TERMS):
-        powers[k] = powers[k - 1] @ a / k
-    return np.asarray(np.tensordot(at[:, None] ** np.arange(_TERMS), powers, axes=1))
+        np.matmul(powers[k - 1], a, out=powers[k])
+        powers[k] /= k
+    found = (at[:, None] ** np.arange(_TERMS)) @ powers.reshape(_TERMS, -1)
+    return np.moveaxis(found.reshape(len(at), *a.shape), 0, -3)
 
 
-def _propagators(a: FloatArray) -> list[FloatArray]:
-    """exp(a t 2^-level) at the points t of a panel, (n_points, N, N) for each level, the whole first."""
-    halvings = _halvings(a)
-    levels = [series(a / 2.0**halvings, _POINTS)]
-    for _ in range(halvings):
-        levels.append(levels[-1] @ levels[-1])
-    return levels[::-1]
+class Along:
+    """exp(a t 2^-level) at the points t of a panel, for each level of halving, of machines a (n, N, N)."""
+
+    def __init__(self, a: FloatArray) -> None:
+        self.halvings = halvings_of(a)
+        self._steps = [series(a / 2.0 ** self.halvings[:, None, None], _POINTS)]
+        """From the last level to the whole; of machines that are resolved before, as at their last."""
+
+    @property
+    def depth(self) -> int:
+        """The last level."""
+        return int(self.halvings.max(initial=0))
+
+    def step(self, level: int) -> FloatArray:
+        """At one level, (n, n_points, N, N)."""
+        while len(self._steps) <= self.depth:
+            last, more = self._steps[-1], self.halvings > self.depth - len(self._steps)
+            self._steps.append(last @ last if more.all() else np.where(more[:, None, None, None], last @ last, last))
+        return self._steps[self.depth - level]
+
+    @property
+    def whole(self) -> FloatArray:
+        """exp(a), (n, N, N)."""
+        return np.asarray(self.step(0)[:, _END])
+
+    def doubled(self) -> Along:
+        """Of machines 2 a."""
+        self.step(0)
+        found = Along.__new__(Along)
+        found.halvings, found._steps = self.halvings + 1, list(self._steps)
+        return found
+
+    def some(self, which: IntArray) -> Along:
+        """Of some of the machines."""
+        self.step(0)
+        found = Along.__new__(Along)
+        found.halvings = self.halvings[which]
+        found._steps = [one[which] for one in self._steps[self.depth - found.depth :]]
+        return found

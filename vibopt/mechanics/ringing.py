@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.mechanics.combine import combined
-from vibopt.mechanics.panels import Numbers, TooLongError, exponential, greatest
+from vibopt.mechanics.joints import UnlikeError
+from vibopt.mechanics.panels import Along, Numbers, TooLongError, greatest
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from vibopt.mechanics.transient import Reading, Transient
 
 _NOTHING = 1e-12
@@ -46,50 +48,104 @@ class Peak:
     open: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Peaks:
+    """Those of many machines, (n,) each."""
+
+    value: FloatArray
+    time: FloatArray
+    within: IntArray
+    part: FloatArray
+    open: BoolArray
+
+    @classmethod
+    def none(cls, count: int) -> Peaks:
+        zeros = [np.zeros(count) for _ in range(3)]
+        return cls(zeros[0], zeros[1], np.zeros(count, dtype=int), zeros[2], np.zeros(count, dtype=bool))
+
+    @classmethod
+    def of(cls, every: Iterable[Peaks]) -> Peaks:
+        """Behind each other."""
+        rows = [(one.value, one.time, one.within, one.part, one.open) for one in every]
+        return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+    def take(
+        self, value: FloatArray, time: FloatArray, within: IntArray | int, part: FloatArray | float,
+        those: IntArray | BoolArray | slice = slice(None),
+    ) -> None:  # fmt: skip
+        """Take up what was found of `those`; zero is nothing."""
+        there = np.flatnonzero(value)
+        which = np.arange(len(self.value))[those][there]
+        for own, new in ((self.value, value), (self.time, time), (self.within, within), (self.part, part)):
+            own[which] = new if np.ndim(new) == 0 else np.asarray(new)[there]
+
+    def each(self) -> list[Peak]:
+        """One by one."""
+        columns = (self.value, self.time, self.within, self.part, self.open)
+        return [Peak(*row) for row in zip(*(one.tolist() for one in columns), strict=True)]
+
+
 def _drifts(stiff: FloatArray, damped: FloatArray, heavy: int) -> tuple[FloatArray, FloatArray]:
-    """Motions that no spring calls back, and what reads them off a state: right and left vectors of A^2 = 0, (size, k).
+    """Motions that no spring calls back, and what reads them off a state: right and left vectors of A^2 = 0.
 
     Bodies that are loose stay where they are or, where no damper holds them, go on; bases go on, and bodies with them.
-    Forces per place and per rate are (n, half); the places of rates behind the first `heavy` are empty.
+    Forces per place and per rate are (..., n, half), vectors (..., size, k); the places of rates behind the first
+    `heavy` are empty.
+
+    Raises
+    ------
+    UnlikeError
+        Not all machines have as many of them.
     """
-    n, half = stiff.shape
-    values, shapes = np.linalg.eigh(0.5 * (stiff[:, :n] + stiff[:, :n].T))
-    held = values > _NOTHING * max(float(values.max(initial=0.0)), 1e-300)
-    loose, back = shapes[:, ~held], (shapes[:, held] / values[held]) @ shapes[:, held].T
-    dragged = loose.T @ damped[:, :n] @ loose
-    drag, ways = np.linalg.eigh(0.5 * (dragged + dragged.T))
-    braked = drag > _NOTHING * max(float(np.abs(damped).max(initial=0.0)), 1e-300)
-    free = loose @ ways[:, ~braked]
-    ride = -back @ stiff[:, n:]
-    slip = -(ways[:, braked] / drag[braked]) @ ways[:, braked].T @ loose.T @ (damped[:, :n] @ ride + damped[:, n:])
+    n, half = stiff.shape[-2:]
+    values, shapes = np.linalg.eigh(0.5 * (stiff[..., :n] + stiff[..., :n].mT))  # those without a spring come first
+    k = _count(values <= _NOTHING * np.maximum(values.max(axis=-1, initial=0.0), 1e-300)[..., None])
+    loose, held = shapes[..., :k], shapes[..., k:]
+    back = (held / values[..., None, k:]) @ held.mT
+    dragged = loose.mT @ damped[..., :n] @ loose
+    drag, ways = np.linalg.eigh(0.5 * (dragged + dragged.mT))
+    size = np.maximum(np.abs(damped).max(axis=(-2, -1), initial=0.0), 1e-300)
+    free_ways = _count(drag <= _NOTHING * size[..., None])
+    free, ways = loose @ ways[..., :free_ways], ways[..., free_ways:]
+    ride = -back @ stiff[..., n:]
+    slip = -(ways / drag[..., None, free_ways:]) @ ways.mT @ loose.mT @ (damped[..., :n] @ ride + damped[..., n:])
     along = ride + loose @ slip
-    lag = -back @ (damped[:, :n] @ along + damped[:, n:])
-    unit = np.eye(half)[:, n:]
-
-    def state(places: FloatArray, speeds: FloatArray) -> FloatArray:
-        return np.vstack([places, np.where(moving, speeds, 0.0)])
-
-    def whole(bodies: FloatArray, bases: FloatArray) -> FloatArray:
-        return np.vstack([bodies, bases])
-
-    nothing = np.zeros((half, half))
+    lag = -back @ (damped[..., :n] @ along + damped[..., n:])
+    unit = np.broadcast_to(np.eye(half)[:, n:], (*stiff.shape[:-2], half, half - n))
     moving = np.ones((half, 1), dtype=bool)
     moving[heavy:n] = False
-    still = nothing[:, : loose.shape[1]]
+
+    def state(places: FloatArray, speeds: FloatArray) -> FloatArray:
+        return np.concatenate([places, np.where(moving, speeds, 0.0)], axis=-2)
+
+    def whole(bodies: FloatArray, bases: FloatArray | None = None) -> FloatArray:
+        still = np.zeros((*bodies.shape[:-2], half - n, bodies.shape[-1]))
+        return np.concatenate([bodies, still if bases is None else bases], axis=-2)
+
+    own, none = unit[..., n:, :], np.zeros_like
     right = [
-        state(whole(loose, still[n:]), still),
-        state(nothing[:, : free.shape[1]], whole(free, nothing[n:, : free.shape[1]])),
-        state(whole(ride, unit[n:]), nothing[:, n:]),
-        state(whole(lag, 0.0 * unit[n:]), whole(along, unit[n:])),
+        state(whole(loose), none(whole(loose))),
+        state(none(whole(free)), whole(free)),
+        state(whole(ride, own), none(unit)),
+        state(whole(lag), whole(along, own)),
     ]
     left = [
-        state(damped.T @ loose, whole(loose, still[n:])),
-        state(np.where(moving, whole(free, nothing[n:, : free.shape[1]]), 0.0), nothing[:, : free.shape[1]]),
-        state(unit, nothing[:, n:]),
-        state(nothing[:, n:], unit),
+        state(damped.mT @ loose, whole(loose)),
+        state(np.where(moving, whole(free), 0.0), none(whole(free))),
+        state(unit, none(unit)),
+        state(none(unit), unit),
     ]
     empty = np.eye(2 * half)[:, half + heavy : half + n]
-    return np.hstack([*right, empty]), np.hstack([*left, empty])
+    empty = np.broadcast_to(empty, (*stiff.shape[:-2], *empty.shape))
+    return np.concatenate([*right, empty], axis=-1), np.concatenate([*left, empty], axis=-1)
+
+
+def _count(marks: BoolArray) -> int:
+    """How many are marked of each machine (..., n)."""
+    counts = marks.sum(axis=-1)
+    if (counts != counts.flat[0]).any():
+        raise UnlikeError
+    return int(counts.flat[0])
 
 
 class _Lasting:
@@ -101,18 +157,15 @@ class _Lasting:
         Of the amplitudes, and the greatest of all of them together, which is as much where no period is common.
     """
 
-    def __init__(self, machine: Transient, whole: Numbers, row: Numbers, start: Numbers) -> None:
-        size, own = machine.size, machine.own
+    def __init__(self, own: FloatArray, whole: Numbers, row: Numbers, start: Numbers) -> None:
+        size = len(own)
         rates = whole[size:, size:]
-        self.state, self.sum, self.most = np.zeros(size), 0.0, 0.0
-        if not len(rates):
-            return
         values, vectors = np.linalg.eig(rates)
         turns = values.imag > 0.0
         speeds = values[turns].imag
         near = np.abs(np.linalg.eigvals(own)[:, None] - 1j * speeds).min(axis=0)
+        self.state, self.sum, self.most = np.zeros(size), float("inf"), float("inf")
         if (near <= _MET * speeds).any():
-            self.sum = self.most = float("inf")
             return
         signals = 2.0 * (vectors * np.linalg.solve(vectors, start[size:].astype(complex)))[:, turns]
         pairs = zip(speeds, (whole[:size, size:] @ signals).T, strict=True)
@@ -123,85 +176,171 @@ class _Lasting:
         self.most = float(combined(waves, tuple(speeds / speeds.min()), "peak"))
 
 
-class Ringing:
-    """What follows the last joint: rigid motion, sines that last, and the rest with an energy that only falls."""
+class Behind:
+    """What follows the last joint, of machines in a row: rigid motion, sines that last, and the rest.
 
-    def __init__(self, machine: Transient, reading: Reading, state: FloatArray) -> None:
-        self.a, self.rate, self.elastic = machine.own, machine.rate, machine.elastic
-        self.whole, self.start = machine.onward(state)
-        self.reads = machine.row(reading, self.whole)
-        self.row = self.reads[: machine.size]
-        self.lasting = _Lasting(machine, self.whole, self.reads, self.start)
-        free = self.start[: machine.size] - self.lasting.state
+    Raises
+    ------
+    UnlikeError
+        Of several machines not all can follow side by side.
+    """
+
+    def __init__(self, machine: Transient) -> None:
+        self.machine, self.a, self.size = machine, machine.own, machine.size
+        self.whole, self.start = machine.onward(machine.left)
+        self.lasts = self.whole.shape[-1] > self.size
+        if self.lasts and len(self.whole) > 1:
+            raise UnlikeError
         right, left = _drifts(machine.elastic, machine.braked, machine.parts[4])
-        self.basis = np.linalg.svd(left)[0][:, left.shape[1] :]
-        self.drifts = right @ np.linalg.solve(left.T @ right, left.T)
-        self.drifting = self.drifts @ free
-        self.moving = free - self.drifting
-        self.size = float(np.abs(self.row) @ np.abs(free))
-
-    def peak(self, found: Peak, begun: int, ended: float, seen: FloatArray) -> Peak:
-        """The greater of what was found and of what follows; sizes of the states that were `seen` before (size,)."""
-        along = self.row @ self.a
-        away, cancelled = float(along @ self.drifting), float(np.abs(along) @ np.abs(self.drifting))
-        seen = np.maximum(seen, np.abs(self.start[: len(self.row)]))
-        stopped = _STOPPED * float(np.abs(along @ self.drifts) @ seen)
-        if abs(away) > max(_NOTHING * self.size, _TOGETHER * cancelled, stopped):
-            return Peak(float(np.copysign(np.inf, away)), float("inf"), begun)
-        if not np.isfinite(self.lasting.sum):
-            return Peak(float("inf"), float("inf"), begun)
-        still, state = float(self.row @ self.drifting), self.start
-        found = found if abs(found.value) >= abs(still) else Peak(still, ended, begun)
-        period, gone = 2.0 * np.pi / self._slowest, 0.0
-        length = _FIRST * min(period, _QUICK)  # what fades at once is gone before the slow part is looked at
-        while gone < HORIZON * period * (1.0 - _SURE):
-            left = abs(still) + min(self._reach(self.moving))
-            if left + self.lasting.sum <= abs(found.value) * (1.0 + _SURE):
-                return found
-            if left <= _FADED * max(abs(found.value), self.lasting.most):
-                most = self.lasting.most
-                return found if abs(found.value) >= most else Peak(most, float("inf"), begun, float("inf"))
-            try:
-                best = greatest(self.whole * length, self.reads, state[None, :], abs(found.value))
-            except TooLongError:
-                break
-            if best is not None:
-                part = (gone + best.at * length) / self.rate
-                found = Peak(best.value, ended + part, begun, part)
-            state, gone = exponential(self.whole * length) @ state, gone + length
-            self.moving = exponential(self.a * length) @ self.moving
-            length = min(2.0 * length, HORIZON * period - gone)
-        return replace(found, open=True)
+        self.basis = np.linalg.svd(left)[0][..., left.shape[-1] :]
+        self.drifts = right @ np.linalg.solve(left.mT @ right, left.mT)
+        self._windows: list[tuple[FloatArray, Along]] = []
 
     @cached_property
-    def _inner(self) -> FloatArray:
-        """A on the motions that are not rigid."""
-        return np.asarray(self.basis.T @ self.a @ self.basis)
+    def period(self) -> FloatArray:
+        """Of the slowest motion, (n,), in 1 / rate."""
+        rates = np.abs(self.modes[0])
+        moving = np.where(rates > _NOTHING * rates.max(axis=-1, initial=0.0)[..., None], rates, np.inf)
+        slowest = moving.min(axis=-1, initial=np.inf)
+        return np.asarray(2.0 * np.pi / np.where(np.isfinite(slowest), slowest, 1.0))
 
     @cached_property
-    def _modes(self) -> tuple[Numbers, Numbers]:
-        values, vectors = np.linalg.eig(self._inner)
+    def modes(self) -> tuple[Numbers, Numbers]:
+        """Of the motions that are not rigid: rates and shapes."""
+        values, vectors = np.linalg.eig(self.basis.mT @ self.a @ self.basis)
         return values, vectors
 
     @cached_property
-    def _slowest(self) -> float:
-        rates = np.abs(self._modes[0])
-        moving = rates[rates > _NOTHING * rates.max(initial=0.0)]
-        return float(moving.min()) if len(moving) else 1.0
+    def stored(self) -> FloatArray:
+        """Twice their energy."""
+        half, n = self.size // 2, self.machine.elastic.shape[-2]
+        stored = np.zeros(self.a.shape)
+        stored[:, :n, :half] = self.machine.elastic
+        stored[:, half:, half:] = np.eye(half)
+        return np.asarray(self.basis.mT @ stored @ self.basis)
 
-    def _reach(self, moving: FloatArray) -> tuple[float, float]:
-        """What the row may still reach: by the energy, and by all modes in phase."""
-        if not self.basis.shape[1]:
-            return 0.0, 0.0
-        free, n = self.elastic.shape
-        stored = np.zeros_like(self.a)
-        stored[:free, :n] = self.elastic
-        stored[n : 2 * n, n : 2 * n] = np.eye(n)
-        stored = self.basis.T @ stored @ self.basis
-        inner, row = self.basis.T @ moving, self.row @ self.basis
-        energy = float(np.sqrt(max(inner @ stored @ inner, 0.0) * max(row @ np.linalg.solve(stored, row), 0.0)))
-        shares = (row @ self._modes[1]) * np.linalg.solve(self._modes[1], inner.astype(complex))
-        return energy, float(np.abs(shares).sum())
+    def window(self, index: int) -> tuple[FloatArray, Along]:
+        """How long each piece of time is that is looked at (n,), in 1 / rate, and exp(a t) along it."""
+        while len(self._windows) <= index:
+            if not self._windows:  # what fades at once is gone before the slow part is looked at
+                length = _FIRST * np.minimum(self.period, _QUICK)
+                along = Along(self.whole * length[:, None, None])
+            else:
+                before, last = self._windows[-1]
+                gone = sum(one for one, _ in self._windows)
+                length = np.minimum(2.0 * before, np.maximum(HORIZON * self.period - gone, before))
+                whole = (length == 2.0 * before).all()
+                along = last.doubled() if whole else Along(self.whole * length[:, None, None])
+            self._windows.append((length, along))
+        return self._windows[index]
+
+    def follow(self, reading: Reading, found: Peaks, begun: int, ended: FloatArray, seen: FloatArray) -> None:
+        """Take up what follows a load, where it is greater; sizes of the states that were `seen` before (n, size)."""
+        _Followed(self, reading, found, begun, ended).through(seen)
 
 
-__all__ = ["HORIZON", "Peak", "Ringing"]
+class _Followed:
+    """A reading of what follows."""
+
+    def __init__(self, behind: Behind, reading: Reading, found: Peaks, begun: int, ended: FloatArray) -> None:
+        machine, size = behind.machine, behind.size
+        self.behind, self.found, self.begun, self.ended = behind, found, begun, ended
+        self.reads = machine.row(reading, behind.whole)
+        self.row = self.reads[:, :size]
+        self.sum = self.most = 0.0
+        free = behind.start[:, :size]
+        if behind.lasts:
+            lasting = _Lasting(machine.own[0], behind.whole[0], self.reads[0], behind.start[0])
+            free, self.sum, self.most = free - lasting.state, lasting.sum, lasting.most
+        self.drifting = (behind.drifts @ free[..., None])[..., 0]
+        self.moving = free - self.drifting
+        self.size = _dot(np.abs(self.row), np.abs(free))
+        self.still = _dot(self.row, self.drifting)
+        self.state = np.array(behind.start)
+
+    def through(self, seen: FloatArray) -> None:
+        """Window by window, until nothing greater can come."""
+        found, behind = self.found, self.behind
+        alive = self._stays(seen)
+        gone, index, period = np.zeros(len(self.still)), 0, behind.period
+        while len(alive):
+            alive = alive[self._may_rise(alive)]
+            over = gone[alive] >= HORIZON * period[alive] * (1.0 - _SURE)
+            found.open[alive[over]] = True
+            alive = alive[~over]
+            if not len(alive):
+                return
+            length, along = behind.window(index)
+            if len(alive) < len(length):
+                length, along = length[alive], along.some(alive)
+            a = behind.whole[alive] * length[:, None, None]
+            try:
+                best = greatest(a, self.reads[alive], self.state[alive][:, None], np.abs(found.value[alive]), along)
+            except TooLongError:
+                if len(found.value) > 1:
+                    raise
+                found.open[:] = True
+                return
+            part = (gone[alive] + best.at * length) / behind.machine.rate[alive]
+            found.take(best.value, self.ended[alive] + part, self.begun, part, alive)
+            step = along.whole
+            self.state[alive] = (step @ self.state[alive][..., None])[..., 0]
+            own = step[:, : behind.size, : behind.size]
+            self.moving[alive] = (own @ self.moving[alive][..., None])[..., 0]
+            gone[alive] += length
+            index += 1
+
+    def _stays(self, seen: FloatArray) -> IntArray:
+        """Machines that do not go on without end; what is left behind is taken up."""
+        behind, found = self.behind, self.found
+        along = (self.row[:, None] @ behind.a)[:, 0]
+        away, cancelled = _dot(along, self.drifting), _dot(np.abs(along), np.abs(self.drifting))
+        seen = np.maximum(seen, np.abs(behind.start[:, : behind.size]))
+        stopped = _STOPPED * _dot(np.abs((along[:, None] @ behind.drifts)[:, 0]), seen)
+        goes = np.abs(away) > np.maximum(np.maximum(_NOTHING * self.size, _TOGETHER * cancelled), stopped)
+        endless = np.where(goes, np.copysign(np.inf, away), np.inf if not np.isfinite(self.sum) else 0.0)
+        found.take(endless, np.full(len(goes), np.inf), self.begun, 0.0)
+        left = np.where((endless == 0.0) & (np.abs(found.value) < np.abs(self.still)), self.still, 0.0)
+        found.take(left, self.ended, self.begun, 0.0)
+        return np.flatnonzero(endless == 0.0)
+
+    def _may_rise(self, alive: IntArray) -> BoolArray:
+        """Whether what is left may lift the reading above what was found; what lasts alone is taken up."""
+        found = np.abs(self.found.value[alive])
+        left = np.abs(self.still[alive]) + self._reach(alive)
+        rises: BoolArray = left + self.sum > found * (1.0 + _SURE)
+        faded = rises & (left <= _FADED * np.maximum(found, self.most))
+        lasts = np.where(faded & (found < self.most), self.most, 0.0)
+        forever = np.full(len(alive), np.inf)
+        self.found.take(lasts, forever, self.begun, forever, alive)
+        return rises & ~faded
+
+    def _reach(self, alive: IntArray) -> FloatArray:
+        """What the row may still reach: by the energy, or by all modes in phase."""
+        if not self.behind.basis.shape[-1]:
+            return np.zeros(len(alive))
+        inner = (self.behind.basis.mT[alive] @ self.moving[alive][..., None])[..., 0]
+        row, stored = self._rows, self.behind.stored[alive]
+        energy = _dot(inner, (stored @ inner[..., None])[..., 0])
+        by_energy = np.sqrt(np.maximum(energy, 0.0) * self._compliance[alive])
+        modes = np.linalg.solve(self.behind.modes[1][alive], inner[..., None].astype(complex))[..., 0]
+        return np.asarray(np.minimum(by_energy, np.abs(row[alive] * modes).sum(axis=-1)))
+
+    @cached_property
+    def _compliance(self) -> FloatArray:
+        """Square of the reading for an energy of a half, (n,)."""
+        row = (self.row[:, None] @ self.behind.basis)[:, 0]
+        return np.asarray(np.maximum(_dot(row, np.linalg.solve(self.behind.stored, row[..., None])[..., 0]), 0.0))
+
+    @cached_property
+    def _rows(self) -> Numbers:
+        """What is read of each mode."""
+        return np.asarray((self.row[:, None] @ self.behind.basis @ self.behind.modes[1])[:, 0])
+
+
+def _dot(left: Numbers, right: Numbers) -> FloatArray:
+    """Products of the rows of both, (..., n) to (...)."""
+    return np.asarray((left * right).sum(axis=-1))
+
+
+__all__ = ["HORIZON", "Behind", "Peak", "Peaks"]

@@ -7,19 +7,23 @@ or over a thousand periods of what is next to undamped.
 
 Displacements are counted in mass-normalised coordinates and time in the inverse of the fastest rate, so that
 exponentials keep their digits.  States and readings take complex coefficients, too: an imaginary part is a slope.
+Many like machines go through the load side by side: all that is of one has their number in front, written "...".
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
-from vibopt.mechanics.joints import Condensed, condensed, eliminated
-from vibopt.mechanics.panels import Numbers, exponential, exponentials, greatest
-from vibopt.mechanics.ringing import Peak, Ringing
+from vibopt.arrays import FloatArray, IntArray
+from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
+from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, exponentials, greatest
+from vibopt.mechanics.ringing import Behind, Peak, Peaks
 from vibopt.records import dataclass
 from vibopt.signals import Segment
 
@@ -35,12 +39,17 @@ _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """row . u + rates . u' + inertia . u'', differentiated `power` times; rows (n_coords,), real or complex."""
+    """row . u + rates . u' + inertia . u'', differentiated `power` times; rows (..., n_coords), real or complex."""
 
     row: Numbers
     rates: Numbers
     inertia: Numbers
     power: int = 0
+
+    def of(self, index: int | IntArray) -> Reading:
+        """Of one or some of many machines."""
+        row, rates, inertia = (one if one.ndim == 1 else one[index] for one in (self.row, self.rates, self.inertia))
+        return Reading(row, rates, inertia, self.power)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,31 +57,34 @@ class Stretch:
     """Segments of one length and one kind, each z' = a z over times 0 to 1.
 
     a
-        Of machine and signal together, (N, N).
+        Of machine and signal together, (..., N, N).
     length
-        Of each [s].
+        Of each [s], (...).
     starts, left
-        States at the beginning of each, (n, N), and of the machine behind the last, (size,).
+        States at the beginning of each, (..., n, N), and of the machine behind the last, (..., size).
+    along
+        exp(a t) where machines stand in a row.
     """
 
     a: Numbers
-    length: float
+    length: FloatArray
     starts: Numbers
     left: Numbers
+    along: Along | None = None
 
 
 @dataclass(frozen=True)
 class Transient:
-    """A linear machine at rest, and the load that then comes.
+    """Linear machines at rest, and the load that then comes.
 
     mass, damping, stiffness
-        Of all coordinates, those of the bases last, (n_coords, n_coords) [kg, N s/m, N/m].
+        Of all coordinates, those of the bases last, (..., n_coords, n_coords) [kg, N s/m, N/m].
     n_free
         Number of free coordinates.
     loads
         (n_coords, n_signals): force on free coordinates [N], acceleration of bases [m/s^2], for a signal of one.
     segments
-        The signals.
+        The signals, of all machines or of each.
     """
 
     mass: Numbers
@@ -84,73 +96,112 @@ class Transient:
 
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading from the beginning on, for ever."""
-        found = Peak(0.0, 0.0)
-        begun, ended, seen = 0, 0.0, np.zeros(self.size)
-        for one in self.stretches:
-            seen = np.maximum(seen, np.abs(one.starts[:, : self.size]).max(axis=0))
-            best = greatest(one.a, self.row(reading, one.a / (self.rate * one.length)), one.starts, abs(found.value))
-            if best is not None:
-                part = best.at * one.length
-                found = Peak(best.value, ended + best.start * one.length + part, begun + best.start, part)
-            begun, ended = begun + len(one.starts), ended + len(one.starts) * one.length
-        return Ringing(self, reading, self.left).peak(found, begun, ended, seen)
+        return self.peaks(reading).each()[0]
 
-    def glimpse(self, reading: Reading, behind: float) -> float:
-        """Greatest size of a reading at many times of the load and so long behind it [s]: no more than the peak."""
-        found = 0.0
+    def peaks(self, reading: Reading) -> Peaks:
+        """The same of each of many machines."""
+        if self.mass.ndim == 2:
+            return self.row_of_one.peaks(reading)
+        try:
+            return self._peaks(reading)
+        except (TooLongError, UnlikeError):
+            if len(self.mass) == 1:
+                raise
+            return Peaks.of([self.alone(i).peaks(reading.of(np.array([i]))) for i in range(len(self.mass))])
+
+    def _peaks(self, reading: Reading) -> Peaks:
+        count = len(self.mass)
+        found, begun, ended, seen = Peaks.none(count), 0, np.zeros(count), np.zeros((count, self.size))
         for one in self.stretches:
-            count = int(np.clip(_LOOKED_AT * self.rate * one.length, _FEW, _MANY))
-            step, row = exponential(one.a / count), self.row(reading, one.a / (self.rate * one.length))
-            found = max(found, *(float(np.abs(_steps(step, start, count) @ row).max()) for start in one.starts))
+            seen = np.maximum(seen, np.abs(one.starts[..., : self.size]).max(axis=1))
+            best = greatest(one.a, self.row(reading, one.a / wide(self.rate * one.length)), one.starts,
+                            np.abs(found.value), one.along)  # fmt: skip
+            part = best.at * one.length
+            found.take(best.value, ended + best.start * one.length + part, begun + best.start, part)
+            begun, ended = begun + one.starts.shape[-2], ended + one.starts.shape[-2] * one.length
+        self.behind.follow(reading, found, begun, ended, seen)
+        return found
+
+    @cached_property
+    def row_of_one(self) -> Transient:
+        """A lone machine, in a row."""
+        return replace(self, mass=self.mass[None], damping=self.damping[None], stiffness=self.stiffness[None])
+
+    def alone(self, index: int) -> Transient:
+        """One machine of many, in a row."""
+        those = slice(index, index + 1)
+        return replace(self, mass=self.mass[those], damping=self.damping[those], stiffness=self.stiffness[those],
+                       segments=tuple(one.of(those) for one in self.segments))  # fmt: skip
+
+    @cached_property
+    def behind(self) -> Behind:
+        """What follows the last joint."""
+        return Behind(self)
+
+    def glimpses(self, reading: Reading, behind: FloatArray) -> FloatArray:
+        """Greatest size of a reading at many times of the load and so long behind it [s], (...), its peak or less."""
+        sizes = [np.abs(values).max(axis=(-2, -1)) for _, values in self._samples(reading, behind)]
+        return np.asarray(np.max(sizes, axis=0))
+
+    def times_above(self, reading: Reading, levels: FloatArray, times: FloatArray) -> FloatArray:
+        """About the first times [s] at which a reading is as great in size, (...); `times` where none is earlier."""
+        first = np.array(times)
+        load = sum((one.length for one in self.finite), np.zeros(()))
+        for at, values in self._samples(reading, np.maximum(times - load, 0.0)):
+            above = np.where(np.abs(values) >= levels[..., None, None], at, np.inf)
+            first = np.minimum(first, above.min(axis=(-2, -1)))
+        return first
+
+    def _samples(self, reading: Reading, behind: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Times [s] and values at them, (..., n, many): of each segment of a stretch, and of what follows so long."""
+        ended: FloatArray = np.zeros(())
+        for one in self.stretches:
+            parts, values = self._sampled(reading, one.a, one.starts, one.length)
+            begins = ended[..., None] + np.arange(one.starts.shape[-2]) * one.length[..., None]
+            yield begins[..., None] + parts * wide(one.length), values
+            ended = ended + one.starts.shape[-2] * one.length
         a, start = self.onward(self.left)
-        count = int(np.clip(_LOOKED_AT * self.rate * behind, _FEW, _MANY))
-        values = _steps(exponential(a * (self.rate * behind / count)), start, count) @ self.row(reading, a)
-        return max(found, float(np.abs(values).max()))
+        parts, values = self._sampled(reading, a * wide(self.rate * behind), start[..., None, :], behind)
+        yield wide(ended) + parts * wide(behind), values
 
-    def at(self, reading: Reading, peak: Peak) -> complex:
-        """The reading where a peak of the like machine lies."""
-        begun = 0
+    def _sampled(
+        self, reading: Reading, a: Numbers, starts: Numbers, length: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Parts of pieces of so many seconds, (many,), and values there from each start, (..., n, many)."""
+        count = int(np.clip(_LOOKED_AT * float(np.max(self.rate * length)), _FEW, _MANY))
+        row = self.row(reading, a / wide(np.maximum(self.rate * length, 1e-300)))
+        rows = _steps(exponential(a / count).mT, row, count)
+        return np.arange(count + 1) / count, starts @ rows.mT
+
+    def at(self, reading: Reading, within: int | IntArray, part: float | FloatArray) -> Numbers:
+        """The reading so many seconds behind the beginning of a segment, each (...), as of a peak of a like machine."""
+        within, part = np.broadcast_arrays(within, part)
+        begun, found = 0, np.zeros(within.shape, dtype=np.result_type(self.own, reading.row, reading.rates))
         for one in self.stretches:
-            if begun <= peak.within < begun + len(one.starts):
-                row = self.row(reading, one.a / (self.rate * one.length))
-                return complex(row @ exponential(one.a, peak.part / one.length) @ one.starts[peak.within - begun])
-            begun += len(one.starts)
-        a, start = self.onward(self.left)
-        return complex(self.row(reading, a) @ exponential(a * (self.rate * peak.part)) @ start)
+            inside = (within >= begun) & (within < begun + one.starts.shape[-2])
+            if inside.any():
+                which = np.clip(within - begun, 0, one.starts.shape[-2] - 1)
+                starts = np.take_along_axis(one.starts, which[..., None, None], axis=-2)[..., 0, :]
+                row = self.row(reading, one.a / wide(self.rate * one.length))
+                found = np.where(inside, _moved(row, one.a * wide(part / one.length), starts), found)
+            begun += one.starts.shape[-2]
+        if (within >= begun).any():
+            a, start = self.onward(self.left)
+            found = np.where(within >= begun, _moved(self.row(reading, a), a * wide(self.rate * part), start), found)
+        return found
 
-    def placed(self, time: float) -> Peak:
-        """A time [s] as the place of a peak."""
-        begun = 0.0
-        for index, segment in enumerate(self.finite):
-            if time < begun + segment.length:
-                return Peak(0.0, time, index, time - begun)
-            begun += segment.length
-        return Peak(0.0, time, len(self.finite), time - begun)
-
-    def first_above(self, reading: Reading, level: float, peak: Peak) -> float:
-        """About the first time [s] at which the size of the reading is `level`; that of `peak` if none is earlier."""
-        state, ended = np.zeros(self.size), 0.0
-        for segment in (*self.finite[: peak.within + 1], None):
-            whole = peak.time - ended if segment is None else segment.length
-            length = min(whole, peak.time - ended)
-            if length <= 0.0:
-                break
-            behind, start = self.onward(state)
-            starts, after = (start[None, :], state) if segment is None else self.through([segment], state)
-            a = behind * (self.rate * length) if segment is None else self.whole(segment) * (length / whole)
-            count = int(np.clip(_LOOKED_AT * self.rate * length, _FEW, _MANY))
-            values = _steps(exponential(a / count), starts[0], count) @ self.row(reading, a / (self.rate * length))
-            above = np.flatnonzero(np.abs(values) >= level)
-            if len(above):
-                return float(ended + length * above[0] / count)
-            state, ended = after, ended + length
-        return peak.time
+    def placed(self, times: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Segments and seconds behind their beginnings of times [s], as of peaks."""
+        begins = np.cumsum([0.0, *(one.length for one in self.finite)])
+        within = np.searchsorted(begins[1:], times, side="right")
+        return within, times - begins[within]
 
     def history(self, reading: Reading, times: FloatArray) -> FloatArray:
-        """The reading at times [s] that rise, (n,)."""
+        """The reading of a lone machine at times [s] that rise, (n,)."""
         found, ended = np.zeros(len(times)), 0.0
         for one in self.stretches:
-            through, length = ended + len(one.starts) * one.length, one.length
+            length = float(one.length)
+            through = ended + len(one.starts) * length
             inside = np.flatnonzero((times >= ended * (1.0 - _JOINED)) & (times < through * (1.0 - _JOINED)))
             parts = (times[inside] - ended) / length
             which = np.minimum((parts * (1.0 + _JOINED) + _JOINED).astype(int), len(one.starts) - 1)
@@ -168,21 +219,23 @@ class Transient:
     @cached_property
     def stretches(self) -> list[Stretch]:
         """The whole load, from rest on."""
-        found, state = [], np.zeros(self.size)
+        found, state = [], np.zeros((*self.mass.shape[:-2], self.size))
         for alike in self.runs:
-            starts, state = self.through(alike, state)
-            found.append(Stretch(self.whole(alike[0]), alike[0].length, starts, state))
+            a = self.whole(alike[0])
+            along = Along(a) if a.ndim == 3 and not np.iscomplexobj(a) else None
+            starts, state = self._through(alike, state, exponential(a) if along is None else along.whole)
+            found.append(Stretch(a, np.asarray(alike[0].length), starts, state, along))
         return found
 
     @property
     def left(self) -> Numbers:
-        """State behind the load, (size,)."""
-        return self.stretches[-1].left if self.stretches else np.zeros(self.size)
+        """State behind the load, (..., size)."""
+        return self.stretches[-1].left if self.stretches else np.zeros((*self.mass.shape[:-2], self.size))
 
     @cached_property
     def jointed(self) -> Condensed | None:
         """The machine without coordinates that only springs hold; None where all have mass."""
-        if self.mass[: self.n_free].any(axis=1).all():
+        if self.mass[..., : self.n_free, :].any(axis=-1).all():
             return None
         return condensed(self.mass, self.damping, self.stiffness, self.n_free)
 
@@ -196,33 +249,35 @@ class Transient:
 
     @cached_property
     def root(self) -> Numbers:
-        """Free coordinates from normalised ones, (n, n): of mass one, or next to that of damping one without mass."""
+        """Free coordinates from normalised ones, (..., n, n): of mass one, or where there is none of damping one."""
         mass, damping, _, n, heavy = self.parts
         kind = np.result_type(self.mass, self.damping, self.stiffness)
-        root = np.asarray(np.linalg.inv(_cholesky(mass[:heavy, :heavy])).T, dtype=kind)
+        root = np.asarray(np.linalg.inv(_cholesky(mass[..., :heavy, :heavy])).mT, dtype=kind)
         if heavy == n:
             return root
-        whole = np.zeros((n, n), dtype=kind)
-        whole[:heavy, :heavy] = root
+        whole = np.zeros((*mass.shape[:-2], n, n), dtype=kind)
+        whole[..., :heavy, :heavy] = root
         size = np.sqrt(self._rate_of(root, heavy))
-        whole[heavy:, heavy:] = np.linalg.inv(_cholesky(damping[heavy:n, heavy:n])).T * size
+        whole[..., heavy:, heavy:] = np.linalg.inv(_cholesky(damping[..., heavy:n, heavy:n])).mT * wide(size)
         return whole
 
-    def _rate_of(self, root: Numbers, n: int) -> float:
+    def _rate_of(self, root: Numbers, n: int) -> FloatArray:
         """A rate [1/s] that none of the first n coordinates has by itself."""
-        stiff, damped = (root.T @ one[:n, :n] @ root for one in (self.parts[2], self.parts[1]))
-        fast = float(np.sqrt(np.abs(stiff.real).sum(axis=1).max()) + np.abs(damped.real).sum(axis=1).max())
-        return fast or 1.0 / sum(one.length for one in self.segments)
+        stiff, damped = (root.mT @ one[..., :n, :n] @ root for one in (self.parts[2], self.parts[1]))
+        fast = np.sqrt(_row_sum(stiff.real)) + _row_sum(damped.real)
+        return np.where(fast > 0.0, fast, 1.0 / sum(one.length for one in self.segments))
 
     @cached_property
-    def rate(self) -> float:
-        """A rate [1/s] that none of the machine's exceeds."""
+    def rate(self) -> FloatArray:
+        """A rate [1/s] that none of the machine's exceeds, (...)."""
         _, damping, stiffness, n, heavy = self.parts
-        rate = self._rate_of(self.root[:heavy, :heavy], heavy)
+        rate = self._rate_of(self.root[..., :heavy, :heavy], heavy)
         if heavy == n:
             return rate
-        elastic, braked = (self.root.T @ one[:n, :n] @ self.root for one in (stiffness / rate**2, damping / rate))
-        return rate * max(1.0, float(np.abs(eliminated(elastic, braked, heavy).real).sum(axis=1).max()))
+        elastic, braked = (
+            self.root.mT @ one[..., :n, :n] @ self.root for one in (stiffness / wide(rate**2), damping / wide(rate))
+        )
+        return np.asarray(rate * np.maximum(1.0, _row_sum(eliminated(elastic, braked, heavy).real)))
 
     @property
     def size(self) -> int:
@@ -230,126 +285,139 @@ class Transient:
 
         The rate of what has no mass is no state: its place stays empty.
         """
-        return 2 * len(self.parts[0])
+        return 2 * int(self.parts[0].shape[-1])
 
     @cached_property
-    def scale(self) -> float:
-        """Unit of the states."""
-        return float(np.abs(self._pushed_by_one).max(initial=0.0)) or 1.0
+    def scale(self) -> FloatArray:
+        """Unit of the states, (...)."""
+        most = np.abs(self._pushed_by_one).max(axis=(-2, -1), initial=0.0)
+        return np.where(most > 0.0, most, 1.0)
 
     @cached_property
     def places(self) -> Numbers:
-        """All coordinates from the first half of the states, (n_coords, size / 2)."""
+        """All coordinates from the first half of the states, (..., n_coords, size / 2)."""
         return self._turned if self.jointed is None else np.asarray(self.jointed.lift @ self._turned)
 
     @cached_property
     def _turned(self) -> Numbers:
-        """Coordinates that are states from the first half of the states, (size / 2, size / 2)."""
+        """Coordinates that are states from the first half of the states, (..., size / 2, size / 2)."""
         mass, _, _, n, _ = self.parts
         whole = np.zeros(mass.shape, dtype=self.root.dtype)
-        whole[:n, :n] = self.root
-        own = np.arange(n, len(whole))
-        whole[own, own] = 1.0 / np.sqrt(np.trace(mass[:n, :n]).real)
-        whole[:n, n:] = self.ride * whole[own, own]
+        whole[..., :n, :n] = self.root
+        own = np.arange(n, mass.shape[-1])
+        unit = 1.0 / np.sqrt(_trace(mass[..., :n, :n]))
+        whole[..., own, own] = unit[..., None]
+        whole[..., :n, n:] = self.ride * wide(unit)
         return whole
 
     @cached_property
     def ride(self) -> Numbers:
-        """How free coordinates follow the bases when these move slowly, (n, n_bases): places count from there.
+        """How free coordinates follow the bases when these move slowly, (..., n, n_bases): places count from there.
 
         A base that is pushed for a thousand periods is far away, and what is near it would be lost in rounding.
         """
         _, _, stiffness, n, heavy = self.parts
-        held, led = stiffness[:n, :n], stiffness[:n, n:]
-        if heavy < n or self.jointed is not None or not led.shape[1] or np.linalg.cond(held.real) > _HELD:
+        held, led = stiffness[..., :n, :n], stiffness[..., :n, n:]
+        if heavy < n or self.jointed is not None or not led.shape[-1]:
             return np.zeros(led.shape, dtype=self.root.dtype)
-        back = np.linalg.inv(held.real)
+        loose = wide(np.linalg.cond(held.real) > _HELD)
+        back = np.linalg.inv(np.where(loose, np.eye(n), held.real))
         found, whole = -back @ led.real, np.rint(-back @ led.real)
         found = np.where(np.abs(found - whole) < _FOLLOWS, whole, found)
         if not np.iscomplexobj(stiffness):
-            return np.asarray(found)
+            return np.where(loose, 0.0, found)
         turned = held.imag @ found + led.imag
         size = np.abs(back) @ (np.abs(held.imag) @ np.abs(found) + np.abs(led.imag))
-        return np.asarray(found - 1j * np.where(np.abs(back @ turned) > _FOLLOWS * size, back @ turned, 0.0))
+        slopes = np.where(np.abs(back @ turned) > _FOLLOWS * size, back @ turned, 0.0)
+        return np.where(loose, 0.0, found - 1j * slopes)
+
+    @cached_property
+    def _rides(self) -> FloatArray:
+        return wide(self.ride.any(axis=(-2, -1)))
 
     @cached_property
     def elastic(self) -> Numbers:
-        """Forces on the normalised free coordinates per place, (n, size / 2), time in 1 / rate."""
-        found = np.asarray(self.root.T @ self.parts[2][: self.parts[3]] @ self._turned / self.rate**2)
-        if self.ride.any():
-            found[:, self.parts[3] :] = 0.0
+        """Forces on the normalised free coordinates per place, (..., n, size / 2), time in 1 / rate."""
+        n = self.parts[3]
+        found = np.asarray(self.root.mT @ self.parts[2][..., :n, :] @ self._turned / wide(self.rate**2))
+        if self._rides.any():
+            found[..., n:] = np.where(self._rides, 0.0, found[..., n:])
         return found
 
     @cached_property
     def braked(self) -> Numbers:
         """The same per rate."""
         n = self.parts[3]
-        found = np.asarray(self.root.T @ self.parts[1][:n] @ self._turned / self.rate)
-        if self.ride.any():
-            found[:, n:] = self.root.T @ _product(self.parts[1][:n], self._turned[:, n:]) / self.rate
+        found = np.asarray(self.root.mT @ self.parts[1][..., :n, :] @ self._turned / wide(self.rate))
+        if self._rides.any():
+            riding = self.root.mT @ _product(self.parts[1][..., :n, :], self._turned[..., n:]) / wide(self.rate)
+            found[..., n:] = np.where(self._rides, riding, found[..., n:])
         return found
 
     @cached_property
     def own(self) -> Numbers:
-        """A of the machine by itself, (size, size), time in 1 / rate."""
+        """A of the machine by itself, (..., size, size), time in 1 / rate."""
         n, heavy = self.parts[3:]
         half = self.size // 2
-        a = np.zeros((self.size, self.size), dtype=self.root.dtype)
-        a[:half, half:] = np.eye(half)
+        a = np.zeros((*self.mass.shape[:-2], self.size, self.size), dtype=self.root.dtype)
+        a[..., :half, half:] = np.eye(half)
         if heavy == n:
-            a[half : half + n, :half], a[half : half + n, half:] = -self.elastic, -self.braked
+            a[..., half : half + n, :half], a[..., half : half + n, half:] = -self.elastic, -self.braked
             return a
         rows = eliminated(self.elastic, self.braked, heavy)
-        a[heavy:n], a[half : half + heavy] = rows[heavy:], rows[:heavy]
+        a[..., heavy:n, :], a[..., half : half + heavy, :] = rows[..., heavy:, :], rows[..., :heavy, :]
         return a
 
     @cached_property
     def struck(self) -> Numbers:
-        """States behind a blow of one on each free coordinate, (size, n_free), time in 1 / rate."""
+        """States behind a blow of one on each free coordinate, (..., size, n_free), time in 1 / rate."""
         n, heavy = self.parts[3:]
-        half, forces = self.size // 2, self.root.T
+        half, forces = self.size // 2, self.root.mT
         if self.jointed is not None:
-            forces = forces @ self.jointed.lift[: self.n_free, :n].T
-        b = np.zeros((self.size, self.n_free), dtype=self.root.dtype)
-        b[half : half + heavy] = forces[:heavy]
+            forces = forces @ self.jointed.lift[..., : self.n_free, :n].mT
+        b = np.zeros((*self.mass.shape[:-2], self.size, self.n_free), dtype=self.root.dtype)
+        b[..., half : half + heavy, :] = forces[..., :heavy, :]
         if heavy < n:
-            b[heavy:n] = np.linalg.solve(self.braked[heavy:, heavy:n], forces[heavy:])
-            b[half : half + heavy] -= self.braked[:heavy, heavy:n] @ b[heavy:n]
-        return b / self.rate
+            b[..., heavy:n, :] = np.linalg.solve(self.braked[..., heavy:, heavy:n], forces[..., heavy:, :])
+            b[..., half : half + heavy, :] -= self.braked[..., :heavy, heavy:n] @ b[..., heavy:n, :]
+        return b / wide(self.rate)
 
     @cached_property
     def _pushed_by_one(self) -> Numbers:
-        """What signals of one add to the rates of the states, (size, n_signals), time in 1 / rate."""
+        """What signals of one add to the rates of the states, (..., size, n_signals), time in 1 / rate."""
         own, n, half = self.n_free, self.parts[3], self.size // 2
-        led = self.mass[:own, own:]
-        if self.ride.any():
-            led = led + self.mass[:own, :own] @ self.ride
-        b = self.struck @ (self.loads[:own] - led @ self.loads[own:]) / self.rate
-        b[half + n :] = self.loads[own:] * np.sqrt(np.trace(self.mass[:own, :own]).real) / self.rate**2
+        led = self.mass[..., :own, own:]
+        if self._rides.any():
+            led = led + self.mass[..., :own, :own] @ self.ride
+        b = self.struck @ (self.loads[:own] - led @ self.loads[own:]) / wide(self.rate)
+        unit = np.sqrt(_trace(self.mass[..., :own, :own])) / self.rate**2
+        b[..., half + n :, :] = self.loads[own:] * wide(unit)
         return b
 
     @cached_property
     def _pushed(self) -> Numbers:
-        return self._pushed_by_one / self.scale
+        return self._pushed_by_one / wide(self.scale)
 
     def whole(self, segment: Segment) -> Numbers:
-        """A of machine and signal together, time from 0 to 1 on a segment."""
-        size, span = self.size, self.rate * segment.length
-        a = np.zeros((size + len(segment.start),) * 2, dtype=self.own.dtype)
-        a[:size, :size] = self.own * span
-        a[:size, size:] = self._pushed @ segment.read * span
-        a[size:, size:] = segment.rates
+        """A of machine and signal together, (..., N, N), time from 0 to 1 on a segment."""
+        size, span = self.size, wide(self.rate * segment.length)
+        more = segment.start.shape[-1]
+        a = np.zeros((*self.mass.shape[:-2], size + more, size + more), dtype=self.own.dtype)
+        a[..., :size, :size] = self.own * span
+        a[..., :size, size:] = self._pushed @ segment.read * span
+        a[..., size:, size:] = segment.rates
         return a
 
     def row(self, reading: Reading, a: Numbers) -> Numbers:
-        """Row over the states that a reading is, where z' = a z, time in 1 / rate."""
-        places = np.zeros((len(self.mass), len(a)), dtype=self.root.dtype)
-        places[:, : self.size // 2] = self.places
-        placed, moved, pushed = _product(np.array([reading.row, reading.rates, reading.inertia]), places)
-        row = placed + (moved + pushed @ a * self.rate) @ a * self.rate
+        """Row over the states that a reading is, (..., N), where z' = a z, time in 1 / rate."""
+        places = np.zeros((*self.places.shape[:-1], a.shape[-1]), dtype=self.root.dtype)
+        places[..., : self.size // 2] = self.places
+        rows = np.stack([reading.row, reading.rates, reading.inertia], axis=-2)
+        found, rate = _product(rows, places), wide(self.rate)
+        row = found[..., :1, :] + (found[..., 1:2, :] + found[..., 2:, :] @ a * rate) @ a * rate
         for _ in range(reading.power):
-            row = row @ a * self.rate
-        return np.asarray(row * self.scale)
+            row = row @ a * rate
+        return np.asarray(row * wide(self.scale))[..., 0, :]
 
     @property
     def finite(self) -> tuple[Segment, ...]:
@@ -361,7 +429,9 @@ class Transient:
         """Segments of one length and one kind that follow each other, as far as they end."""
         return [
             list(run)
-            for _, run in groupby(self.finite, lambda one: (one.length, one.rates.tobytes(), one.read.tobytes()))
+            for _, run in groupby(
+                self.finite, lambda one: (np.asarray(one.length).tobytes(), one.rates.tobytes(), one.read.tobytes())
+            )
         ]
 
     def onward(self, state: Numbers) -> tuple[Numbers, Numbers]:
@@ -369,24 +439,40 @@ class Transient:
         last = self.segments[-1]
         if not last.endless:
             return self.own, state
-        struck = state + self._pushed @ last.blows * self.rate
-        return self.whole(last) / (self.rate * last.length), np.concatenate([struck, last.start])
+        struck = state + (self._pushed @ last.blows) * self.rate[..., None]
+        start = np.broadcast_to(last.start, (*state.shape[:-1], last.start.shape[-1]))
+        return self.whole(last) / wide(self.rate * last.length), np.concatenate([struck, start], axis=-1)
 
-    def through(self, alike: list[Segment], state: Numbers) -> tuple[Numbers, Numbers]:
-        """States at the beginning of each of a run of segments, (n, N), and behind the last, (size,)."""
+    def _through(self, alike: list[Segment], state: Numbers, step: Numbers) -> tuple[Numbers, Numbers]:
+        """States at the beginning of each of a run of segments, (..., n, N), and behind the last, (..., size)."""
         size = self.size
-        step = exponential(self.whole(alike[0]))
-        signals = np.array([one.start for one in alike])
-        blows = np.array([one.blows for one in alike]) @ self._pushed.T * self.rate
-        states = np.empty((len(alike) + 1, size), dtype=np.result_type(state, self.own))
-        states[0] = state + blows[0]
-        states[1:] = signals @ step[:size, size:].T
-        states[1:-1] += blows[1:]
-        reach, power = 1, step[:size, :size]
-        while reach < len(states):  # each state takes up what came before it, over twice the distance every time
-            states[reach:] += states[:-reach] @ power.T
+        signals = np.stack([one.start for one in alike], axis=-2)
+        blows = np.stack([one.blows for one in alike], axis=-2) @ self._pushed.mT * wide(self.rate)
+        count = len(alike)
+        states = np.empty((*state.shape[:-1], count + 1, size), dtype=np.result_type(state, self.own))
+        states[..., 0, :] = state + blows[..., 0, :]
+        states[..., 1:, :] = signals @ step[..., :size, size:].mT
+        states[..., 1:-1, :] += blows[..., 1:, :]
+        reach, power = 1, step[..., :size, :size].mT
+        while reach <= count:  # each state takes up what came before it, over twice the distance every time
+            states[..., reach:, :] += states[..., :-reach, :] @ power
             reach, power = 2 * reach, power @ power
-        return np.hstack([states[:-1], signals]), states[-1]
+        signals = np.broadcast_to(signals, (*state.shape[:-1], *signals.shape[-2:]))
+        return np.concatenate([states[..., :-1, :], signals], axis=-1), states[..., -1, :]
+
+
+def wide(numbers: Any) -> Numbers:
+    """Numbers (...) as factors of matrices, (..., 1, 1)."""
+    return np.asarray(numbers)[..., None, None]
+
+
+def _trace(matrix: Numbers) -> FloatArray:
+    return np.asarray(np.trace(matrix, axis1=-2, axis2=-1).real)
+
+
+def _row_sum(matrix: FloatArray) -> FloatArray:
+    """The greatest sum of sizes in a row, (...)."""
+    return np.asarray(np.abs(matrix).sum(axis=-1).max(axis=-1))
 
 
 def _product(left: Numbers, right: Numbers) -> Numbers:
@@ -400,6 +486,11 @@ def _product(left: Numbers, right: Numbers) -> Numbers:
     return np.asarray(np.where(kept, found.real, 0.0) + 1j * slopes)
 
 
+def _moved(row: Numbers, a: Numbers, start: Numbers) -> Numbers:
+    """row . exp(a) start of each, (...)."""
+    return np.asarray((row[..., None, :] @ exponential(a) @ start[..., None])[..., 0, 0])
+
+
 def _read(row: Numbers, a: Numbers, parts: FloatArray, starts: Numbers) -> FloatArray:
     """row . z at parts of a piece of time (n,), 0 to 1, each from its own start, (n, N) or (1, N)."""
     starts = np.broadcast_to(starts, (len(parts), len(a)))
@@ -411,22 +502,24 @@ def _read(row: Numbers, a: Numbers, parts: FloatArray, starts: Numbers) -> Float
 
 
 def _steps(step: Numbers, start: Numbers, count: int) -> Numbers:
-    """States (count + 1, N): the start, and after each of so many like steps."""
-    states = np.empty((count + 1, len(start)), dtype=np.result_type(step, start))
-    states[0] = start
-    known, power = 1, step
+    """States (..., count + 1, N): the start, and after each of so many like steps."""
+    states = np.empty((*start.shape[:-1], count + 1, start.shape[-1]), dtype=np.result_type(step, start))
+    states[..., 0, :] = start
+    known, power = 1, step.mT
     while known <= count:
         more = min(known, count + 1 - known)
-        states[known : known + more] = states[:more] @ power.T
+        states[..., known : known + more, :] = states[..., :more, :] @ power
         known, power = known + more, power @ power
     return states
 
 
 def _cholesky(matrix: Numbers) -> Numbers:
-    """L with L L^T = matrix, without a conjugate."""
+    """L with L L^T = matrix, without a conjugate, (..., n, n)."""
     if not np.iscomplexobj(matrix):
         return np.asarray(np.linalg.cholesky(matrix))
     lower = np.linalg.cholesky(matrix.real)
-    inner = np.linalg.solve(lower, np.linalg.solve(lower, matrix.imag).T)
-    half = np.tril(inner, -1) + 0.5 * np.diag(np.diag(inner))
+    inner = np.linalg.solve(lower, np.linalg.solve(lower, matrix.imag).mT)
+    half = np.tril(inner, -1)
+    own = np.arange(matrix.shape[-1])
+    half[..., own, own] = 0.5 * inner[..., own, own]
     return np.asarray(lower + 1j * lower @ half)

@@ -98,6 +98,12 @@ class _Piece:
                 yield from ((int(row), self.low + 0.5 * (one + 1.0) * (self.high - self.low)) for one in real)
 
 
+def _nodes(low: float, high: float) -> FloatArray:
+    places = low + (high - low) * _NODES
+    places[0], places[-1] = low, high
+    return places
+
+
 class OneRange:
     """One continuous variable with limits and goal of any kind."""
 
@@ -166,7 +172,7 @@ class _Run:
             return self._found("one value is all there is", proven=True)
         ends = self._ends()
         self._scale(ends)
-        heap = [(piece.least[-1], index, piece) for index, piece in enumerate(map(self._piece, ends, ends[1:]))]
+        heap = [(piece.least[-1], index, piece) for index, piece in enumerate(self._pieces(ends))]
         heapq.heapify(heap)
         count = len(heap)
         while heap:
@@ -189,7 +195,7 @@ class _Run:
     def permitted(self) -> Permitted:
         """The pieces on which every limit holds, put together."""
         ends = self._ends()
-        left = list(map(self._piece, ends, ends[1:]))[::-1]
+        left = self._pieces(ends)[::-1]
         good: list[tuple[float, float]] = []
         while left and not self.budget.over:
             if self.progress is not None:
@@ -233,13 +239,17 @@ class _Run:
         return bool((piece.least[:-1] > 1.2 * _MET).any())
 
     def _halves(self, piece: _Piece) -> list[_Piece]:
-        middle = 0.5 * (piece.low + piece.high)
-        return [self._piece(piece.low, middle), self._piece(middle, piece.high)]
+        return self._pieces([piece.low, 0.5 * (piece.low + piece.high), piece.high])
+
+    def _pieces(self, ends: list[float]) -> list[_Piece]:
+        """Pieces side by side: what is measured sooner at many designs at once is."""
+        places = {float(one) for two in pairwise(ends) for one in _nodes(*two)} - self.rows.keys()
+        self.judge.ahead(np.array([self.x(one) for one in sorted(places)]))
+        return [self._piece(*two) for two in pairwise(ends)]
 
     def _piece(self, low: float, high: float) -> _Piece:
         self.budget.spend()
-        places = low + (high - low) * _NODES
-        places[0], places[-1] = low, high
+        places = _nodes(low, high)
         values = np.array([self.row(float(one)) for one in places])
         coefficients = (_TO_CHEBYSHEV @ values).T
         doubt = _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR

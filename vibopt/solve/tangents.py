@@ -25,7 +25,8 @@ from vibopt.solve.nlp import Nlp
 from vibopt.solve.ranges import starts
 from vibopt.work import Budget
 
-_MOST_VARIABLES = 3
+_MOST_VARIABLES, _AT_ONCE = 3, 24
+"""Variables, and boxes that are looked at side by side."""
 _STARTS = 4
 _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
@@ -93,20 +94,29 @@ class _Part:
             if np.isfinite(time) and all(abs(time - one) > _APART * one for one in self.times):
                 self.times = [time, *self.times][:_KNOWN]
 
-    def tangents(self, x: FloatArray, reach: FloatArray, level: float) -> Iterator[Tangent]:
-        for one in self.of.form.tangents(self.of.model, x, reach, level, self.times):
-            yield one.signed(_sign(self.of)).scaled(_sign(self.of) * self.bound, self.size)
+    def tangents(self, boxes: Sequence[_Box], level: float) -> Iterator[tuple[_Box, list[Tangent]]]:
+        """Each box, and what is known there."""
+        if not boxes:
+            return
+        x, reach = (np.array(column) for column in zip(*((one.x, one.reach) for one in boxes), strict=True))
+        sign, many = _sign(self.of), self.of.form.tangents(self.of.model, x, reach, level, self.times)
+        for box, some in zip(boxes, many, strict=True):
+            yield box, [one.signed(sign).scaled(sign * self.bound, self.size) for one in some]
 
 
 @dataclass
 class _Box:
     """Designs x (1 + s), |s| <= reach, with what is known of their limits (at most 0 where kept) and of their goal."""
 
-    x: FloatArray
-    reach: FloatArray
+    low: FloatArray
+    high: FloatArray
     limits: list[Tangent] = field(default_factory=list)
     goals: list[Tangent] = field(default_factory=list)
     middle_feasible: bool = True
+
+    def __post_init__(self) -> None:
+        self.x = 0.5 * (self.low + self.high)
+        self.reach = (self.high - self.low) / np.maximum(self.high + self.low, 1e-300)
 
     def side(self, best: float) -> int:
         """Which side to halve: along which most is left out, and most changes of what is known."""
@@ -145,12 +155,10 @@ class _Search:
         while frontier and not frontier.over:
             if self.best_x is not None and self.program.aim is None:
                 break
-            _, low, high = frontier.take(1)
-            self.budget.spend()
-            left = self.look(low[0], high[0])
-            if left is not None:
-                goal, side = left
-                frontier.add(np.full(2, goal), *_halves(low[0], high[0], side))
+            _, low, high = frontier.take(_AT_ONCE)
+            self.budget.spend(len(low))
+            for goal, box in self.look(low, high):
+                frontier.add(np.full(2, goal), *_halves(box.low, box.high, box.side(self.best)))
             frontier.keep(self.bar)
         return self.found(frontier)
 
@@ -179,43 +187,50 @@ class _Search:
             for part in [*self.limits, *self.aims]:
                 part.learn(x)
 
-    def look(self, low: FloatArray, high: FloatArray) -> tuple[float, int] | None:
-        """Bound of the goal on a box, and the side to halve; None where it holds nothing better."""
-        if not all(may_hold(limit, bounds, low[None, :], high[None, :])[0] for limit, bounds in self.others):
-            return None
-        box = _Box(0.5 * (low + high), (high - low) / np.maximum(high + low, 1e-300))
-        if not self.limited(box) or not self.aimed(box):
-            return None
-        if box.middle_feasible and self.better(box):
-            self.offer(improved(self.program, box.x, self.judge) if self.judge.feasible(box.x) else box.x)
-        goal = _together(box)
-        return None if goal is None or goal >= self.bar else (goal, box.side(self.best))
-
-    def limited(self, box: _Box) -> bool:
-        """Take up what the limits are no less than; whether they may all be kept."""
-        for part in self.limits:
-            before = len(box.limits)
-            for one in part.tangents(box.x, box.reach, part.bound):
-                if one.least(box.reach) > SAFETY:
-                    return False
-                box.limits.append(one)
-            known = box.limits[before:]
-            box.middle_feasible = box.middle_feasible and bool(known) and max(one.value for one in known) <= 0.0
+    def look(self, low: FloatArray, high: FloatArray) -> Iterator[tuple[float, _Box]]:
+        """Boxes low, high (n, n_vars) that may hold something better, each with the bound of the goal on it."""
+        holds = np.ones(len(low), dtype=bool)
         for limit, bounds in self.others:
-            if box.middle_feasible:
-                missed, found = self.judge.limit(limit, box.x)
-                bounds.add(found.speeds)
-                box.middle_feasible = missed <= self.judge.tolerance
-        return True
+            holds &= may_hold(limit, bounds, low, high)
+        boxes = self.aimed(self.limited([_Box(*ends) for ends in zip(low[holds], high[holds], strict=True)]))
+        for box in sorted((one for one in boxes if one.middle_feasible), key=self.middle):
+            if self.better(box):
+                self.offer(improved(self.program, box.x, self.judge) if self.judge.feasible(box.x) else box.x)
+        for box in boxes:
+            goal = _together(box)
+            if goal is not None and goal < self.bar:
+                yield goal, box
 
-    def aimed(self, box: _Box) -> bool:
-        """Take up what the goal is no less than; whether it may be better than the best."""
+    def limited(self, boxes: list[_Box]) -> list[_Box]:
+        """Take up what the limits are no less than; boxes on which they may all be kept."""
+        for part in self.limits:
+            left = []
+            for box, known in part.tangents(boxes, part.bound):
+                box.limits += known
+                box.middle_feasible &= bool(known) and max(one.value for one in known) <= 0.0
+                left += [] if any(one.least(box.reach) > SAFETY for one in known) else [box]
+            boxes = left
+        for limit, bounds in self.others:
+            for box in boxes:
+                if box.middle_feasible:
+                    missed, found = self.judge.limit(limit, box.x)
+                    bounds.add(found.speeds)
+                    box.middle_feasible = missed <= self.judge.tolerance
+        return boxes
+
+    def aimed(self, boxes: list[_Box]) -> list[_Box]:
+        """Take up what the goal is no less than; boxes on which it may be better than the best."""
         for part in self.aims:
-            for one in part.tangents(box.x, box.reach, self.best if _sign(part.of) > 0.0 else np.inf):
-                if one.least(box.reach) >= self.bar:
-                    return False
-                box.goals.append(one)
-        return True
+            left = []
+            for box, known in part.tangents(boxes, self.best if _sign(part.of) > 0.0 else np.inf):
+                box.goals += known
+                left += [] if any(one.least(box.reach) >= self.bar for one in known) else [box]
+            boxes = left
+        return boxes
+
+    def middle(self, box: _Box) -> float:
+        """What the goal is at least in the middle of a box."""
+        return max((one.value for one in box.goals), default=-np.inf)
 
     def better(self, box: _Box) -> bool:
         """Whether the middle of a box may be worth while."""
