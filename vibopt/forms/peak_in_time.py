@@ -55,9 +55,8 @@ class PeakInTime(Form):
     def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
         from vibopt.mechanics.harmonic import mount_count
 
-        sizes = np.array([abs(one.value) for one in self.peaks(model, x)])
-        found: FloatArray = sizes / np.array([mount_count(model, self.output, one) for one in x])
-        return found
+        pairs = zip(self.peaks(model, x), x, strict=True)
+        return np.array([abs(peak.value) / mount_count(model, self.output, one) for peak, one in pairs])
 
     def ahead(self, model: Model, x: FloatArray) -> None:
         with suppress(np.linalg.LinAlgError):  # told where it is asked for alone
