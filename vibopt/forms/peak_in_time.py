@@ -66,7 +66,7 @@ class PeakInTime(Form):
         peak, p = self.peak(model, x), model.values(x)
         if not 0.0 < abs(peak.value) < np.inf or not np.isfinite(peak.time):
             return by_differences(lambda at: self.value(model, at), x)
-        slope = self._changes(model, p[None], model.exponents.T, peak.within, peak.part)[0] / peak.value
+        slope: FloatArray = self._changes(model, p[None], model.exponents.T, peak.within, peak.part)[0] / peak.value
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
