@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import VibOptError
 from vibopt.jobs import answer, is_scene, of_document, with_changes
@@ -27,7 +28,6 @@ from vibopt.values.fact_at import FactAt
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
-    from vibopt.scene.scene import Scene
 
 Answered = Callable[[Sequence[FactAt], Point], None]
 FEWEST_TOGETHER = 12
@@ -35,6 +35,8 @@ FEWEST_TOGETHER = 12
 BATCH = 4
 """Points that a process answers before it ends, whatever their number and that of the processes."""
 _SAME = 1e-9
+PROVEN = 2e-7
+"""Part of the goal by which two plans of a measured rotor may differ, both proven."""
 
 
 def answers(jobs: Iterable[Job], progress: Progress | None = None, stage: str = "variants") -> list[Answer[Any]]:
@@ -90,7 +92,7 @@ def answered(
 
     single: dict[int, Point] = dict(known or {})
     together = None
-    if len(values) - len(single) >= FEWEST_TOGETHER and is_scene(job):
+    if len(values) - len(single) >= FEWEST_TOGETHER:
         together = _together(job, facts, values, tell, single)
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
@@ -166,31 +168,42 @@ def _by_processes(
 
 
 def _together(
-    scene: Scene,
+    job: Job,
     facts: tuple[FactAt, ...],
     values: FloatArray,
     tell: Callable[[float], None],
     single: dict[int, Point],
 ) -> Columns | None:
     """All points in one batch, one of them answered alone to compare; None where that is not possible."""
-    if uncertain(scene) or open_positions(scene):
-        return None
-    found = columns(scene, facts, values, tell)
+    found = _batch(job, facts, values, tell)
     if found is None:
         return None
     middle = len(values) // 2
-    point = one_point(scene, facts, values[middle])
+    point = one_point(job, facts, values[middle])
     single.setdefault(middle, point)
-    return found if _agree(scene, found, middle, point) else None
+    return found if _agree(job, found, middle, point) else None
 
 
-def _agree(scene: Scene, together: Columns, index: int, point: Point) -> bool:
+def _batch(job: Job, facts: tuple[FactAt, ...], values: FloatArray, tell: Callable[[float], None]) -> Columns | None:
+    if is_rotor(job):
+        from vibopt.study import rotor_points
+
+        return rotor_points.columns(job, partial(changed_at, job, facts), values)
+    if not is_scene(job) or uncertain(job) or open_positions(job):
+        return None
+    return columns(job, facts, values, tell)
+
+
+def _agree(scene: Job, together: Columns, index: int, point: Point) -> bool:
     """Whether a point answered alone has the same answer as among the others."""
     status = together.status[index]
     if status != point.status:
         return status == ""
     if status == "infeasible":
         return True
+    if not is_scene(scene):  # each proven to a part of the goal
+        goal = together.goal
+        return point.goal is None or goal is None or abs(point.goal.value - goal[index]) <= PROVEN * point.goal.value
     designs = [(point.variables[one.path].value, x[index]) for one, x in zip(scene.variables, together.x, strict=True)]
     if not all(_near(alone, other, abs(alone)) for alone, other in designs):
         # where a peak is level with a limit, rounding leaves free what the goal does not fix

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, overload
 
@@ -55,6 +55,9 @@ class Point:
         return {**where, **{key: getattr(self, key) for key in keys}}
 
 
+Words = Callable[[int], tuple[Entry | None, Mapping[str, Entry], Mapping[str, Entry]]]
+
+
 @dataclass(frozen=True)
 class Columns:
     """Answers found together; a status "" means that this one was not.
@@ -65,12 +68,15 @@ class Columns:
         Value of the goal on the built machine, shape (n_points,); None without a goal.
     margins
         Per limit, shape (n_points,).
+    words
+        Goal, chosen numbers and results of a point by its index, where the job is no scene.
     """
 
     status: list[str]
     x: FloatArray
     goal: FloatArray | None
     margins: Mapping[str, FloatArray]
+    words: Words | None = None
 
 
 @dataclass(frozen=True)
@@ -122,8 +128,13 @@ class Points(Sequence[Point]):
         if index in self.single:
             return self.single[index]
         columns, scene = self.columns, self.job
-        assert is_scene(scene)
         found = columns.status[index] != "infeasible"
+        margins = {name: float(one[index]) for name, one in columns.margins.items() if found}
+        where, status = varied_at(self.facts, self.values[index]), columns.status[index]
+        if columns.words is not None:
+            best, chosen, left = columns.words(index) if found else (None, {}, {})
+            return Point(where, status, best, chosen, margins, results=left)
+        assert is_scene(scene)
         goal = None
         if found and columns.goal is not None and scene.goal is not None:
             response = scene.goal.response
@@ -139,8 +150,7 @@ class Points(Sequence[Point]):
             for one, x in zip(scene.variables, columns.x, strict=True)
             if found
         }
-        margins = {name: float(one[index]) for name, one in columns.margins.items() if found}
-        return Point(varied_at(self.facts, self.values[index]), columns.status[index], goal, variables, margins)
+        return Point(where, status, goal, variables, margins)
 
 
 def varied_at(facts: Sequence[FactAt], values: FloatArray) -> dict[str, Entry]:

@@ -54,11 +54,11 @@ def columns(
         return asked, {**asked.numbers, **_shaking(here)}
 
     try:
-        places = _places(values)
-        first, begin = at(places[0])
+        where = places(values)
+        first, begin = at(where[0])
         if any(row.tabled is not None for row in first.rows):
             return None
-        numbers = _follow(places, [begin, *(_like(first, *at(one, first)) for one in places[1:])], values)
+        numbers = _follow(where, [begin, *(_like(first, *at(one, first)) for one in where[1:])], values)
         if scene.is_analysis:
             found = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
         else:
@@ -106,7 +106,7 @@ def _shaking(scene: Scene) -> dict[str, float]:
     return found
 
 
-def _places(values: FloatArray) -> FloatArray:
+def places(values: FloatArray) -> FloatArray:
     """Where the question is read, (n_places, n_facts): the corners of all values, the least first, then inside."""
     axes = [np.unique(column) for column in values.T]
     ends = [(one[0], one[-1]) for one in axes]
@@ -118,10 +118,10 @@ def _follow(at: FloatArray, tables: Sequence[Mapping[str, float]], values: Float
     """Every number at all values of the facts, read at the places `at`: a float where it is the same, else (n,)."""
     if any(one.keys() != tables[0].keys() for one in tables):
         raise NotClosedError("the question is another one.")
-    return {name: _law(at, [one[name] for one in tables], values) for name in tables[0]}
+    return {name: law(at, [one[name] for one in tables], values) for name in tables[0]}
 
 
-def _law(at: FloatArray, numbers: list[float], values: FloatArray) -> Number:
+def law(at: FloatArray, numbers: list[float], values: FloatArray) -> Number:
     """A number that is constant, a product of powers of the facts, or linear in each of them, to 12 digits."""
     if min(numbers) == max(numbers):
         return numbers[0]

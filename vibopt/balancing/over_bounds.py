@@ -1,0 +1,288 @@
+"""A measured rotor at many values of one bound: all plans together, each proven and put back into a simulated rotor.
+
+The caps and limits follow the fact by a straight line; what was measured is the same.  From one value to the next the
+same bounds hold the plan back, so that Newton's method answers a stretch of values at once; where another bound takes
+over, the neighbour starts the search for the right ones, and only where that fails the question is asked alone.
+Multipliers that prove one value to be impossible are tried on those that follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import tau
+
+import numpy as np
+
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.balancing import active_set
+from vibopt.balancing.active_set import FAR, Discs, Held, exchanged
+from vibopt.balancing.fitting import NOTHING
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.limit_prices import AGREES
+from vibopt.balancing.question import Question, felt
+from vibopt.balancing.question_prices import solve_question
+from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
+from vibopt.balancing.rotor_question import rows_of
+from vibopt.balancing.solve_rotor import asked_of
+from vibopt.balancing.trust import conditioning
+from vibopt.balancing.verification import shown_with
+from vibopt.records import dataclass
+
+CLOSED = 1e-9
+"""Gap, relative to the goal, from which a plan is proven."""
+KEPT = 1e-10
+"""A bound is kept when it is exceeded by no more than this share."""
+MOST_CELLS = 10_000_000
+"""Readings of plans that are in memory at once."""
+NOTHING_LEFT = 1e-12
+_AT_BOUND = 1e-6
+_BLOCK = 16
+
+
+@dataclass(frozen=True)
+class Plans:
+    """Plans at all values; a status "" means that this one was not answered.
+
+    masses, angles
+        As they are written, shape (n_values, n_planes) [kg, rad].
+    goal
+        Shape (n_values,) [SI peak].
+    left
+        Greatest amplitude left at each sensor, shape (n_values, n_sensors) [SI peak].
+    margins
+        Per limit, shape (n_values,).
+    """
+
+    status: list[str]
+    masses: FloatArray
+    angles: FloatArray
+    goal: FloatArray
+    left: FloatArray
+    margins: dict[str, FloatArray]
+
+
+Law = Callable[[Sequence[float]], FloatArray | None]
+"""A number at all values (n_values,) from what it is where it was read; None where it follows no law."""
+
+
+def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
+    """Plans at all values of some facts, of which `jobs` have a few; None where they are no such family."""
+    asked = [asked_of(job) for job in jobs]
+    job, (heard, identified, idle, posed) = jobs[0], asked[0]
+    question = posed.question
+    if any(one.out or one.possible or one.alone or not one.told for one in heard.found) or idle:
+        return None
+    if not _is_plain(job, question) or not all(_alike(one, other) for one, other in pairwise(jobs)):
+        return None
+    if not all(_same(question, one[3].question) for one in asked[1:]) or conditioning(question, job.free).alike:
+        return None
+    numbers = [[*(plane.most for plane in one.planes), *(limit.at_most for limit in _limits(one))] for one in jobs]
+    known = [one for one in map(law, zip(*numbers, strict=True)) if one is not None]
+    if len(known) < len(numbers[0]):
+        return None
+    bounds = np.column_stack(known)
+    many = max(MOST_CELLS // len(question.y0), 1000)
+    found = [_plans(job, identified, question, bounds[at : at + many]) for at in range(0, len(bounds), many)]
+    return found[0] if len(found) == 1 else _joined(found)
+
+
+def _joined(parts: Sequence[Plans]) -> Plans:
+    masses, angles, goal, left = (
+        np.concatenate([getattr(one, name) for one in parts]) for name in ("masses", "angles", "goal", "left")
+    )
+    margins = {name: np.concatenate([one.margins[name] for one in parts]) for name in parts[0].margins}
+    return Plans([status for one in parts for status in one.status], masses, angles, goal, left, margins)
+
+
+def _is_plain(job: RotorJob, question: Question) -> bool:
+    """Whether the weights are free, and least squares or the worst residual are asked for."""
+    said = (one.shelf or one.split or one.forbidden or one.holes or one.drill or one.radii[1:] for one in job.planes)
+    total = any(isinstance(one, CorrectionLimit) and one.plane is None for one in _limits(job))
+    free = all(one.is_open for one in job.planes) and not any(said)
+    return bool(job.choices) and free and not (job.pairs or total or job.goal.robust) and question.goal in _GOALS
+
+
+_GOALS = ("rms", "worst")
+
+
+def _alike(one: RotorJob, other: RotorJob) -> bool:
+    """Whether two jobs differ in the size of bounds alone."""
+    planes = [[replace(plane, cap=0.0) for plane in job.planes] for job in (one, other)]
+    limits = [[replace(limit, at_most=0.0) for limit in _limits(job)] for job in (one, other)]
+    return planes[0] == planes[1] and limits[0] == limits[1] and one.goal == other.goal
+
+
+def _limits(job: RotorJob) -> tuple[ResidualLimit | CorrectionLimit, ...]:
+    return (*job.residual_limits, *job.correction_limits)
+
+
+def _same(one: Question, other: Question) -> bool:
+    arrays = ((getattr(one, name), getattr(other, name)) for name in ("y0", "H", "importance", "mass_per_unbalance"))
+    return all(np.array_equal(mine, its) for mine, its in arrays) and one.goal == other.goal
+
+
+def _rows(job: RotorJob, named: Sequence[FloatArray], caps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Limits of all rows (n_values, n_rows) [SI peak] and caps [kg m], from those of the file and of the planes."""
+    limits = np.full((len(caps), len(job.readings)), np.inf)
+    for limit, bound in zip(_limits(job), named, strict=True):
+        if isinstance(limit, ResidualLimit):
+            rows = rows_of(job, limit.sensor, limit.speed)
+            limits[:, rows] = np.minimum(limits[:, rows], bound[:, None])
+        elif limit.plane is not None:
+            caps[:, limit.plane] = np.minimum(caps[:, limit.plane], bound)
+    return limits, caps * [one.radius for one in job.planes]
+
+
+def _plans(job: RotorJob, identified: Identified, question: Question, bounds: FloatArray) -> Plans:
+    """Answer, put back and measure; `bounds` are caps of the planes, then limits of the file (n_values, n_bounds)."""
+    n_planes, named = len(job.planes), list(bounds[:, len(job.planes) :].T)
+    limits, caps = _rows(job, named, bounds[:, :n_planes].copy())
+    u, status, goal = _Following(question, caps, limits).answers()
+    tiny = NOTHING * np.maximum(felt(identified.y0, identified.H), np.abs(u).max(axis=1, keepdims=True))
+    u = np.where(np.abs(u) > tiny, u, 0.0)
+    radii, taken = (np.array([getattr(one, name) for one in job.planes]) for name in ("radius", "remove"))
+    masses = np.abs(u) / radii
+    angles = np.where(u != 0.0, job.conventions.weight_sense * np.angle(np.where(taken, -u, u)) % tau, 0.0)
+    scale = np.abs(identified.y0) + np.abs(u) @ np.abs(identified.H).T
+    left = np.abs(identified.y0 + u @ identified.H.T)
+    left[left <= 1e-13 * scale] = 0.0
+    apart = np.abs(shown_with(job, masses * radii, angles, taken) - left) / np.maximum(scale, 1e-300)
+    status[(status == "optimal") & ~(apart <= AGREES).all(axis=1)] = ""
+    margins = {}
+    for limit, bound in zip(_limits(job), named, strict=True):
+        value = masses[:, limit.plane or 0] if isinstance(limit, CorrectionLimit) else _greatest(job, limit, left)
+        margins[limit.name] = (bound - value) / np.where(bound > 0.0, bound, 1.0)
+    by_sensor = left.reshape(len(left), -1, len(job.sensors)).max(axis=1)
+    return Plans(status.tolist(), masses, angles, goal, by_sensor, margins)
+
+
+def _greatest(job: RotorJob, limit: ResidualLimit, left: FloatArray) -> FloatArray:
+    """The amplitude that a limit is about, of each plan; the first of several that differ by rounding alone."""
+    own = left[:, rows_of(job, limit.sensor, limit.speed)]
+    first = np.argmax(own >= own.max(axis=1, keepdims=True) * (1.0 - 1e-7), axis=1)
+    return np.asarray(own[np.arange(len(own)), first])
+
+
+class _Following:
+    """The question at all values, of order one."""
+
+    def __init__(self, question: Question, caps: FloatArray, limits: FloatArray) -> None:
+        self.question, self.caps, self.limits = question, caps, limits
+        self.n = len(caps)
+        self.size = float((question.importance * np.abs(question.y0)).max(initial=0.0)) or 1.0
+        self.unit = float(np.abs(question.y0).max(initial=0.0)) or 1.0
+        self.columns = self.unit / np.maximum(np.abs(question.H).max(axis=0), 1e-300)
+        weights = question.importance / self.size
+        G, g = weights[:, None] * question.H * self.columns, weights * question.y0
+        self.divisor = 1.0
+        if question.goal == "rms":
+            self.divisor = float(np.sqrt(len(g)))
+            both: ComplexArray = np.asarray(np.linalg.qr(np.column_stack([G, g]), mode="r"))
+            G, g = both[:, :-1], both[:, -1]
+        self.held_rows = np.flatnonzero(np.isfinite(limits).any(axis=0))
+        M, k = question.H[self.held_rows] * self.columns / self.unit, question.y0[self.held_rows] / self.unit
+        self.discs = Discs(G, g, M, k, question.goal == "worst")
+        self.radii = self.discs.radii(limits[:, self.held_rows] / self.unit, caps / self.columns)
+        self.x = np.zeros(caps.shape, dtype=complex)
+        self.status = np.full(self.n, "", dtype=object)
+        self.goal = np.full(self.n, np.nan)
+
+    def answers(self) -> tuple[ComplexArray, np.ndarray, FloatArray]:
+        """Corrections (n_values, n_planes) [kg m], statuses and goals."""
+        known: Held | None = None
+        at = 0
+        while at < self.n:
+            known = self._from_neighbour(known, at) or self._alone(at)
+            if known is None:
+                at = self._impossible(at) if self.status[at] == "infeasible" else at + 1
+                continue
+            at, known = self._stretch(known, at)
+        return self.x * self.columns, self.status, self.goal
+
+    def _from_neighbour(self, known: Held | None, at: int) -> Held | None:
+        """The answer at one value with the bounds that its neighbour shows to hold it back."""
+        found = None if known is None else exchanged(self.discs, known, self.radii[at : at + 1])
+        return found if found is not None and self._proven(found, at).all() else None
+
+    def _proven(self, held: Held, at: int) -> BoolArray:
+        """Which answers from `at` on are within all bounds and proven; these are noted."""
+        rows = slice(at, at + len(held.x))
+        with np.errstate(all="ignore"):
+            values, low = (
+                active_set.value_of(self.discs, held.x),
+                active_set.bound_of(self.discs, held, self.radii[rows]),
+            )
+            beyond = active_set.over(self.discs, held, self.radii[rows])[:, self.discs.n_goal :]
+            kept = (beyond <= KEPT * self.radii[rows, self.discs.n_goal :]).all(axis=1)
+            good = kept & (values - low <= CLOSED * np.maximum(values, 1e-3)) & np.isfinite(values)
+        count = len(good) if good.all() else int(np.argmin(good))
+        done = slice(at, at + count)
+        self.x[done], self.status[done] = held.x[:count], "optimal"
+        goal = np.where(values > NOTHING_LEFT, values, 0.0)
+        self.goal[done] = goal[:count] * self.size / self.divisor
+        return good
+
+    def _stretch(self, known: Held, at: int) -> tuple[int, Held]:
+        """The values from `at` on that the same bounds hold back: where they end, and the last answer."""
+        block = _BLOCK
+        while at < self.n:
+            stop = min(at + block, self.n)
+            try:
+                with np.errstate(all="ignore"):
+                    held = active_set.newton(self.discs, known, self.radii[at:stop])
+            except np.linalg.LinAlgError:
+                break
+            good = self._proven(held, at)
+            count = len(good) if good.all() else int(np.argmin(good))
+            if count:
+                known = held.at(count - 1)
+            at, block = at + count, 2 * block
+            if not good.all():
+                break
+        return at, known
+
+    def _asked(self, at: int) -> Question:
+        return replace(self.question, caps=self.caps[at], limits=self.limits[at])
+
+    def _alone(self, at: int) -> Held | None:
+        """The answer by the method for any question; None where it is not held by bounds that can be followed."""
+        solved = solve_question(self._asked(at))
+        self.status[at] = solved.status if solved.status in ("optimal", "infeasible") else ""
+        if solved.u is None or solved.status != "optimal":
+            return None
+        self.x[at], self.goal[at] = solved.u / self.columns, solved.value
+        return self._from_neighbour(self._held_at(self.discs, self.x[at], self.radii[at]), at)
+
+    @staticmethod
+    def _held_at(discs: Discs, x: ComplexArray, radii: FloatArray) -> Held:
+        """A point with the rows that it touches."""
+        sizes, bound = np.abs(discs.rows @ x + discs.constants), radii.copy()
+        bound[: discs.n_goal] = sizes[: discs.n_goal].max(initial=0.0)
+        return active_set.started(discs, x, np.flatnonzero(sizes >= bound * (1.0 - _AT_BOUND)))
+
+    def _impossible(self, at: int) -> int:
+        """How far the multipliers go that prove that nothing keeps the limits at `at`; the first value beyond."""
+        limits = self.limits[at, self.held_rows]
+        importance = np.zeros(len(self.question.y0))
+        importance[self.held_rows] = 1.0 / limits
+        none = np.full(len(importance), np.inf)
+        least = solve_question(replace(self._asked(at), limits=none, importance=importance, goal="worst"))
+        if least.u is None:
+            return at + 1
+        k, n_planes = self.discs.k * self.unit / limits, self.discs.n_planes
+        M = self.discs.M * self.unit / limits[:, None]
+        discs = Discs(M, k, M[:0], k[:0], worst=True)
+        radii = discs.radii(np.zeros((1, 0)), self.caps[at : at + 1] / self.columns)
+        held = exchanged(discs, self._held_at(discs, least.u / self.columns, radii[0]), radii)
+        if held is None:
+            return at + 1
+        z = active_set.multipliers_of(discs, held)[0][0] / limits * self.unit
+        caps = self.radii[at:, -n_planes:]
+        lost = np.where(np.isfinite(caps), caps, FAR * (1.0 + np.abs(held.x).max())) @ np.abs(self.discs.M.conj().T @ z)
+        room = self.limits[at:, self.held_rows] / self.unit @ np.abs(z)
+        proven = (z.conj() @ self.discs.k).real - lost > room * (1.0 + CLOSED)
+        count = len(proven) if proven.all() else int(np.argmin(proven))
+        self.status[at : at + count] = "infeasible"
+        return at + max(count, 1)
