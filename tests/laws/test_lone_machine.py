@@ -84,3 +84,47 @@ def test_extremes_of_one_body_are_those_that_a_search_finds(
         found = search(response, bands, poles, np.zeros(0), turning).value
         searched = search(response, bands, poles, np.zeros(0)).value
         assert found == pytest.approx(searched, rel=1e-8)
+
+
+@st.composite
+def pairs(draw: st.DrawFn) -> Machine:
+    """A body on the ground and another on it, sprung, with damping of one kind or none."""
+    viscous, light = draw(st.booleans()), st.floats(-5.0, 0.5).map(lambda power: 10.0**power)
+    joints = []
+    masses = {"body": 1.0, "rider": draw(st.floats(0.01, 3.0))}
+    for name, ends in (("below", ("body", GROUND)), ("between", ("rider", "body")), ("beside", (GROUND, "rider"))):
+        mass = masses[ends[0]] if ends[0] != GROUND else 0.1 * masses["rider"]
+        spring = mass * draw(st.floats(0.2, 4.0))
+        loss = draw(st.one_of(st.just(0.0), light))
+        damper, loss = (mass * loss, 0.0) if viscous else (0.0, loss)
+        joints.append(Joint(name, ends, spring, damper, loss, spring, 1.0))
+    return Machine(masses, tuple(joints[: draw(st.integers(2, 3))]), ("floor",))
+
+
+@given(pairs(), st.sampled_from([0, 1, 2, 4]), st.sampled_from(["body", "rider", "stroke", GROUND]))
+def test_the_greatest_of_two_bodies_is_what_a_search_finds(machine: Machine, power: int, asked: str) -> None:
+    def response(omega: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            value = read(omega) * omega ** float(power)
+        return np.where(np.isnan(value), np.inf, value)
+
+    def read(omega: FloatArray) -> FloatArray:
+        moved = machine.shake(omega, {"body": np.ones(omega.shape, dtype=complex)}, {})
+        if asked == "stroke":
+            return np.abs(moved.points["rider"] - moved.points["body"])
+        return np.abs(machine.force_into(GROUND, moved) if asked == GROUND else moved.points[asked])
+
+    turning = machine.turning(read, power)
+    assume(turning is not None)
+    assert turning is not None
+    bands, poles = (Band(0.02, 7.0),), machine.poles()
+    found, searched = (greatest(response, bands, poles, np.zeros(0), known).value for known in (turning, None))
+    assert found == pytest.approx(searched, rel=1e-9)
+
+
+@given(pairs())
+def test_speeds_at_which_two_bodies_turn_are_known_where_no_digits_are_lost(machine: Machine) -> None:
+    poles = machine.poles()
+    sure = np.abs(poles).min() > 0.11 * np.abs(poles).max() and (np.abs(poles.imag) > 4e-3 * np.abs(poles)).all()
+    found = machine.turning(lambda omega: machine.shake(omega, {"body": 1.0 + 0j * omega}, {}).points["body"].real, 0)
+    assert found is not None or not sure or machine.matrices()[3].any()

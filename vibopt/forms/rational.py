@@ -151,16 +151,18 @@ def sampled(model: Model, output: Output, line: Line, speeds: FloatArray, refere
     typical = model.values(reference) * phi
     scale = np.abs(typical) @ groups.selector
     scale = np.where(scale == 0.0, 1.0, scale)
+    size = np.sqrt(np.abs(typical) @ (model.vectors[:, : model.n_free] ** 2))
+    size = np.where(size == 0.0, 1.0, size)
     count = len(groups.members)
     tops, bottoms = [], []
     for subset in range(2**count):
         on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
         z = fixed * phi + _spread(groups, on * scale, len(model.terms))
         stiff, border = bordered(model, z, output, line.vector)
-        tops.append(_det(border, phi, model, reference))
-        bottoms.append(_det(stiff, phi, model, reference))
-    size = (1j * omega) ** output.power * line.amplitude.at(speeds)
-    top = _mobius(np.array(tops).T) * size[:, None]
+        tops.append(_det(border, size))
+        bottoms.append(_det(stiff, size))
+    push = (1j * omega) ** output.power * line.amplitude.at(speeds)
+    top = _mobius(np.array(tops).T) * push[:, None]
     return Sampled(groups, phi, top, _mobius(np.array(bottoms).T), scale)
 
 
@@ -199,21 +201,14 @@ def _spread(groups: Groups, kappa: FloatArray, n_terms: int) -> ComplexArray:
     return z
 
 
-def _det(matrix: ComplexArray, phi: ComplexArray, model: Model, reference: FloatArray) -> ComplexArray:
-    """Determinants with rows and columns scaled alike at every subset, so that nothing over- or underflows."""
-    n = model.n_free
-    if n == 1 and matrix.shape[-1] == 1:
-        return matrix[..., 0, 0]
-    typical = model.values(reference) * np.abs(phi)
-    size = np.sqrt(typical @ (model.vectors[:, :n] ** 2))
-    size = np.where(size == 0.0, 1.0, size)
-    if matrix.shape[-1] == n + 1:
+def _det(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
+    """Determinants, rows and columns of free coordinates scaled alike at every subset: nothing over- or underflows."""
+    n = matrix.shape[-1]
+    if size.shape[1] == 1:
+        m = matrix
+        return m[..., 0, 0] if n == 1 else m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
+    if n > size.shape[1]:
         size = np.concatenate([size, np.ones((len(size), 1))], axis=1)
-        if n == 1:
-            m = matrix
-            return m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]
-    if n == 1:
-        return matrix[..., 0, 0]
     value: ComplexArray = np.linalg.det(matrix / (size[:, :, None] * size[:, None, :]))
     return value
 

@@ -8,7 +8,8 @@ antisymmetric modes this way.  The certificate of a design always uses the full 
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Callable
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,7 +60,7 @@ def reduced(model: Model, form: Form) -> Model:
         return model
     within = _reached(model, reach)
     seen = within.basis.T @ (within.root.T @ _table(model, reach.read))
-    kept = closure(seen, within.operators, within.singles)
+    kept = _closed(seen, within.singles, lambda: within.operators)
     if kept.shape[1] in (0, n):
         return model
     if kept.shape[1] == within.basis.shape[1]:
@@ -73,15 +74,22 @@ class _Reached:
 
     basis
         Shape (n_free, n_reached), in coordinates of M^-1/2 = `root`.
-    operators, singles
-        As of the model, in that basis.
+    singles
+        Of the model, in that basis.
+    every
+        Makes the operators of the whole model.
     """
 
     whole: Model
     root: FloatArray
     basis: FloatArray
-    operators: list[FloatArray]
     singles: FloatArray
+    every: Callable[[], list[FloatArray]]
+
+    @cached_property
+    def operators(self) -> list[FloatArray]:
+        """In the basis."""
+        return [self.basis.T @ one @ self.basis for one in self.every()]
 
     @cached_property
     def model(self) -> Model:
@@ -100,10 +108,9 @@ def _reached(model: Model, asked: Reach) -> _Reached:
     if key not in _reached_last:
         while len(_reached_last) >= _KEPT:
             _reached_last.pop(next(iter(_reached_last)), None)
-        root, operators, singles = _operators(model, static=asked.static)
-        reach = closure(root.T @ loads, operators, singles)
-        within = [reach.T @ one @ reach for one in operators]
-        _reached_last[key] = _Reached(model, root, reach, within, reach.T @ singles)  # keeps the model, and so its id
+        root, singles, operators = _operators(model, static=asked.static)
+        reach = _closed(root.T @ loads, singles, operators)
+        _reached_last[key] = _Reached(model, root, reach, reach.T @ singles, operators)  # keeps the model, and its id
     return _reached_last[key]
 
 
@@ -123,8 +130,8 @@ def _table(model: Model, rows: list[FloatArray]) -> FloatArray:
     return np.array(rows).reshape(-1, model.n_coords).T[: model.n_free]
 
 
-def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[FloatArray], FloatArray]:
-    """M^-1/2 at nominal masses, the operators and the rank-one vectors of variable terms.
+def _operators(model: Model, *, static: bool) -> tuple[FloatArray, FloatArray, Callable[[], list[FloatArray]]]:
+    """M^-1/2 at nominal masses, the rank-one vectors of variable terms, and what makes the operators.
 
     Terms that vary alike, as those of identical mounts, are one operator.
     """
@@ -137,17 +144,27 @@ def _operators(model: Model, *, static: bool = False) -> tuple[FloatArray, list[
         row = model.vectors[t, :n]
         mass += np.outer(row, row) * max(float(np.diag(mass).max()), 1.0)
     root = np.linalg.inv(np.linalg.cholesky(mass)).T
-    operators = [root.T @ model.matrix(kind, p)[:n, :n] @ root for kind in (STIFFNESS, DAMPING, HYSTERETIC)]
     alike: dict[tuple[float, ...], list[int]] = {}
     for t in np.flatnonzero(~fixed):
         alike.setdefault((float(model.kinds[t]), *model.exponents[t]), []).append(int(t))
-    for group in alike.values():
-        if len(group) > 1:
-            rows = model.vectors[group, :n] @ root
-            operators.append((rows.T * scales[group]) @ rows)
+
+    @cache
+    def operators() -> list[FloatArray]:
+        found = [root.T @ model.matrix(kind, p)[:n, :n] @ root for kind in (STIFFNESS, DAMPING, HYSTERETIC)]
+        for group in alike.values():
+            if len(group) > 1:
+                rows = model.vectors[group, :n] @ root
+                found.append((rows.T * scales[group]) @ rows)
+        return [_tidy(one) for one in found if one.any()]
+
     lone = [group[0] for group in alike.values() if len(group) == 1]
-    singles = root.T @ model.vectors[lone, :n].T
-    return root, [_tidy(one) for one in operators if one.any()], singles
+    return root, root.T @ model.vectors[lone, :n].T, operators
+
+
+def _closed(start: FloatArray, singles: FloatArray, operators: Callable[[], list[FloatArray]]) -> FloatArray:
+    """As `closure`; the operators are made only where the rank-one vectors leave something out."""
+    found = closure(start, [], singles)
+    return found if found.shape[1] in (0, len(start)) else closure(start, operators(), singles)
 
 
 def _tidy(operator: FloatArray) -> FloatArray:
@@ -169,20 +186,20 @@ def closure(start: FloatArray, operators: list[FloatArray], singles: FloatArray)
             continue
         basis = np.column_stack([basis, fresh])
         todo += [operator @ fresh for operator in operators]
-        touched = [b for b in waiting if abs(b @ fresh) > _TINY * np.linalg.norm(b)]
+        touched = [b for b in waiting if abs(b @ fresh) > _TINY * np.sqrt(b @ b)]
         todo += touched
         waiting = [b for b in waiting if not any(b is one for one in touched)]
     return basis
 
 
 def _new_direction(basis: FloatArray, vector: FloatArray) -> FloatArray | None:
-    size = np.linalg.norm(vector)
+    size = np.sqrt(vector @ vector)
     if size == 0.0:
         return None
     rest = vector / size
     for _ in range(2):
         rest = rest - basis @ (basis.T @ rest)
-    left = np.linalg.norm(rest)
+    left = np.sqrt(rest @ rest)
     if left <= _TINY:
         return None
     fresh: FloatArray = rest / left

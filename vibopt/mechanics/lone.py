@@ -11,12 +11,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Joint, Machine, Motion
-
-_NODES = 1.0 + np.cos(np.pi * (np.arange(8) + 0.5) / 8)
-"""Squares of frequencies over that of the natural frequency, at which a numerator is read."""
-_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
-_NOTHING = 1e-10
-"""Part of the greatest coefficient of a numerator below which one is rounding."""
+from vibopt.mechanics.turning import turning_points
 
 
 class LoneMachine(Machine):
@@ -65,29 +60,16 @@ class LoneMachine(Machine):
     def turning(self, read: Callable[[FloatArray], FloatArray], power: float) -> FloatArray | None:
         """As in any machine.  Shape (n, ...), where ... is that of the machines' numbers; 0 where none is real.
 
-        With u = (w / w_n)^2, |r|^2 = u^power N(u) / D(u), D = (1 - u)^2 + z u + h.  N is a polynomial, read off the
-        machine at a few frequencies; the slope vanishes at the roots of power N D + u (N' D - N D').  Viscous and
-        structural damping together are none such.
+        Viscous and structural damping together are none such.
         """
         mass, damping, stiffness, hysteretic = self._sums
         if not np.all(stiffness > 0.0) or (np.any(damping) and np.any((damping > 0.0) & (hysteretic > 0.0))):
             return None
         natural = stiffness / mass + 0.0 * (damping + hysteretic)  # of the shape of all
         bottom = (1.0 + (hysteretic / stiffness) ** 2, damping**2 / (mass * stiffness) - 2.0, 1.0)
-        u = _NODES.reshape(-1, *[1] * np.ndim(natural))
-        top = read(np.sqrt(u * natural)) ** 2 * ((u + bottom[1]) * u + bottom[0])
-        rows = (_TO_POWERS @ top.reshape(len(top), -1)).reshape(top.shape)
-        rows[np.abs(rows) <= _NOTHING * np.abs(rows).max(axis=0)] = 0.0
-        used = np.flatnonzero(rows.reshape(len(rows), -1).any(axis=1))
-        if not len(used) or not np.isfinite(rows).all():
+        found = turning_points(read, bottom, natural, power)
+        if found is None:
             return None
-        first = int(used[0])
-        level = np.zeros((used[-1] - first + 3, *rows.shape[1:]))
-        for i, row in enumerate(rows[first : used[-1] + 1]):  # power more, for u^first
-            for j, part in enumerate(bottom):
-                level[i + j] = level[i + j] + (power + first + i - j) * row * part
-        with np.errstate(invalid="ignore"):
-            found = np.sqrt(_real_roots(level) * natural)
         resonance = np.broadcast_to(np.sqrt(natural), (1, *found.shape[1:]))
         return np.concatenate([resonance, np.where(np.isfinite(found), found, 0.0)])
 
@@ -130,30 +112,3 @@ class LoneMachine(Machine):
         _, damping, stiffness, _ = self._sums
         loose = np.asarray(stiffness == 0.0)
         return int(loose.any()) + int((loose & (damping == 0.0)).any())
-
-
-def _real_roots(level: FloatArray) -> FloatArray:
-    """Real roots of polynomials, ascending coefficients (degree + 1, ...), polished; nan where there is none."""
-    used = np.flatnonzero(level.reshape(len(level), -1).any(axis=1))
-    level = level[used[0] : used[-1] + 1] if len(used) else level[:1]
-    count = len(level) - 1
-    with np.errstate(all="ignore"):
-        if count < 2:
-            return -level[:count] / level[1:]
-        if count == 2:
-            c, b, a = level
-            large = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
-            return np.stack([large / a, c / large])
-        # in 1 / u, so that light damping (a small highest coefficient) leaves the eigenvalues of size one
-        lead = np.where(level[0] == 0.0, 1e-300, level[0])
-        companion = np.zeros((*level.shape[1:], count, count))
-        companion[..., 0, :] = np.moveaxis(-level[1:] / lead, 0, -1)
-        companion[..., range(1, count), range(count - 1)] = 1.0
-        inverse = np.moveaxis(np.linalg.eigvals(companion), -1, 0)
-        roots = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
-        for _ in range(3):
-            value, slope = level[-1], np.zeros(level.shape[1:])
-            for one in level[-2::-1]:
-                value, slope = value * roots + one, slope * roots + value
-            roots = roots - value / slope
-    return np.asarray(roots)

@@ -16,6 +16,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
+from vibopt.mechanics.turning import of_two
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -198,11 +199,15 @@ class Machine:
         return self
 
     def turning(self, read: Callable[[FloatArray], FloatArray], power: float) -> FloatArray | None:
-        """Every frequency [rad/s] at which a reading times w**power may be greatest or least; None where not known.
+        """Every frequency [rad/s] at which a reading times w**power may be greatest; None where not known.
+
+        Of one body also those at which it may be least.
 
         `read` is the modulus under a unit amplitude at frequencies of any shape.
         """
-        return None
+        if len(self.masses) != 2 or self.in_space or self.on_structures or self.jointed.any():
+            return None
+        return of_two(read, self._equations, self.known_poles, power)
 
     @property
     def rubs(self) -> bool:
@@ -240,6 +245,11 @@ class Machine:
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
         return Motion(points, forces, omega)
+
+    @cached_property
+    def known_poles(self) -> ComplexArray:
+        """Its poles, found once."""
+        return self.poles()
 
     @cached_property
     def _equations(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -33,8 +33,8 @@ _DONE = 1e-11
 _AT_REST = 1e-7
 _KEPT = 64
 _COUNTED = 0.5
-_FOLLOWED = 2
-"""Steps of Newton by which a peak is followed to a near design."""
+_FOLLOWED, _CLOSE = 6, 1e-6
+"""Steps of Newton by which a peak is followed to a near design, and the part of its speed that ends them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,10 @@ class Ratio:
             first, second = made.rise(v)
             if not (second < 0.0).all():
                 return None
-            v = v + np.clip(-first / second, -0.1 * v, 0.1 * v)
+            step = np.minimum(np.maximum(-first / second, -0.1 * v), 0.1 * v)
+            v = v + step
+            if (np.abs(step) <= _CLOSE * v).all():
+                break
         return self._measured(made, v, np.ones(len(v), dtype=bool))
 
     def _measured(self, made: Polynomials, v: FloatArray, moves: BoolArray) -> list[Peak] | None:
@@ -265,19 +268,24 @@ class Polynomials:
 
     def rise(self, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """First and second derivative of the log of the value in v."""
-        powers = v[:, None] ** np.arange(max(len(self.sizes[0]), len(self.sizes[1])))
-        first, second = np.zeros(len(v)), np.zeros(len(v))
+        values = (v[:, None] ** np.arange(len(self._both))) @ self._both
         with np.errstate(divide="ignore", invalid="ignore"):
-            for table, sign in zip(self.tables, (1.0, -1.0), strict=True):
-                value = powers[:, : len(table[0])] @ table[0][:, 0]
-                once = powers[:, : len(table[1])] @ table[1][:, 0] / value
-                twice = powers[:, : len(table[2])] @ table[2][:, 0] / value
-                first += sign * once.real
-                second += sign * (twice - once**2).real
+            once = values[:, 2:4] / values[:, :2]
+            both = once.real, (values[:, 4:] / values[:, :2] - once**2).real
+            first, second = (one[:, 0] - one[:, 1] for one in both)
             if self.power:
                 first += self.power / v
                 second -= self.power / v**2
         return first, second
+
+    @cached_property
+    def _both(self) -> ComplexArray:
+        """Coefficients of N and D, of their first and of their second derivatives in v, (degree + 1, 6)."""
+        both = np.zeros((max(len(self.sizes[0]), len(self.sizes[1])), 6), dtype=complex)
+        for side, table in enumerate(self.tables):
+            for order, one in enumerate(table):
+                both[: len(one), 2 * order + side] = one[:, 0]
+        return both
 
     def in_band(self, low: float, high: float) -> FloatArray | None:
         """Local maxima in [low, high] and ends from which the value falls, (n, 2): v, and 1 where it is a maximum.

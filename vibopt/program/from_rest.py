@@ -38,12 +38,13 @@ def graded(model: Model, form: Modulus) -> Model:
     n = model.n_free
     if model.sprung and not fades(model, form):
         return model
-    springs, dampers = _rows(model, damped=False), _rows(model, damped=True)
-    rigid = _nothing_done(np.concatenate([springs, dampers])[:, :n])
-    loose = _beyond(_nothing_done(springs[:, :n]), rigid)
-    falls = fades(model, form)
-    if not falls and not rigid.shape[1] + loose.shape[1]:
+    springs, falls = _rows(model, damped=False), fades(model, form)
+    free = _nothing_done(springs[:, :n])
+    if not falls and not free.shape[1]:
         return model
+    dampers = _rows(model, damped=True)
+    rigid = _nothing_done(np.concatenate([springs, dampers])[:, :n])
+    loose = _beyond(free, rigid)
     first = np.hstack([rigid, loose])
     whole = np.eye(model.n_coords)
     whole[:n, :n] = np.hstack([first, np.delete(np.eye(n), _pivots(first, ~model.massless), axis=1)])
@@ -83,7 +84,7 @@ def from_rest(model: Model, form: Modulus, x: FloatArray) -> Modulus:
 
 def _rows(model: Model, *, damped: bool) -> FloatArray:
     """Vectors of the dampers, or of springs with and without loss, that are there, each of length one."""
-    chosen = (model.kinds == DAMPING) if damped else ~np.isin(model.kinds, (DAMPING, INERTIA))
+    chosen = (model.kinds == DAMPING) if damped else (model.kinds != DAMPING) & (model.kinds != INERTIA)
     rows = model.vectors[chosen & (model.scales > 0.0)]
     sizes = np.linalg.norm(rows, axis=1, keepdims=True)
     found: FloatArray = rows[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]

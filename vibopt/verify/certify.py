@@ -126,7 +126,7 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
     between = any(not band.is_point for band in bands)
     singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
-    turning = shaken.turning if between else None
+    turning = shaken.turning if between and not (want_least and len(machine.masses) > 1) else None
     found = (least if want_least else greatest)(shaken, bands, singular, breaks, turning)
     whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
     if whole or not np.isfinite(found.value):
@@ -204,9 +204,9 @@ class Shaken:
 
     def singularities(self) -> tuple[ComplexArray, FloatArray]:
         """Complex speeds at which it is singular, and speeds at which it is not smooth [rad/s]."""
-        poles = self.machine.poles()
+        poles = self.machine.known_poles
         if self.response.rigid_link:
-            poles = np.concatenate([poles, self.bolted.poles()])
+            poles = np.concatenate([poles, self.bolted.known_poles])
         breaks = sorted({speed for line in self.lines for speed in line.amplitude.breaks()})
         return np.concatenate([poles / line.order for line in self.lines]), np.array(breaks)
 

@@ -1,4 +1,4 @@
-"""One absorber by Newton on its equal peaks, from Den Hartog's rule: a candidate for the proof, and no more.
+"""One absorber by Newton on its equal peaks, from the optimum without damping: a candidate for the proof, and no more.
 
 At the optimum of one absorber two peaks are equally high, and the slopes of their heights in stiffness and damping
 point against each other.  Nothing is claimed here: that the point is best is shown by the rows of all designs.
@@ -31,7 +31,7 @@ def equal_peaks(plane: LinkPlane) -> FloatArray | None:
     form = aim.form.harmonic if aim is not None else None
     if aim is None or form is None or aim.sense < 0.0 or aim.others or plane.other >= 0:
         return None
-    x = _den_hartog(plane, aim)
+    x = _undamped(plane, aim)
     speeds = None if x is None else _two_peaks(aim, form, x)
     if x is None or speeds is None:
         return None
@@ -73,8 +73,8 @@ def _two_peaks(aim: Aim, form: Modulus, x: FloatArray) -> FloatArray | None:
     return speeds[inner] if len(inner) == 2 else None
 
 
-def _den_hartog(plane: LinkPlane, aim: Aim) -> FloatArray | None:
-    """Den Hartog's absorber: the mass that only the link holds, tuned to 1 / (1 + mu) of the machine without it."""
+def _undamped(plane: LinkPlane, aim: Aim) -> FloatArray | None:
+    """The mass that only the link holds, on the machine without its damping: Nishihara and Asami (2002), exactly."""
     model, x = aim.model, plane.program.high
     if model.n_free != 2:
         return None
@@ -91,6 +91,8 @@ def _den_hartog(plane: LinkPlane, aim: Aim) -> FloatArray | None:
     ratio = free * float(locked @ mass @ locked) / held - 1.0
     if not (0.0 < ratio < np.inf and free > 0.0):
         return None
-    tuned = np.sqrt(free) / (1.0 + ratio)
-    damping = 2.0 * np.sqrt(0.375 * ratio / (1.0 + ratio)) * own * tuned
+    root = np.sqrt(4.0 + 3.0 * ratio)
+    above = 16.0 + 23.0 * ratio + 9.0 * ratio**2 + 2.0 * (2.0 + ratio) * root
+    tuned = np.sqrt(free * above / (1.5 * (64.0 + 80.0 * ratio + 27.0 * ratio**2))) * 2.0 / (1.0 + ratio)
+    damping = 0.5 * np.sqrt((8.0 + 9.0 * ratio - 4.0 * root) / (1.0 + ratio)) * own * tuned
     return plane.design(own * tuned**2, damping, 1.0)

@@ -50,12 +50,14 @@ class DiscsOfOneLink:
 
     def __init__(self, gap: float = GAP, most: int = MOST_SLICES, start: FloatArray | None = None) -> None:
         self.gap, self.most, self.start = gap, most, start
+        self._last: tuple[Program | None, LinkPlane | None] = None, None
 
     def refuses(self, program: Program) -> str | None:
         """Anything but one link's stiffness and damping, with at most one variable beside them."""
         if program.several:
             return "the limits speak of several machines, the same design within its tolerances."
         plane = LinkPlane.of(program)
+        self._last = program, plane
         if plane is None:
             return "the variables are not the stiffness and the damping of one link, with at most one other."
         for part in program.parts:
@@ -65,7 +67,8 @@ class DiscsOfOneLink:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal" with the gap, "infeasible", or "feasible" when its slices are used up."""
-        plane = LinkPlane.of(program)
+        known, plane = self._last
+        plane = plane if known is program else LinkPlane.of(program)
         assert plane is not None
         budget = Budget(self.most, "slices", _COST * program.cost)
         return _Run(plane, self.gap, budget, progress, self.name, self.start).answer()
