@@ -78,6 +78,21 @@ def that_rubs(draw: Draw) -> Drawn:
     return made
 
 
+def that_spins(draw: Draw) -> Drawn:
+    """One disc or two in a row, on links of which the last has a damping that turns with the shaft."""
+    made, end = Drawn(frequency=draw.size(5.0, 50.0)), "ground"
+    for number in range(1, draw.pick([2, 3])):
+        mass = draw.size(2.0, 200.0)
+        body = made.put("bodies", f"body{number}", {"mass": draw.value(mass, "mass", spread=2.0)})
+        stiffness = draw.value(mass * made.rate**2 * draw.size(0.5, 2.0), "stiffness", spread=5.0)
+        damping = draw.value(draw.size(0.02, 0.2) * mass * made.rate, "damping", spread=3.0)
+        link = {"between": [body, end], "stiffness": stiffness, "damping": damping}
+        end = body if made.put("links", f"link{number}", link) else end
+    turning = draw.value(draw.size(0.01, 0.1) * mass * made.rate, "damping", spread=3.0)
+    made.document["links"][f"link{number}"]["rotating_damping"] = turning
+    return made
+
+
 def _heavy(draw: Draw, mass: float) -> dict[str, Any]:
     if draw.chance(0.1):
         return {"weight": draw.said(mass * GRAVITY, "force")}

@@ -9,7 +9,7 @@ from typing import Any
 
 from asking import Table, beside, candidates, closed, mistakes, question
 from draw import Draw
-from machines import Drawn, about_an_axis, on_a_line, on_a_structure, that_rubs, with_absorber, with_inerter
+from machines import Drawn, about_an_axis, on_a_line, on_a_structure, that_rubs, that_spins, with_absorber, with_inerter
 from shaking import shaken
 from spatial import in_a_plane, in_space
 from vibopt.responses import KINDS
@@ -31,7 +31,7 @@ MACHINES: tuple[tuple[Callable[[Draw], Drawn], bool, bool], ...] = (
     (on_a_structure, True, False),
 )
 """What may be built: the machine, whether an absorber sits on it, and whether its parts are bought."""
-OF_ITS_OWN = {"friction_force": that_rubs} | {
+OF_ITS_OWN = {"friction_force": that_rubs, "stability_threshold": that_spins} | {
     f"{one}bending_stress": on_a_line for one in ("", "static_", "combined_", "rms_", "peak_")
 }
 """What must be built for a response that few machines have."""
@@ -57,9 +57,10 @@ def scene(seed: int, folder: Path, *, small: bool = False) -> Drawn:
         made = build(rolls)
         made.folder = folder
         made = with_absorber(rolls, made) if absorber else made
-        made = with_inerter(rolls, made) if rolls.chance(0.15) else made
+        made = with_inerter(rolls, made) if rolls.chance(0.15) and build is not that_spins else made
         made.lay()
-        shaken(rolls, made, sort=KINDS[kind].sort, many=rolls.pick([1, 1, 2]))
+        many = 0 if build is that_spins else rolls.pick([1, 1, 2])  # beyond its threshold nothing steady is known
+        shaken(rolls, made, sort=KINDS[kind].sort, many=many)
         made.lay()
         first = candidates(rolls, made, kind, 8)
         if first and (asked(rolls, made, first) or rolls.chance(0.1)):

@@ -33,6 +33,7 @@ from vibopt.forms import (
     StaticLoad,
     StaticMoment,
     StaticRow,
+    WhirlThreshold,
 )
 from vibopt.forms.bounds import FormBounds
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
@@ -46,6 +47,8 @@ _X = (900.0, 1400.0, 6.0)
 """Stiffness of the lower spring [N/m] and of the upper one, damping of both [N s/m]."""
 _LOW, _TOP, _RATING = 3.0, 2.0, 40.0
 _SPEED = 14.0
+_TURNS = 5.0
+"""Damping between both masses that turns [N s/m]."""
 _ROW = np.array([0.0, 1.0])
 _NONE = np.zeros(6)
 
@@ -70,7 +73,8 @@ def _model(kind: type[Form] | None = None) -> Model:
         (DAMPING, upper, 1.0, third),
     ]
     terms = tuple(Term(kind, row, scale, powers, "", scale, kind != INERTIA) for kind, row, scale, powers in rows)
-    return Model({}, 2, terms)
+    turns = (Term(DAMPING, upper, _TURNS, none, "", _TURNS, across=True),)
+    return Model({}, 2, terms, rotating=turns)
 
 
 def _matrices(x: Any) -> tuple[Any, Any, Any]:
@@ -110,6 +114,23 @@ def _poles(x: Any) -> list[Any]:
 def _response(x: Any, speed: Any) -> Any:
     mass, damping, stiffness = _matrices(x)
     return abs(mp.lu_solve(stiffness + 1j * speed * damping - speed**2 * mass, mp.matrix([5, 0]))[1])
+
+
+def _whirls(x: Any) -> Any:
+    """The spin at which the fastest growing whirl neither grows nor fades, by secants."""
+
+    def growth(spin: Any) -> Any:
+        mass, damping, stiffness = _matrices(x)
+        turns = _TURNS * mp.matrix([[1, -1], [-1, 1]])
+        system = mp.zeros(4)
+        system[0, 2] = system[1, 3] = 1
+        for i in range(2):
+            for j in range(2):
+                system[2 + i, j] = -(stiffness[i, j] - 1j * spin * turns[i, j]) / mass[i, i]
+                system[2 + i, 2 + j] = -(damping[i, j] + turns[i, j]) / mass[i, i]
+        return max(one.real for one in mp.eig(system, left=False, right=False))
+
+    return mp.findroot(growth, (40, 60), solver="anderson", tol=1e-25)
 
 
 def _share(x: Any) -> Any:
@@ -240,6 +261,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     ),
     StaticLoad: (StaticLoad(np.array([1.0, 0.0]), _FACTOR), lambda x: x[0] / _RATING * _sag(x)[0]),
     StaticRow: (StaticRow(_ROW), lambda x: _sag(x)[1]),
+    WhirlThreshold: (WhirlThreshold(), _whirls),
 }
 """Of each form one example on the two masses, and its value by formulas of its own."""
 

@@ -191,7 +191,7 @@ class AbsorberTable(Device):
             return "" if self.has_spring else "spring"
         if word in ("damping", "torsional_damping"):
             return "" if viscous or self.damping_ratio is not None else "damping"
-        if word.endswith("stress"):
+        if word.endswith("stress") or word == "bearing_force":
             return word
         there = {
             "damping_ratio": self.damping_ratio is not None or (viscous and self.has_spring),

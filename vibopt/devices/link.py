@@ -35,10 +35,11 @@ def _two_ends(given: object) -> object:
 
 
 TwoEnds = Annotated[Ends, BeforeValidator(_two_ends)]
-_ALONG = ("part", "stiffness", "beam", "damping", "friction_force", "dynamic_to_static")
+_ALONG = ("part", "stiffness", "beam", "damping", "rotating_damping", "friction_force", "dynamic_to_static")
 _AROUND = ("torsional_stiffness", "shaft", "torsional_damping")
 _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "beam")
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
+_TURNING = ("rotating_damping", "rotating_damping_ratio")
 _RUBS = "friction_force"
 
 
@@ -65,6 +66,10 @@ class LinkTable(Device):
         "press"`.
     loss_factor: Structural damping; steady harmonic vibration only: `loss_factor = 0.1`. Refused with white noise,
         `decay_rate` and free vibration.
+    rotating_damping: Viscous damping of ONE that turns with a shaft, as that of its material and of fits on it: it does
+        nothing in steady whirl and may make it grow, see `stability_threshold`: `rotating_damping = "40 N s/m"`.
+    rotating_damping_ratio: The same of the whole group on the mass of one body, c = 2 ζ √(k m):
+        `rotating_damping_ratio = 0.005`.
     friction_force: Dry friction of ONE single mount while it slips, and the most that it holds, coefficient times
         normal force; beside a stiffness and viscous damping: `friction_force = "120 N"`. Of one body on one link.
     count: How many identical mounts stand side by side; forces and stiffnesses of the group are so many times those
@@ -86,6 +91,8 @@ class LinkTable(Device):
     damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
     relative_to: str | None = None
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
+    rotating_damping: Value | None = number("damping", sign="not negative")
+    rotating_damping_ratio: Value | None = number("ratio", sign="not negative", most=10.0)
     friction_force: Value | None = number("force", sign="not negative")
     count: Value | None = number("count")
     dynamic_to_static: Fact | None = number("ratio", choice=False)
@@ -128,13 +135,16 @@ class LinkTable(Device):
             raise word(f"gives {' and '.join(springs)}. Keep one: they are ways to say the stiffness of one link.")
         if len(dampers) > 1:
             raise word(f"gives {' and '.join(dampers)}. Keep one: they are three ways to say the damping of one link.")
+        turning = self._given(_TURNING)
+        if len(turning) > 1:
+            raise word(f"gives {' and '.join(turning)}. Keep one: they are two ways to say one damping.")
         along, around = self._given(_ALONG), self._given(_AROUND)
         if along and around:
             raise word(
                 f"gives {along[0]}, which is along a line, and {around[0]}, which is about an axis. A link is one or "
                 "the other."
             )
-        needs = self._given(("damping_ratio", "loss_factor", "dynamic_to_static"))
+        needs = self._given(("damping_ratio", "rotating_damping_ratio", "loss_factor", "dynamic_to_static"))
         if not springs and needs:
             raise word(f"has a {needs[0]} but no stiffness to which it belongs. Add the stiffness.")
         if self.friction_force is not None and self.loss_factor is not None:
@@ -142,7 +152,7 @@ class LinkTable(Device):
                 "gives friction_force and loss_factor, which knows harmonic motion only, and a motion that rubs is not "
                 "harmonic. Write damping or damping_ratio beside the friction."
             )
-        if self.relative_to is not None and self.damping_ratio is None:
+        if self.relative_to is not None and self.damping_ratio is None and self.rotating_damping_ratio is None:
             raise word("has relative_to without damping_ratio. Remove it, or give the damping ratio.")
         return self
 
@@ -225,7 +235,12 @@ class LinkTable(Device):
         return "" if there.get(word, True) else word
 
     def parts(self) -> dict[str, str]:
-        return {key: key for key in (*self._given(_SPRINGS), *self._given(_DAMPERS), *self._given((_RUBS,)))}
+        return {key: key for key in self._given((*_SPRINGS, *_DAMPERS, *_TURNING, _RUBS))}
+
+    @property
+    def turns_with_shaft(self) -> str:
+        """The key of a damping that turns with the shaft; "" without."""
+        return next((key for key in self._given(_TURNING) if getattr(getattr(self, key), "value", 1.0) != 0.0), "")
 
     @classmethod
     def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -281,6 +296,11 @@ class LinkTable(Device):
                 damping = symbol("damping_ratio") * symbols.nominal(critical)
                 builder.ratios[name] = damping * critical**-1.0 if symbols.factors else symbol("damping_ratio")
                 builder.add_damping(name, damping)
+            if self.rotating_damping_ratio is not None and mass is not None:
+                critical = symbols.nominal((stiffness * mass) ** 0.5).times(2.0)
+                builder.add_rotating(name, symbol("rotating_damping_ratio") * critical)
+        if self.rotating_damping is not None:
+            builder.add_rotating(name, many * symbol("rotating_damping"))
         if self.friction_force is not None:
             builder.properties[name, _RUBS] = many * symbol(_RUBS)
         if getattr(self, self.damper) is not None:
@@ -336,10 +356,13 @@ class LinkTable(Device):
         single, stress, borne = self._single(name, numbers)
         stiffness = count * single
         damping, ratio = count * (given("damping") + given("torsional_damping")), 0.0  # one of them at most
+        rotating = count * given("rotating_damping")
         if relative in assembly.masses and self.has_spring:
-            if self.damping_ratio is not None:
+            if self.damping_ratio is not None or self.rotating_damping_ratio is not None:
                 said = given("count", numbers.said, 1.0) * self._single(name, numbers.said)[0]
-                damping = damping + given("damping_ratio") * 2.0 * (said * assembly.said[relative]) ** 0.5
+                critical = 2.0 * (said * assembly.said[relative]) ** 0.5
+                damping = damping + given("damping_ratio") * critical
+                rotating = rotating + given("rotating_damping_ratio") * critical
             ratio = damping / (2.0 * (stiffness * assembly.masses[relative]) ** 0.5)
         static = given("dynamic_to_static", default=1.0) if self.part is None else of_part("dynamic_to_static", 1.0)
         joint = Joint(
@@ -356,6 +379,7 @@ class LinkTable(Device):
             inertance=count * borne.inertance if borne is not None and borne.mass else 0.0,
             stress=stress,
             borne=borne,
+            rotating=rotating,
         )
         assembly.add_joint(joint)
 

@@ -31,6 +31,7 @@ FORMS: Kinds[Form] = Kinds(
         "StaticLoad": "sags.StaticLoad",
         "StaticMoment": "sags.StaticMoment",
         "StaticRow": "sags.StaticRow",
+        "WhirlThreshold": "whirling.WhirlThreshold",
     },
 )
 """By name; the file of a form is read when something is made of it."""
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
     from vibopt.forms.rubbing import Rubbing
     from vibopt.forms.sags import StaticForce, StaticLoad, StaticMoment, StaticRow
     from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
+    from vibopt.forms.whirling import WhirlThreshold
 else:
 
     def __getattr__(name: str) -> type[Form]:
@@ -77,4 +79,5 @@ __all__ = [
     "StaticLoad",
     "StaticMoment",
     "StaticRow",
+    "WhirlThreshold",
 ]

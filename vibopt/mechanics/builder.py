@@ -33,7 +33,7 @@ class ModelBuilder:
         Points that turn about an axis instead of moving along a line.
     properties
         Own numbers of a device by its name and the word for them, ("tmd", "tuning").
-    readings
+    rotating, readings
         As of `Model`.
     families
         Names by the family of the file that they come from.
@@ -69,6 +69,7 @@ class ModelBuilder:
     references: dict[str, Monomial] = field(default_factory=dict)
     turning: dict[str, bool] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
+    rotating: list[Term] = field(default_factory=list)
     readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     frames: dict[str, tuple[FloatArray, tuple[str, ...]]] = field(default_factory=dict)
@@ -188,6 +189,11 @@ class ModelBuilder:
     def add_damping(self, link: str, damping: Monomial) -> None:
         self._add(DAMPING, self.links[link], damping, link, across=True)
 
+    def add_rotating(self, link: str, damping: Monomial) -> None:
+        """A damper that turns with a shaft."""
+        row, powers = self.links[link], damping.row(self.n_vars)
+        self.rotating.append(Term(DAMPING, row, damping.scale, powers, link, damping.scale, across=True))
+
     def add_hysteretic(self, link: str, stiffness: Monomial) -> None:
         self._add(HYSTERETIC, self.links[link], stiffness, link, across=True)
 
@@ -222,6 +228,7 @@ class ModelBuilder:
             ratios=self.ratios,
             properties=self.properties,
             readings=self.readings,
+            rotating=tuple(self.rotating),
             families=self.families,
             axes=self.axes,
             left_out=self.left_out,

@@ -78,6 +78,8 @@ class Joint:
         Greatest stress of what bends or twists over its stretch [Pa/m] or twist [Pa/rad]; 0 of all else.
     borne
         One of the beams that it is; None of all else.
+    rotating
+        Damping that turns with a shaft, which steady whirl does not feel [N s/m].
     """
 
     name: str
@@ -93,6 +95,7 @@ class Joint:
     friction: float = 0.0
     stress: float = 0.0
     borne: Borne | None = None
+    rotating: float = 0.0
 
     def dynamic(self, omega: FloatArray) -> ComplexArray:
         """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""
@@ -419,6 +422,17 @@ class Machine:
                     target[at[0], at[1]] -= value
                     target[at[1], at[0]] -= value
         return mass, damping, stiffness, hysteretic
+
+    def rotating(self) -> FloatArray:
+        """Of dampers that turn with a shaft, over the bodies, (n, n)."""
+        names, found = list(self.masses), np.zeros((len(self.masses), len(self.masses)))
+        for joint in self.joints:
+            row = np.zeros(len(names))
+            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
+                if end in self.masses:
+                    row[names.index(end)] = sign
+            found += joint.rotating * np.outer(row, row)
+        return found
 
     def poles(self) -> ComplexArray:
         """Complex frequencies of free motion [rad/s], time factor e^{i w t}: two per mass, one per damped joint."""

@@ -74,6 +74,8 @@ class Model:
         moves, and as its shape moves beside that; of impedance times motion.
     families
         Names by the family of the file that they come from.
+    rotating
+        Dampers that turn with a shaft, which steady whirl does not feel.
     axes
         Per link of a mount its direction in space, shape (3,); any other link is along z.
     basis
@@ -94,6 +96,7 @@ class Model:
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
     readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    rotating: tuple[Term, ...] = ()
     axes: dict[str, FloatArray] = field(default_factory=dict)
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     left_out: int = 0
@@ -213,6 +216,14 @@ class Model:
         total: FloatArray = (vectors.T * p[chosen]) @ vectors
         return total
 
+    def turning(self, x: FloatArray) -> FloatArray:
+        """Of dampers that turn with a shaft at a design (n_vars,), on the free coordinates, (n_free, n_free)."""
+        found = np.zeros((self.n_free, self.n_free))
+        for term in self.rotating:
+            size = term.scale * float(np.where(term.exponents == 0.0, 1.0, np.asarray(x) ** term.exponents).prod())
+            found += size * np.outer(term.vector[: self.n_free], term.vector[: self.n_free])
+        return found
+
     @property
     def rubbing(self) -> tuple[str, Monomial] | None:
         """The link that has dry friction, and how much [N]; None where none has."""
@@ -241,37 +252,33 @@ class Model:
     def held(self, kept: IntArray, values: FloatArray) -> Model:
         """The model in the variables `kept` (indices) only, all others at their `values` (n_vars,)."""
         fixed = np.setdiff1d(np.arange(len(values)), kept)
-        terms = []
-        for term in self.terms:
+
+        def fewer(term: Term) -> Term:
             powers = term.exponents[fixed]
             size = float(np.where(powers == 0.0, 1.0, np.asarray(values)[fixed] ** powers).prod())
-            terms.append(
-                replace(
-                    term,
-                    scale=term.scale * size,
-                    static_scale=term.static_scale * size,
-                    exponents=term.exponents[kept],
-                )
-            )
+            scales = term.scale * size, term.static_scale * size
+            return replace(term, scale=scales[0], static_scale=scales[1], exponents=term.exponents[kept])
 
-        return self._counted_anew(terms, lambda one: one.held(kept, values))
+        return self._counted_anew(fewer, lambda one: one.held(kept, values))
 
     def placed(self, where: IntArray, count: int) -> Model:
         """The model in `count` variables, of which variable i is number `where[i]` (n_vars,)."""
-        terms = []
-        for term in self.terms:
+
+        def among(term: Term) -> Term:
             powers = np.zeros(count)
             powers[where] = term.exponents
-            terms.append(replace(term, exponents=powers))
-        return self._counted_anew(terms, lambda one: one.placed(where))
+            return replace(term, exponents=powers)
 
-    def _counted_anew(self, terms: list[Term], change: Callable[[Monomial], Monomial]) -> Model:
+        return self._counted_anew(among, lambda one: one.placed(where))
+
+    def _counted_anew(self, new: Callable[[Term], Term], change: Callable[[Monomial], Monomial]) -> Model:
         def changed(table: dict[K, Monomial]) -> dict[K, Monomial]:
             return {key: change(one) for key, one in table.items()}
 
         return replace(
             self,
-            terms=tuple(terms),
+            terms=tuple(map(new, self.terms)),
+            rotating=tuple(map(new, self.rotating)),
             counts=changed(self.counts),
             ratios=changed(self.ratios),
             properties=changed(self.properties),
@@ -294,6 +301,7 @@ class Model:
             points={name: row @ whole for name, row in self.points.items()},
             n_free=basis.shape[1],
             terms=tuple(terms),
+            rotating=tuple(replace(term, vector=term.vector @ whole) for term in self.rotating),
             links={name: row @ whole for name, row in self.links.items()},
             basis=whole,
         )
@@ -312,6 +320,7 @@ class Model:
             self,
             points={name: moved(row) for name, row in self.points.items()},
             terms=tuple(replace(term, vector=moved(term.vector)) for term in self.terms),
+            rotating=tuple(replace(term, vector=moved(term.vector)) for term in self.rotating),
             links={name: moved(row) for name, row in self.links.items()},
             basis=self.basis @ whole if self.basis.size else whole,
         )

@@ -16,7 +16,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, show
 from vibopt.verify.as_built import machine_of
-from vibopt.verify.static_shape import heavier, heavy
+from vibopt.verify.beyond import heavier, heavy
 
 if TYPE_CHECKING:
     from vibopt.forms import PeakOverDurations

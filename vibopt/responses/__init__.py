@@ -63,6 +63,7 @@ KINDS: Kinds[Response] = Kinds(
         "travel": "space_responses.Travel",
         "energy_share": "space_responses.EnergyShareOfBody",
         "frequency_separation": "space_responses.FrequencySeparation",
+        "stability_threshold": "stability_threshold.StabilityThreshold",
         "decay_rate": "decay_rate.DecayRateOfModes",
         "mode_ratio": "mode_ratio.RatioInMode",
         "free_displacement": "free_displacement.FreeDisplacement",

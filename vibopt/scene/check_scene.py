@@ -16,6 +16,7 @@ from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_lossy, check_random
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
+from vibopt.scene.check_spin import check_spin, spins_in
 from vibopt.scene.check_whole import check_price, check_tolerances
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Scene, Variable
@@ -33,6 +34,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_friction(scene, mistakes)
     check_joints(scene, mistakes)
     check_beams(scene, mistakes)
+    check_spin(scene, mistakes)
     for path, response in _responses(scene):
         check_response(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
@@ -44,7 +46,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 def check_response(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of one limit, measure or goal, of a machine that is checked beside it."""
-    if rubs_in(scene, path, response, mistakes):
+    if rubs_in(scene, path, response, mistakes) or spins_in(scene, path, response, mistakes):
         return
     if response.signed and not _free(scene, path, response, mistakes):
         return

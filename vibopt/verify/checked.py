@@ -12,17 +12,19 @@ from vibopt.answer.entry import Checked, Chosen, Entry
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
-from vibopt.responses import Response
+from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.response import place_of
+from vibopt.responses.stability_threshold import StabilityThreshold
 from vibopt.scene.assemble import model_of
+from vibopt.scene.check_spin import turning
 from vibopt.scene.scene import MINIMISE, Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
 from vibopt.verify.as_built import differing, machine_of
+from vibopt.verify.beyond import beyond_shape, beyond_threshold
 from vibopt.verify.certify import TOLERANCE, Measured, measure_on
 from vibopt.verify.rated import rated_rows
 from vibopt.verify.routes import LOADS, Modelled, rated_loads
-from vibopt.verify.static_shape import beyond_shape
 
 
 def shown_value(response: Response, value: float, unit: str) -> Entry:
@@ -134,13 +136,22 @@ class Built:
         return _checked(self.scene, found, name, response, side), found
 
     def _beyond(self, row: Checked, found: Measured) -> str:
-        """Why a value is beyond what the model of some part is good for; "" where it is not."""
+        """Why a value is beyond what the machine, or the model of a part, is good for; "" where it is not."""
+        if isinstance(found.response, HarmonicResponse) and turning(self.scene):
+            grown = beyond_threshold(self.scene, found.response, self.threshold)
+            if grown:
+                return grown
         if not any(one.spreads_mass for one in self.scene.links.values()):
             return ""
         known = {name: speed for name, speed in found.speeds.items() if found.response.sort == "steady"}
         lines = {name: self.scene.excitations[name].lines(np.ones(1)) for name in known}
         highest = [speed * max(one.order for one in lines[name]) for name, speed in known.items()]
         return beyond_shape(self.machine, found.response, row.limit, found.value, max([0.0, *highest]))
+
+    @cached_property
+    def threshold(self) -> float:
+        """The spin beyond which a whirl grows [rad/s]."""
+        return StabilityThreshold(response="stability_threshold").measure_static(self.machine)
 
     def compared(self, row: Checked, found: Measured) -> Checked:
         """The row, with what the model says of it where that is another number."""

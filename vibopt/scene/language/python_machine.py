@@ -60,6 +60,8 @@ class LinkWords(TypedDict, total=False):
     damping_ratio: Given
     relative_to: str
     loss_factor: Given
+    rotating_damping: Given
+    rotating_damping_ratio: Given
     friction_force: Given
     count: Given
     dynamic_to_static: Bound

@@ -134,6 +134,10 @@ class Responses:
         """Dynamic force on one support of a beam or shaft that bends [N]."""
         return Measure("bearing_force", of=of, bearing=bearing, **words)
 
+    def stability_threshold(self, **words: Unpack[Shown]) -> Measure:
+        """Least spin beyond which a whirl grows, by damping that turns with the shaft [rad/s]."""
+        return Measure("stability_threshold", **words)
+
     def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
         """Root mean square motion of a body under white noise, absolute [m]."""
         return Measure("rms_displacement", of=of, **words)

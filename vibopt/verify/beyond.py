@@ -1,4 +1,6 @@
-"""How far the static shape of a beam with a mass holds: its own vibration, load and supports held, must be fast.
+"""Beyond what values are not known: the static shape of a beam with a mass, and the threshold of a rotor that spins.
+
+The static shape holds while the own vibration of the beam, load and supports held, is fast.
 
 What the shape leaves out are the modes of the beam so held.  At w they add w^4 p p^T / (W^2 - w^2) each to the inertia
 forces, and the sum of all p p^T is the very inertia of the shape: so the inertia of the beam lies between that of its
@@ -8,10 +10,13 @@ shape and 1 / (1 - (w / W)^2) times that, W the lowest of these frequencies.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import isfinite
 
 from vibopt.answer.entry import Entry
 from vibopt.mechanics.machine import Joint, Machine
-from vibopt.responses import Response
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.scene import Scene
 from vibopt.units import show
 
 _FREQUENCIES = ("natural_frequency", "critical_speed")
@@ -52,4 +57,18 @@ def beyond_shape(machine: Machine, response: Response, limit: Entry | None, valu
     return ""
 
 
-__all__ = ["beyond_shape", "heavier", "heavy"]
+def beyond_threshold(scene: Scene, response: HarmonicResponse, threshold: float) -> str:
+    """Why a steady whirl is none, as the rotor spins beyond its stability threshold [rad/s]; "" where it does not."""
+    for name in names_for(scene, response):
+        top = max((one.high for one in bands_for(scene, response, name) if isfinite(one.high)), default=0.0)
+        if top > threshold:
+            spin, least = (show(one, "rpm", "angular_rate") for one in (top, threshold))
+            return (
+                f"is not known: excitations.{name} spins the rotor up to {spin}, beyond its stability threshold of "
+                f"{least}, where a whirl grows without end. Add a limit with response = "
+                f'"stability_threshold", at_least = "{spin}", or look at lower speeds'
+            )
+    return ""
+
+
+__all__ = ["beyond_shape", "beyond_threshold", "heavier", "heavy"]

@@ -1,0 +1,192 @@
+"""Free whirl of an isotropic rotor that spins: z = x + i y, with damping that turns with it and gyroscopic moments.
+
+    M z'' + (C_e + C_i - i W G) z' + (K - i W C_i) z = 0
+
+Spin W [rad/s] is positive in the sense of positive angles, e^{i w t} with w > 0 whirls forward.  All matrices are real
+and symmetric, (n, n), M positive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+
+MOST = 8
+"""Coordinates up to which several rotating dampers, or gyroscopic moments, are answered."""
+_AXIS, _NOTHING, _SAME = 1e-5, 1e-10, 1e-14
+"""Part of its size by which a root may be off its axis before it is polished; of the greatest, what is rounding."""
+
+
+class TooManyError(Exception):
+    """Several rotating dampers among more coordinates than are answered."""
+
+
+def whirl_rates(
+    mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray, spin: float,
+    gyroscopic: FloatArray | None = None,
+) -> ComplexArray:  # fmt: skip
+    """Rates s of free whirl e^{s t} [1/s], (2 n,), at a spin; growing ones have a positive real part."""
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    own = [root @ one @ root.T for one in (fixed + rotating, rotating, stiffness)]
+    turn = np.zeros_like(mass) if gyroscopic is None else root @ gyroscopic @ root.T
+    size = float(np.sqrt(np.abs(own[2]).max(initial=0.0))) or float(np.abs(own[0]).max(initial=0.0)) or 1.0
+    first, slope = _states(own[0] / size, own[1] / size, own[2] / size**2, turn)
+    return np.asarray(np.linalg.eigvals(first + spin / size * slope) * size, dtype=complex)
+
+
+def threshold(
+    mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray,
+    gyroscopic: FloatArray | None = None,
+) -> float:  # fmt: skip
+    """Least spin [rad/s] beyond which a whirl grows; infinite where none does.
+
+    Motions that no damper reaches go on for ever at any spin, and are left out.
+
+    Raises
+    ------
+    TooManyError
+        Several rotating dampers, or gyroscopic moments, and more than `MOST` coordinates.
+    """
+    size = np.sqrt(np.maximum(np.abs(np.diag(stiffness)) + np.diag(mass), 1e-300))
+    if not rotating.any():
+        return float("inf")
+    strengths, ways = np.linalg.eigh(rotating / np.outer(size, size))
+    strong = strengths > _NOTHING * strengths.max()
+    turns = gyroscopic is not None and bool(gyroscopic.any())
+    if strong.sum() == 1 and not turns:
+        way = size * ways[:, strong][:, 0] * np.sqrt(strengths[strong][0])
+        return min(_of_one(mass, fixed + rotating, stiffness, way), default=float("inf"))
+    return _of_several(mass, fixed, rotating, stiffness, gyroscopic if turns else None)
+
+
+def _of_one(mass: FloatArray, damping: FloatArray, stiffness: FloatArray, way: FloatArray) -> Iterator[float]:
+    """Spins of neutral whirl where one damper b b^T turns: W = 1 / (i h), h = b^T (K - w^2 M + i w C)^-1 b.
+
+    They are real where h is imaginary: at imaginary zeros s of h(s) + h(-s), values of one pencil.
+    """
+    from scipy.linalg import eigvals
+
+    n = len(mass)
+    unit = float(np.sqrt(np.abs(stiffness).max() / np.abs(mass).max())) or 1.0
+    m, c, k, b = mass * unit**2, damping * unit, stiffness, way * np.sqrt(unit)
+    scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(k)) + np.diag(m) + np.diag(c), 1e-300))
+    m, c, k = (one * np.outer(scale, scale) for one in (m, c, k))
+    b = b * scale / np.linalg.norm(b * scale)
+    zero, one = np.zeros((n, n)), np.eye(n)
+    side = np.zeros((n, 1))
+    # p = q(s) + q(-s), r = q(s) - q(-s): (s^2 M + K) p + s C r = b, (s^2 M + K) r + s C p = 0, b^T p = 0
+    left = np.block([
+        [zero, zero, one, zero, side], [zero, zero, zero, one, side],
+        [-k, zero, zero, -c, b[:, None]], [zero, -k, -c, zero, side],
+        [b[None, :], np.zeros((1, 3 * n + 1))],
+    ])  # fmt: skip
+    right = np.zeros_like(left)
+    right[: 2 * n, : 2 * n] = np.eye(2 * n)
+    right[2 * n : 3 * n, 2 * n : 3 * n] = right[3 * n : 4 * n, 3 * n : 4 * n] = m
+    above, below = eigvals(left, right, homogeneous_eigvals=True)
+    finite = np.abs(below) > _NOTHING * np.abs(above)
+    rates = above[finite] / below[finite]
+    neutral = rates[(np.abs(rates.real) <= _AXIS * np.abs(rates)) & (rates.imag > 0.0)].imag
+    strength = float(np.linalg.norm(way * np.sqrt(unit) * scale)) ** 2
+
+    def inverse(omega: float) -> tuple[complex, complex]:
+        """1 / h and its slope."""
+        dynamic = k - omega**2 * m + 1j * omega * c
+        moved = np.linalg.solve(dynamic, b.astype(complex))
+        h, slope = b @ moved, -moved @ (1j * c - 2.0 * omega * m) @ moved
+        return complex(1.0 / h), complex(-slope / h**2)
+
+    for start in np.unique(neutral):
+        omega = float(start)
+        for _ in range(20):
+            value, slope = inverse(omega)
+            step = value.real / slope.real if slope.real else 0.0
+            omega -= step
+            if abs(step) <= _SAME * omega:
+                break
+        value, _ = inverse(omega)
+        if omega > 0.0 and abs(omega - start) <= 1e3 * _AXIS * start and value.imag > 0.0:
+            yield value.imag / strength * unit  # W = Im(1 / h)
+
+
+def _of_several(
+    mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray, gyroscopic: FloatArray | None
+) -> float:
+    """Where a rate meets the mirror image of one in the imaginary axis: A(W) x I + I x conj(A(W)) is singular.
+
+    A is linear in the spin, so these are the values of one pencil, of which the least with a neutral rate counts.
+    """
+    from scipy.linalg import eigvals
+
+    root = np.linalg.inv(np.linalg.cholesky(mass))
+    own = [root @ one @ root.T for one in (fixed + rotating, rotating, stiffness)]
+    turn = np.zeros_like(mass) if gyroscopic is None else root @ gyroscopic @ root.T
+    basis = _damped(own[0], own[2], turn)
+    if basis.shape[1] > MOST:
+        raise TooManyError
+    own, turn = [basis.T @ one @ basis for one in own], basis.T @ turn @ basis
+    size = float(np.sqrt(np.abs(own[2]).max(initial=0.0))) or 1.0
+    first, slope = _states(own[0] / size, own[1] / size, own[2] / size**2, turn)
+    unit = np.eye(len(first))
+    still = np.kron(first, unit) + np.kron(unit, first.conj())
+    moving = np.kron(slope, unit) + np.kron(unit, slope.conj())
+    above, below = eigvals(still, -moving, homogeneous_eigvals=True)
+    finite = np.abs(below) > 1e-12 * np.abs(above)
+    spins = above[finite] / below[finite]
+    real = np.sort(spins[(np.abs(spins.imag) <= 1e-4 * np.abs(spins)) & (spins.real > 0.0)].real)
+    for start in real:
+        spin = _polished(first, slope, float(start))
+        if spin is not None:
+            return spin * size
+    grows = np.linalg.eigvals(first + (real.max(initial=1.0)) * slope).real.max() > _NOTHING
+    return 0.0 if grows and not len(real) else float("inf")
+
+
+def _polished(first: ComplexArray, slope: ComplexArray, spin: float) -> float | None:
+    """The spin near one at which a rate is neutral; None where none is."""
+    from scipy.linalg import eig
+
+    begun = spin
+    for _ in range(30):
+        found: Any = eig(first + spin * slope, left=True, right=True)
+        rates, left, right = found
+        near = int(np.argmin(np.abs(rates.real)))
+        change = (left[:, near].conj() @ slope @ right[:, near]) / (left[:, near].conj() @ right[:, near])
+        step = float(rates[near].real / change.real) if change.real else 0.0
+        if abs(step) > 1e-2 * begun:
+            return None
+        spin -= step
+        if abs(step) <= _SAME * spin:
+            break
+    return spin if abs(spin - begun) <= 1e-2 * begun else None
+
+
+def _states(
+    damping: FloatArray, rotating: FloatArray, stiffness: FloatArray, turn: FloatArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Rates of places and rates of a rotor of unit masses at rest, and what the spin adds to them, (2 n, 2 n)."""
+    n = len(damping)
+    zero = np.zeros((n, n))
+    first = np.block([[zero, np.eye(n)], [-stiffness, -damping]]).astype(complex)
+    return first, 1j * np.block([[zero, zero], [rotating, turn]])
+
+
+def _damped(damping: FloatArray, stiffness: FloatArray, turn: FloatArray) -> FloatArray:
+    """Basis (n, k) of the motions that dampers reach, of unit masses."""
+    found = np.zeros((len(damping), 0))
+    new = damping / max(np.abs(damping).max(), 1e-300)
+    scale = max(np.abs(stiffness).max(), 1e-300), max(np.abs(turn).max(), 1e-300)
+    while new.shape[1] and found.shape[1] < len(damping):
+        rest = new - found @ (found.T @ new)
+        left, sizes, _ = np.linalg.svd(rest - found @ (found.T @ rest), full_matrices=False)
+        fresh = left[:, sizes > 1e-9]
+        found = np.hstack([found, fresh])
+        new = np.hstack([stiffness @ fresh / scale[0], turn @ fresh / scale[1]])
+    return found
+
+
+__all__ = ["MOST", "TooManyError", "threshold", "whirl_rates"]

@@ -1,0 +1,37 @@
+"""The spin beyond which damping that turns with a shaft makes its whirl grow."""
+
+from typing import ClassVar
+
+from vibopt.forms import Form, WhirlThreshold
+from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import Model
+from vibopt.responses.response import Response
+from vibopt.signals import Combine, Drive
+
+
+class StabilityThreshold(Response):
+    """`response = "stability_threshold"`: least spin beyond which a forward whirl grows [rad/s].
+
+    Of shafts alike in all directions, with `rotating_damping` on some link.  Of one disc w_n (1 + c_e / c_i).
+    """
+
+    dimension: ClassVar[str] = "angular_rate"
+    less_is_worse: ClassVar[bool] = True
+    unit_without: ClassVar[str] = "rpm"
+
+    @property
+    def free_vibration(self) -> str:
+        return "stability threshold of free whirl"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return WhirlThreshold()
+
+    def measure_static(self, machine: Machine) -> float:
+        from vibopt.mechanics.two_planes import threshold_in_planes
+
+        mass, damping, stiffness, _ = machine.matrices()
+        rotating = machine.rotating()
+        return threshold_in_planes(mass, damping + rotating, rotating, stiffness)
+
+
+__all__ = ["StabilityThreshold"]
