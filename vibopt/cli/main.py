@@ -36,6 +36,7 @@ VERBS = {
     "whatif": ("whatif", "Change facts or limits, and see the old answer beside the new."),
     "compare": ("compare", "Set several variants beside each other, problem files or saved designs."),
     "sweep": ("sweep", "Vary one, two or three facts over ranges."),
+    "tradeoff": ("tradeoff", "Weigh the goal against a limit: the designs of which none is better in both."),
     "plot": ("picture", "Draw the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
     "new": ("new", "Write a problem file to fill in."),

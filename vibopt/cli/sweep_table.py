@@ -42,7 +42,7 @@ class GrowingTable:
             self._columns = Heads(facts, self.job, self.goal, self.points)
             write_file(self.target, _text(self._columns, self.points).encode())
         else:
-            add_line(self.target, _lines([self._columns.row(point)]))
+            add_line(self.target, rows_text([self._columns.row(point)]))
 
 
 def csv_text(result: Sweep) -> str:
@@ -52,13 +52,14 @@ def csv_text(result: Sweep) -> str:
 
 
 def _text(columns: Heads, points: Sequence[Point]) -> str:
-    return _lines([columns.heads, *(columns.row(point) for point in points)])
+    return rows_text([columns.heads, *(columns.row(point) for point in points)])
 
 
-def _lines(rows: Iterable[Sequence[object]]) -> str:
+def rows_text(rows: Iterable[Sequence[object]]) -> str:
+    """Rows as comma-separated values."""
     stream = StringIO()
     csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
 
 
-__all__ = ["GrowingTable", "csv_text"]
+__all__ = ["GrowingTable", "csv_text", "rows_text"]

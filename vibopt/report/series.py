@@ -178,3 +178,16 @@ class Map:
     good: BoolArray
     sides: tuple[Side, ...]
     bad_words: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Front:
+    """A trade-off: y against x, indices behind which nothing lies between, and (index, words) of what is marked."""
+
+    title: str
+    x_label: str
+    y_label: str
+    x: FloatArray
+    y: FloatArray
+    jumps: tuple[int, ...]
+    marks: tuple[tuple[int, str], ...]

@@ -67,6 +67,7 @@ def answered(
     progress: Progress | None = None,
     told: Answered | None = None,
     known: Mapping[int, Point] | None = None,
+    sparing: bool = False,
 ) -> Points:
     """The answers at all values of some facts.
 
@@ -84,6 +85,8 @@ def answered(
         Called with the facts and each point as soon as it is known, in any order; not where all are found together.
     known
         Points that were answered before, by index.
+    sparing
+        Leave points with the status "" that were not answered where the others were answered together.
     """
 
     def tell(part: float) -> None:
@@ -97,6 +100,7 @@ def answered(
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
     rest = [index for index, status in enumerate(columns.status) if not status and index not in single]
+    rest = [] if sparing and together is not None else rest
     if rest and told is not None:
         for index, status in enumerate(columns.status):
             if status or index in single:

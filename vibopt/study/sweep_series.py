@@ -13,11 +13,12 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene
 from vibopt.report.catalogue_choices import tied
-from vibopt.report.series import Line, Map, Side, Strip, Strips
+from vibopt.report.series import Front, Line, Map, Side, Strip, Strips
 from vibopt.responses.response import place_of
 from vibopt.study.edges import Boundary, State, stretches
 from vibopt.study.points import Point, in_unit
 from vibopt.study.sweep import Sweep
+from vibopt.study.tradeoff import Tradeoff
 from vibopt.study.varied import DECIBEL
 from vibopt.units import best_unit
 from vibopt.units.spelling import split_detector
@@ -220,3 +221,23 @@ def _shaded(sweep: Sweep) -> Iterable[tuple[float, float, str]]:
     for one in stretches(sweep):
         low, high = in_unit(np.array([one.low, one.high]), sweep.fact.unit, sweep.fact.dimension)
         yield float(low), float(high), WORDS.get(one.status, one.status)
+
+
+def front_of(found: Tradeoff) -> Front:
+    """A trade-off in the user's units."""
+    fact, points = found.fact, list(found.points)
+    goal = [point.goal for point in points]
+    first = next(one for one in goal if one is not None)
+    response = found.job.goal.response if is_scene(found.job) and found.job.goal is not None else None
+    name = spoken(response.response, place_of(response)) if response is not None else found.goal or "goal"
+    shown = _strip(name.replace("_", " "), goal, first.dimension, (response.unit if response else first.unit) or "")
+    x = _shown(np.array([one.value for one in found.reached]), fact)
+    marks = [(0, f"tightest\n{found.reached[0].shown}")]
+    if found.free:
+        marks.append((len(points) - 1, "goal's own best"))
+    if found.knee is not None:
+        at, best = found.reached[found.knee], points[found.knee].goal
+        marks.append((found.knee, f"knee\n{at.shown}, {best.shown if best is not None else ''}"))
+    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
+    words = f"{found.name} [{unit}]" if unit else found.name
+    return Front(found.job.title, words, shown.label.replace("\n", " "), x, shown.lines[0].y, found.jumps, tuple(marks))

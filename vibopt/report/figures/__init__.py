@@ -10,5 +10,6 @@ from vibopt.report.figures.paper import saved
 from vibopt.report.figures.response_curves import response_figure
 from vibopt.report.figures.sweep_map import map_figure
 from vibopt.report.figures.sweep_strips import strips_figure
+from vibopt.report.figures.tradeoff_curve import tradeoff_figure
 
-__all__ = ["below", "map_figure", "plane_figure", "response_figure", "saved", "strips_figure"]
+__all__ = ["below", "map_figure", "plane_figure", "response_figure", "saved", "strips_figure", "tradeoff_figure"]

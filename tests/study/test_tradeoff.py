@@ -1,0 +1,179 @@
+"""Trade-offs: no point is dominated, neighbours are near, both ends are where solve says they are."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibopt as vo
+from vibopt.document.mistakes import Mistakes
+from vibopt.errors import InputError
+from vibopt.jobs import from_text, of_document
+from vibopt.report.figures import tradeoff_figure
+from vibopt.study.sweep_series import front_of
+from vibopt.study.tradeoff import Tradeoff
+
+ROOT = Path(__file__).parents[2] / "problems"
+PRESS = ROOT / "isolation" / "rao_9_34.toml"
+CATALOGUE = """
+[bodies.fan]
+mass = "100 kg"
+[links.mount]
+between = ["fan", "ground"]
+stiffness = { one_of = ["200 kN/m", "300 kN/m", "450 kN/m", "700 kN/m"] }
+damping = "500 N s/m"
+[excitations.fan]
+kind = "force"
+on = "fan"
+amplitude = "1 kN"
+speed = "3000 rpm"
+varies = "constant"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "60 N"
+[goal]
+minimise = "displacement"
+of = "fan"
+over = "0..100 rpm"
+"""
+
+
+def front(text: str, against: str, points: int) -> Tradeoff:
+    return vo.tradeoff(from_text(text), against, points)
+
+
+def costs(found: Tradeoff) -> tuple[np.ndarray, np.ndarray]:
+    goal = np.array([point.goal.value for point in found.points if point.goal is not None])
+    reached = np.array([one.value for one in found.reached])
+    sense = -1.0 if found.job.goal is not None and found.job.goal.sense == "maximise" else 1.0
+    return reached * (-1.0 if found.fact.path.endswith("at_least") else 1.0), sense * goal
+
+
+@pytest.fixture(scope="module")
+def press() -> Tradeoff:
+    return vo.tradeoff(vo.read(PRESS), "limits.start_up", 20)
+
+
+def test_every_point_is_better_than_its_neighbours_in_one_quantity(press: Tradeoff) -> None:
+    reached, goal = costs(press)
+    assert np.all(np.diff(reached) > 0.0)
+    assert np.all(np.diff(goal) < 0.0)
+    assert len(press.points) >= 20
+    assert press.gap <= 2.0 / 19 * (1.0 + 1e-6)
+
+
+def test_no_design_of_many_is_better_in_both(press: Tradeoff) -> None:
+    """Stiffness and damping drawn at random, measured on the machine as built: none lies below the curve."""
+    job = vo.read(PRESS)
+    reached, goal = costs(press)
+    rng, tried = np.random.default_rng(5), 0
+    for k, c in zip(rng.uniform(4e6, 7.4e6, 60), np.exp(rng.uniform(np.log(500.0), np.log(24e3), 60)), strict=True):
+        found = vo.solve(vo.from_dict({
+            **{key: one for key, one in job.document.items() if key not in ("goal", "expected")},
+            "links": {"mount": {"between": ["press", "ground"], "stiffness": f"{k} N/m", "damping": f"{c} N s/m"}},
+        }), explain=False)  # fmt: skip
+        if not all(one.met for name, one in found.limits.items() if name != "start_up"):
+            continue
+        tried += 1
+        at = found.limits["start_up"].value.value
+        assert not np.any((at < reached * (1.0 - 1e-9)) & (-k < goal * (1.0 + np.sign(goal) * 1e-9)))
+    assert tried > 5
+
+
+def test_both_ends_are_where_solve_says(press: Tradeoff) -> None:
+    job, (reached, goal) = vo.read(PRESS), costs(press)
+
+    def best(bound: float) -> float | None:
+        found = vo.solve(vo.with_changes(job, {"limits.start_up.at_most": f"{bound:.17g} m"}), explain=False)
+        return found.goal[1].value if found.goal is not None and found.status == "optimal" else None
+
+    assert best(reached[0] * (1.0 - 2e-6)) is None
+    assert best(reached[0] * (1.0 + 2e-6)) is not None
+    own, less = best(1e4), best(reached[-1] * (1.0 - 1e-3))
+    assert own is not None
+    assert less is not None
+    assert -goal[-1] == pytest.approx(own, rel=1e-9)
+    assert less < own
+    assert press.free
+
+
+def test_each_point_is_the_answer_at_its_bound_and_the_knee_is_farthest_from_the_chord(press: Tradeoff) -> None:
+    job = vo.read(PRESS)
+    for index in (0, len(press.points) // 2, -1):
+        point = press.points[index]
+        bound = f"{point.value.value:.17g} m"
+        alone = vo.solve(vo.with_changes(job, {"limits.start_up.at_most": bound}), explain=False)
+        assert alone.goal is not None
+        assert point.goal is not None
+        assert point.goal.value == pytest.approx(alone.goal[1].value, rel=1e-8)
+        assert alone.limits["start_up"].value.value == pytest.approx(press.reached[index].value, rel=1e-8)
+    reached, goal = costs(press)  # the amplitude spans more than a factor 100, the stiffness does not
+    x, y = np.log(reached), goal
+    x, y = (x - x[0]) / (x[-1] - x[0]), (y - y[-1]) / (y[0] - y[-1])
+    assert press.knee == int((x + y).argmin())
+    tradeoff_figure(front_of(press))
+
+
+def test_a_second_goal_may_be_a_measure_or_said_in_words() -> None:
+    job = vo.read(PRESS)
+    words = vo.tradeoff(job, "displacement of press over 0..3000 rpm", 5)
+    document = {**job.document, "measures": {"up": {"response": "displacement", "of": "press", "over": "0..3000 rpm"}}}
+    measure = vo.tradeoff(vo.from_dict(document), "measures.up", 5)
+    for one, other in pairwise((words, measure)):
+        assert costs(one)[1] == pytest.approx(costs(other)[1], rel=1e-6)
+
+
+def test_a_list_of_springs_has_a_point_for_each_that_is_worth_having_and_nothing_between() -> None:
+    found = front(CATALOGUE, "limits.floor", 8)
+    springs = [round(point.variables["links.mount.stiffness"].value / 1e3) for point in found.points]
+    assert springs == [200, 300, 450, 700]
+    assert found.jumps == (0, 1, 2)
+    assert found.gap == 0.0
+
+
+TOTAL = {"response": "correction", "total": True, "at_most": "80 g"}
+JOBS = {
+    "rotor": ("fan_verification_run.toml", {"limits": {"total": TOTAL}, "goal": {"minimise": "residual"}}),
+    "known": ("rao_9_14_b_capped.toml", {"limits": {"total": TOTAL}}),
+}
+
+
+@pytest.mark.parametrize("kind", JOBS)
+def test_rotors_and_shafts_weigh_what_is_left_against_the_weights(kind: str) -> None:
+    name, more = JOBS[kind]
+    document = {**vo.read(ROOT / "balancing" / name).document, **more}
+    job = vo.with_changes(of_document(document, Mistakes(name, None)), {})
+    found = vo.tradeoff(job, "limits.total", 6)
+    reached, goal = np.array([one.value for one in found.reached]), np.array([one.goal.value for one in found.points])
+    assert np.all(np.diff(reached) > 0.0)
+    assert np.all(np.diff(goal) < 0.0)
+    assert found.gap <= 2.0 / 5.0 * (1.0 + 1e-6)
+    for point, at in zip(found.points[1:-1:2], found.reached[1:-1:2], strict=True):
+        tighter = vo.with_changes(job, {"limits.total.at_most": f"{at.value * (1.0 - 1e-4):.17g} kg"})
+        answer = vo.solve(tighter, explain=False)
+        assert answer.goal is not None
+        assert answer.goal[1].value > point.goal.value
+
+
+@pytest.mark.parametrize(
+    ("against", "points", "words"),
+    [
+        ("limits.startup", 5,
+         "rao_9_34.toml: --against limits.startup is no limit with at_most or at_least. Did you mean "
+         '"limits.start_up"?'),
+        ("measures.sagg", 5,
+         'rao_9_34.toml: --against measures.sagg is none of its limits or measures. Did you mean "measures.sag"?'),
+        ("limits.start_up", 2, "--points 2 is not between 3 and 1000."),
+        ("measures.sag", 5,
+         "rao_9_34.toml: limits.sag.at_most and the goal are best in one and the same design: there is nothing to "
+         "weigh."),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_weighed_is_said(against: str, points: int, words: str) -> None:
+    with pytest.raises(InputError) as error:
+        vo.tradeoff(vo.read(PRESS), against, points)
+    assert str(error.value) == words

@@ -1,0 +1,124 @@
+"""`vibopt tradeoff`: what a better value of one quantity costs of the goal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from vibopt.cli import completing
+from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, read_job
+from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.sweep_command import FORMATS, MOST_ROWS, TABLES
+from vibopt.cli.sweep_table import rows_text
+from vibopt.errors import InputError
+from vibopt.files.reading import shown_name
+from vibopt.files.writing import checked_target, format_of, write_file
+
+if TYPE_CHECKING:
+    from vibopt.answer.console import Console
+    from vibopt.study.tradeoff import Tradeoff
+
+
+@click.command(cls=Once)
+@file
+@click.option(
+    "--against",
+    required=True,
+    metavar="LIMIT",
+    shell_complete=completing.changes,
+    help='A limit, limits.start_up; a measure, measures.sag; or a response, "displacement of press over 0..3000 rpm".',
+)
+@click.option("--points", type=click.IntRange(min=3), default=50, show_default=True, help="Steps of equal length.")
+@click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB).")
+@click.option("--figure", metavar="FILE", help="Draw the curve (.svg, .png, .pdf).")
+@limited
+@anew
+@changes
+@force
+@as_json
+def tradeoff(
+    file: str,
+    against: str,
+    points: int,
+    csv_file: str | None,
+    figure: str | None,
+    changes: tuple[str, ...],
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Weigh the goal against a limit: the designs of which none is better in both, from end to end.
+
+    The bound is moved from where the goal has its own best value to the tightest at which a design exists; every
+    point is an answer by itself, verified.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.tradeoff import tradeoff as weigh
+
+    job = read_job(file, changes)
+    table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
+    picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
+    if table is not None and picture is not None and table.resolve() == picture.resolve():
+        raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
+    with Bar() as bar:
+        result = weigh(job, against, points, progress=bar)
+    if table is not None:
+        rows = result.table()
+        write_file(table, rows_text([list(rows[0]), *(list(row.values()) for row in rows)]).encode())
+    if picture is not None:
+        from vibopt.report.figures import saved, tradeoff_figure
+        from vibopt.study.sweep_series import front_of
+
+        write_file(picture, saved(tradeoff_figure(front_of(result)), format_of(picture, FORMATS)))
+    written = [str(one) for one in (table, picture) if one is not None]
+    if as_json:
+        from vibopt.answer.jsonable import plain
+
+        say_json({"status": "ok", "written": written, **plain(result)})
+    else:
+        from vibopt.answer.text import rendered
+
+        say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
+        for one in written:
+            say(f"Written: {one}")
+    return 0
+
+
+def _list(result: Tradeoff, console: Console) -> None:
+    from vibopt.answer.text import grid, paragraph
+    from vibopt.study.tradeoff import KNEE, weighs
+
+    console.print(result.job.title, style="bold")
+    console.print(f"{result.goal} against {result.fact.path}: {len(result.points)} designs, none better in both")
+    step = max(1, -(-len(result.points) // (MOST_ROWS // 3)))
+    last = len(result.points) - 1
+    paths = _columns(result)
+    rows = []
+    for index, (point, at) in enumerate(zip(result.points, result.reached, strict=True)):
+        mark = "knee" if index == result.knee else "tightest" if index == 0 else "goal's own best" if (
+            index == last and result.free) else ""  # fmt: skip
+        if index % step == 0 or mark:
+            values = [point.variables[path].shown if path in point.variables else "-" for path in paths]
+            goal = point.goal.shown if point.goal is not None else "-"
+            rows.append((at.shown, goal, *values, weighs(point), mark))
+    heads = (result.name, result.goal, *(path.split(".", 1)[-1] for path in paths), "Active limits", "")
+    console.print(grid(rows, heads))
+    if step > 1:
+        console.print(f"One in {step} of the points is shown; --csv FILE writes all of them.")
+    spacing = f"Neighbours are no further apart than {100.0 * result.gap:.2g} % of both spans together"
+    jumps = f"; at {len(result.jumps)} places nothing lies between" if result.jumps else ""
+    paragraph(console, f"{spacing}{jumps}. The knee is {KNEE}.")
+    if not result.free:
+        further = f"it goes on where {result.name} is loosened further"
+        paragraph(console, f"The goal has no best value of its own: {further}.")
+
+
+def _columns(result: Tradeoff) -> list[str]:
+    """Paths of the variables to list: not the one that is the goal itself."""
+    from vibopt.jobs import is_scene
+
+    job = result.job
+    goal = job.goal.response if is_scene(job) and job.goal is not None else None
+    same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
+    paths = dict.fromkeys(path for one in result.points for path in one.variables)
+    return [path for path in paths if path != same and not path.endswith(".angle")][:4]

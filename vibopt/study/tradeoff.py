@@ -1,0 +1,400 @@
+"""What a better value of one quantity costs of another: the goal against the bound of a limit, from end to end."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.answer.entry import ACTIVE, Entry
+from vibopt.answer.tabular import Tabular
+from vibopt.arrays import FloatArray
+from vibopt.document.mistakes import Mistakes
+from vibopt.document.toml_reading import inside
+from vibopt.errors import InputError, way_out
+from vibopt.jobs import answer, fact_at, is_open, is_scene, of_document
+from vibopt.records import dataclass
+from vibopt.solve.method import Progress
+from vibopt.study.many import FEWEST_TOGETHER, answered
+from vibopt.study.points import Heads, Point
+from vibopt.study.seen import goal_word
+from vibopt.study.together import columns
+from vibopt.units import si_unit
+from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+
+FEWEST, MOST = 3, 1000
+CLOSE = 1e-6
+"""Part of a bound to which both ends are found."""
+_FAR = 1e6
+"""Factor by which a bound is loosened to hold nothing back."""
+_SCAN, _TOGETHER = 64, 95
+"""Bounds that are looked at together, where many answers cost little more than one."""
+_REACH = 60
+"""Halvings of a bound after which it is said to have no least value."""
+_SAME = 1e-9
+_ROUNDS = 40
+_WORDS = re.compile(r"\s+(of|into|through|across|over|at|due_to)\s+")
+RATIO = 100.0
+KNEE = (
+    "the point farthest from the straight line between both ends, each quantity counted from its best to its worst, by "
+    "ratios where it spans more than a factor 100"
+)
+"""What is called the knee."""
+
+
+@dataclass(frozen=True)
+class Tradeoff(Tabular):
+    """Designs of which none is better in both quantities, from the goal's own best to the least that can be reached.
+
+    fact
+        The bound that was moved.
+    points
+        In order of the measured quantity, the best first; `reached` has that quantity at each point.
+    goal
+        Name of the goal.
+    knee
+        Index of the point farthest from the line between both ends; None of two points.
+    gap
+        Greatest distance of neighbours: parts of both spans, added; 2 is all of it.
+    free
+        Whether the goal has a best value of its own, where the limit holds nothing back.
+    jumps
+        Indices of points behind which both quantities are not to be had between.
+    asked
+        Number of answers that it took.
+    """
+
+    job: Job
+    fact: FactAt
+    points: tuple[Point, ...]
+    reached: tuple[Entry, ...]
+    goal: str
+    knee: int | None
+    gap: float
+    free: bool
+    jumps: tuple[int, ...]
+    asked: int
+
+    @property
+    def name(self) -> str:
+        """Name of the limit."""
+        return self.fact.path.split(".")[1]
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each point: what was reached, and the columns of a sweep over the bound."""
+        heads = Heads((self.fact,), self.job, self.goal, self.points)
+        unit = si_unit(self.fact.dimension)
+        first = f"{self.name} [{unit}]" if unit else self.name
+        rows = []
+        for index, (point, at) in enumerate(zip(self.points, self.reached, strict=True)):
+            cells = zip(heads.heads, heads.row(point), strict=True)
+            row = {head: None if one == "" else one for head, one in cells}
+            rows.append({first: at.value, "knee": index == self.knee, **row})
+        return rows
+
+    def heading(self) -> tuple[str, ...]:
+        """Title and what is weighed."""
+        return self.job.title, f"{self.goal} against {self.fact.path}"
+
+    def to_json(self) -> dict[str, Any]:
+        """All points with what was reached, and the knee."""
+        return {
+            "path": self.fact.path, "goal": self.goal, "knee": self.knee, "knee_is": KNEE, "gap": self.gap,
+            "free": self.free, "jumps": self.jumps, "answers": self.asked,
+            "points": [{"reached": at, **one.to_json()} for at, one in zip(self.reached, self.points, strict=True)],
+        }  # fmt: skip
+
+
+def tradeoff(job: Job, against: str, points: int = 50, *, progress: Progress | None = None) -> Tradeoff:
+    """The goal against the bound of a limit, or against a second response.
+
+    Parameters
+    ----------
+    job
+        With a goal and something to choose.
+    against
+        A limit, "limits.start_up" (or one of its two sides, "limits.band.at_least"), a measure, "measures.sag", or a
+        response in words, "displacement of press over 0..3000 rpm"; the last two are to be as small as can be, with
+        "most " before them as great.
+    points
+        Neighbours are no further apart than the whole over so many steps, but where there is nothing between.
+    progress
+        Called now and then with a stage and the part that is done.
+
+    Raises
+    ------
+    InputError
+        No goal, no such limit, or no design at any bound.
+    """
+    if not is_open(job) or not goal_word(job):
+        raise InputError(f"{job.name}: tradeoff needs a goal and something to choose. Write a [goal], or use sweep.")
+    if not FEWEST <= points <= MOST:
+        raise InputError(f"--points {points} is not between {FEWEST} and {MOST}.")
+    job, path = _bounded(job, against)
+    front = _Front(job, fact_at(job, path), progress)
+    return front.curve(points)
+
+
+def _bounded(job: Job, against: str) -> tuple[Job, str]:
+    """The job with the bound that is moved, and its path."""
+    if against.startswith("limits."):
+        return job, _side(job, against)
+    words = against.removeprefix("most ")
+    side = "at_least" if words != against else "at_most"
+    name = words.removeprefix("measures.")
+    tables = dict(job.document.get("measures", {}))
+    table: Any = tables.pop(name, None) if words.startswith("measures.") else _table(words)
+    if table is None:
+        known = [*(f"limits.{one}" for one in job.document.get("limits", {})), *(f"measures.{one}" for one in tables)]
+        raise InputError(f"{job.name}: --against {against} is none of its limits or measures.{way_out(against, known)}")
+    name = name if words.startswith("measures.") else "second_goal"
+    document = {**job.document, "measures": {**tables, name: dict(table)}}
+    found = answer(of_document(document, Mistakes(job.name, None)), explain=False)
+    row = found.measures.get(name)
+    if row is None or not 0.0 < row.value.value < np.inf:
+        raise InputError(f"{job.name}: --against {against}: the best design has no such value to begin from.")
+    bound = f"{row.value.value:.17g} {row.value.si}".strip()
+    limits = {**job.document.get("limits", {}), name: {**table, side: bound}}
+    kept = {key: one for key, one in {**job.document, "measures": tables, "limits": limits}.items() if one}
+    return of_document(kept, Mistakes(job.name, None)), f"limits.{name}.{side}"
+
+
+def _side(job: Job, against: str) -> str:
+    table = inside(job.document, against)
+    if isinstance(table, Mapping):
+        sides = [f"{against}.{key}" for key in ("at_most", "at_least") if key in table]
+        if len(sides) == 1:
+            return sides[0]
+        if sides:
+            raise InputError(f"{job.name}: --against {against} has two sides. Name one: {' or '.join(sides)}.")
+    if table is None or isinstance(table, Mapping):
+        known = [f"limits.{one}" for one in job.document.get("limits", {})]
+        raise InputError(
+            f"{job.name}: --against {against} is no limit with at_most or at_least.{way_out(against, known)}"
+        )
+    return against
+
+
+def _table(words: str) -> dict[str, str] | None:
+    """A response in words as its table; None where the words have no place in them."""
+    parts = _WORDS.split(words.strip())
+    pairs: dict[str, str] = dict(zip(parts[1::2], parts[2::2], strict=True))
+    return {"response": parts[0].strip().replace(" ", "_"), **pairs} if re.fullmatch(r"[a-z_ ]+", parts[0]) else None
+
+
+Holds = Callable[[Point | None], bool]
+Gap = tuple[float, float, Holds]
+
+
+class _Front:
+    """Answers by the bound that gave them; the bound `b` counts so that less is tighter."""
+
+    def __init__(self, job: Job, fact: FactAt, progress: Progress | None) -> None:
+        self.job, self.fact, self.progress = job, fact, progress
+        self.least = fact.path.endswith(".at_least")
+        self.sense = -1.0 if is_scene(job) and job.goal is not None and job.goal.sense == "maximise" else 1.0
+        self.known: dict[float, Point | None] = {}
+        ends = np.array([[fact.value], [1.5 * fact.value]])
+        self.batch = is_scene(job) and columns(job, (fact,), ends) is not None
+        if not fact.value > 0.0:
+            raise InputError(f"{job.name}: {fact.path} is {fact.now(1.0)}: a bound that is moved is more than zero.")
+
+    def value(self, b: float) -> float:
+        """The bound [SI]."""
+        return 1.0 / b if self.least else b
+
+    def all(self, bounds: Sequence[float]) -> None:
+        """Answer some bounds; what is close to an end may stay open where many are answered together."""
+        new = [b for b in dict.fromkeys(bounds) if b not in self.known]
+        if new:
+            values = np.array([[self.value(b)] for b in new])
+            try:
+                points = answered(self.job, (self.fact,), values, sparing=self.batch)
+                found = zip(new, points, strict=True)
+                self.known |= {b: one if one.good else None for b, one in found if one.status}
+            except InputError:
+                if len(new) == 1:
+                    self.known[new[0]] = None
+                else:
+                    for b in new:
+                        self.all([b])
+        if self.progress is not None:
+            self.progress("trade-off", min(0.99, len(self.known) / (len(self.known) + 50.0)))
+
+    def cost(self, point: Point) -> float:
+        """The goal, to be small."""
+        return self.sense * (point.goal.value if point.goal is not None else 0.0)
+
+    def reached(self, point: Point) -> float:
+        """The quantity itself as measured [SI]."""
+        name = self.fact.path.split(".")[1]
+        side = self.fact.path.rpartition(".")[2]
+        margin = point.margins.get(f"{name} ({side})", point.margins.get(name, 0.0))
+        return point.value.value * (1.0 + margin if self.least else 1.0 - margin)
+
+    def loss(self, point: Point) -> float:
+        """The quantity, to be small."""
+        return -self.reached(point) if self.least else self.reached(point)
+
+    def curve(self, count: int) -> Tradeoff:
+        tight, loose, free = self._ends()
+        done = self._between(tight, loose, count)
+        found = self._best()
+        if len(found) < 2:
+            raise InputError(
+                f"{self.job.name}: {self.fact.path} and the goal are best in one and the same design: there is nothing "
+                "to weigh."
+            )
+        found = self._thinned(found, count)
+        parts = self._parts(found)
+        gaps = np.abs(np.diff(parts, axis=0)).sum(axis=1)
+        jumps = [i for i, gap in enumerate(gaps) if done and gap > 2.0 / (count - 1) * (1.0 + _SAME)]
+        away = 1.0 - parts.sum(axis=1)
+        knee = int(away.argmax()) if len(found) > 2 else None
+        rest = [gap for i, gap in enumerate(gaps) if i not in jumps]
+        entries = tuple(replace(one.value, value=self.reached(one)) for one in found)
+        return Tradeoff(
+            self.job, self.fact, tuple(found), entries, goal_word(self.job), knee, float(max(rest, default=0.0)), free,
+            tuple(jumps), len(self.known),
+        )  # fmt: skip
+
+    def _ends(self) -> tuple[float, float, bool]:
+        """The tightest bound with a design, the tightest with the goal's own best value, and whether there is one."""
+        begin = 1.0 / self.fact.value if self.least else self.fact.value
+        scan = [float(b) for b in begin * np.geomspace(1.0 / _FAR, _FAR, _SCAN)] if self.batch else []
+        self.all([*scan, begin * _FAR])
+        open_end = self.known.get(begin * _FAR)
+        if all(one is None for one in self.known.values()):
+            self.all([begin * 4.0**k for k in range(6)])
+        good = sorted(b for b, one in self.known.items() if one is not None)
+        if not good:
+            raise InputError(
+                f"{self.job.name}: no design was found at any bound of {self.fact.path}, so there is nothing to "
+                "weigh. vibopt explain says which limits clash."
+            )
+        free = open_end is not None and open_end.goal is not None
+        own = self.cost(open_end) if open_end is not None else 0.0
+
+        def best(point: Point | None) -> bool:
+            return point is not None and self.cost(point) <= own + _SAME * abs(own)
+
+        if free and not self.batch and open_end is not None:
+            held = self.reached(open_end)  # the tightest bound, if no other design is as good
+            high = (1.0 / held if self.least else held) * (1.0 + 1e-12) if held > 0.0 else begin
+            self.all([high, high * (1.0 - 0.5 * CLOSE)])
+        gaps: list[Gap] = [self._falling(lambda one: one is not None)]
+        if free:
+            gaps.append(self._falling(best))
+        tight, *loose = self._cut(gaps)
+        return tight, (loose[0] if free else max(good)), free
+
+    def _falling(self, holds: Holds) -> Gap:
+        """The loosest known bound that fails below those that hold, and the next; further down where none fails."""
+        for _ in range(_REACH):
+            bounds = sorted(self.known)
+            fails = [
+                i for i, b in enumerate(bounds[:-1]) if not holds(self.known[b]) and holds(self.known[bounds[i + 1]])
+            ]
+            if fails:
+                return bounds[fails[-1]], bounds[fails[-1] + 1], holds
+            self.all([0.5 * bounds[0]])
+        return 0.5 * bounds[0], bounds[0], holds
+
+    def _cut(self, gaps: list[Gap]) -> list[float]:
+        """Of bounds that fail and bounds that hold those that hold, once each two are so close that they are one."""
+        for _ in range(_REACH):
+            wide = [one for one in gaps if one[1] - one[0] > CLOSE * one[1]]
+            if not wide:
+                break
+            count = _TOGETHER if self.batch else 1
+            inner = [[a * (c / a) ** (k / (count + 1)) for k in range(1, count + 1)] for a, c, _ in wide]
+            self.all([b for one in inner for b in one])
+            closer = {}
+            for (a, c, holds), between in zip(wide, inner, strict=True):
+                here = [b for b in between if b in self.known]
+                low = max([a, *(b for b in here if not holds(self.known[b]))])
+                closer[a, c] = low, min([b for b in here if b > low], default=c), holds
+            last, gaps = gaps, [closer.get(one[:2], one) for one in gaps]
+            if gaps == last:  # what is left between is open
+                break
+        return [one[1] for one in gaps]
+
+    def _between(self, tight: float, loose: float, count: int) -> bool:
+        """Bounds between both ends until no two neighbours are further apart than the whole over the count.
+
+        Whether it came so far: what is still apart has nothing between.
+        """
+        spaced = np.geomspace if loose > RATIO * tight else np.linspace
+        self.all([tight, *map(float, spaced(tight, loose, count)[1:-1]), loose])
+        left = 4 * count * (FEWEST_TOGETHER if self.batch else 1) + 100
+        for _ in range(_ROUNDS):
+            new = [float(b) for a, c, parts in self._wide(tight, loose, count) for b in spaced(a, c, parts + 1)[1:-1]]
+            left -= len(new)
+            if not new or left < 0:
+                return not new
+            before = len(self.known)
+            self.all(new)
+            if len(self.known) == before:
+                return False
+        return False
+
+    def _wide(self, tight: float, loose: float, count: int) -> Iterator[tuple[float, float, int]]:
+        """Neighbouring bounds that are too far apart, and in how many parts to cut them."""
+        known = [(b, self.known[b]) for b in sorted(self.known) if tight <= b <= loose]
+        good = [(b, one) for b, one in known if one is not None]
+        parts_of = self._parts([one for _, one in good])
+        gaps = []
+        for index, ((a, _), (c, _)) in enumerate(pairwise(good)):
+            gap = float(np.abs(parts_of[index + 1] - parts_of[index]).sum())
+            if gap > 2.0 / (count - 1) and c - a > CLOSE * min(loose - tight, c):
+                gaps.append((a, c, min(int(np.ceil(gap * (count - 1) / 2.0)), 64)))
+        finer = -(-(FEWEST_TOGETHER + 1) // max(sum(parts - 1 for _, _, parts in gaps), 1)) if self.batch else 1
+        for a, c, parts in gaps:
+            yield a, c, max(parts, 2) * finer
+
+    def _parts(self, points: Sequence[Point]) -> FloatArray:
+        """Both quantities from their best (0) to their worst (1), (n, 2); by ratios where they span a factor 100."""
+        columns = []
+        for values in (np.array([self.loss(one) for one in points]), np.array([self.cost(one) for one in points])):
+            size, way = np.abs(values), np.sign(values.sum())
+            if size.min() > 0.0 and size.max() > RATIO * size.min():
+                values = way * np.log(size)
+            columns.append((values - values.min()) / (np.ptp(values) or 1.0))
+        return np.stack(columns, axis=-1)
+
+    def _thinned(self, points: list[Point], count: int) -> list[Point]:
+        """As few of the points as keep neighbours as near as they should be, both ends among them."""
+        along = np.abs(np.diff(self._parts(points), axis=0)).sum(axis=1).cumsum()
+        kept, last = [0], 0.0
+        for index in range(1, len(points) - 1):
+            if along[index] - last > 2.0 / (count - 1) * (1.0 + _SAME):
+                kept.append(index)
+                last = float(along[index - 1])
+        return [points[index] for index in (*kept, len(points) - 1)]
+
+    def _best(self) -> list[Point]:
+        """Points than which no other is better in one quantity and as good in the other, the best quantity first."""
+        good = [one for one in self.known.values() if one is not None and one.goal is not None]
+        good.sort(key=lambda one: (self.loss(one), self.cost(one)))
+        kept: list[Point] = []
+        for one in good:
+            if not kept or self.cost(one) < self.cost(kept[-1]) - 1e-12 * abs(self.cost(kept[-1])):
+                while kept and self.loss(one) <= self.loss(kept[-1]) * (1.0 + np.sign(self.loss(one)) * 1e-12):
+                    kept.pop()
+                kept.append(one)
+        return kept
+
+
+def weighs(point: Point) -> str:
+    """Limits that hold a point back."""
+    return ", ".join(name for name, one in point.margins.items() if abs(one) <= ACTIVE)
+
+
+__all__ = ["KNEE", "Tradeoff", "tradeoff", "weighs"]
