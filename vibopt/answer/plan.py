@@ -38,9 +38,9 @@ class DeferredMapping(Mapping[str, T]):
 
 
 class DeferredRows(Sequence[T]):
-    """A list of known length; `make` is called once, when one of its entries is looked at."""
+    """A list; `make` is called once, when one of its entries, or a length that is not known, is looked at."""
 
-    def __init__(self, length: int, make: Callable[[], Sequence[T]]) -> None:
+    def __init__(self, length: int | None, make: Callable[[], Sequence[T]]) -> None:
         self._length, self._make = length, make
 
     @cached_property
@@ -55,7 +55,13 @@ class DeferredRows(Sequence[T]):
         return self._made[place]
 
     def __len__(self) -> int:
-        return self._length
+        return len(self._made) if self._length is None else self._length
+
+    def __eq__(self, other: object) -> bool:
+        return self._made == tuple(other) if isinstance(other, (tuple, DeferredRows)) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._made)
 
     def __reduce__(self) -> Any:
         return tuple, (self._made,)
@@ -96,8 +102,8 @@ class PlaneAnswer:
         Of one weight that does the same at the greatest radius [kg; kg m for planes in unbalance; rad as counted].
     weights
         What is really fitted.
-    words
-        The same in plain words.
+    say
+        The same in plain words, made when they are looked at.
     """
 
     name: str
@@ -107,7 +113,12 @@ class PlaneAnswer:
     angle: Entry
     radius: Entry | None
     weights: tuple[Weight, ...]
-    words: str
+    say: Callable[[], str]
+
+    @property
+    def words(self) -> str:
+        """What is fitted, in plain words."""
+        return self.say()
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -270,7 +281,7 @@ class Plan:
 
     fittings: tuple[Fitting, ...] = ()
     conventions: tuple[str, ...] = ()
-    words: tuple[str, ...] = ()
+    words: Sequence[str] = ()
     remedies: tuple[Remedy, ...] = ()
     beside: tuple[Remedy, ...] = ()
     condition: float = 1.0

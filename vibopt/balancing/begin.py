@@ -165,7 +165,7 @@ def plan_of(
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=(_priced(job, fitting, shown),),
         limits=shown,
-        words=todo(job, fitting), gap=solved.gap, condition=found.number,
+        words=DeferredRows(None, lambda: todo(job, fitting)), gap=solved.gap, condition=found.number,
         remedies=ways,
         values={**quality_values(job, identified, u), **trims(job, fitting)},
         later=later,

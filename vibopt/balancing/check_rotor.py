@@ -54,6 +54,8 @@ def check_runs(
 def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
     """Runs at a speed at which there is none as found."""
     initial = {run.speed for run in measured.runs if run.is_initial}
+    if len(initial) == len(measured.speeds):
+        return False
     found = measured.speeds[min(initial)]
     wrong = [(path, run) for path, run in zip(measured.paths, measured.runs, strict=True) if run.speed not in initial]
     for path, run in wrong:
@@ -99,8 +101,7 @@ def _check_speed(
     """Whether the runs at a speed tell every plane apart; `told` are sets of weights that do."""
     if influence:
         _check_coefficients(speed, measured, planes, influence, mistakes)
-    runs = [run for run in measured.runs if run.speed == speed]
-    trials = [run for run in runs if not run.is_initial]
+    trials = [run for run in measured.runs if run.speed == speed and not run.is_initial]
     W: ComplexArray = np.array([run.weights for run in trials]).reshape(len(trials), len(planes))
     given = {plane for at, _, plane in influence if at == speed}
     weighed = (W != 0.0).any(axis=0).tolist()
@@ -108,19 +109,19 @@ def _check_speed(
     key = W.tobytes() + bytes(unknown)
     if not unknown or key in told:
         return
+    idle = [planes[index].name for index in unknown if not weighed[index]]
+    if len(trials) >= len(unknown) and not idle and _tells_apart(W[:, unknown]):
+        told.add(key)
+        return
     at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
     if len(trials) < len(unknown):
         mistakes.add(("runs",), _too_few(planes, unknown, trials, at))
-        return
-    idle = [planes[index].name for index in unknown if not weighed[index]]
-    if idle:
+    elif idle:
         mistakes.add(
             ("runs",),
             f"no run at {at} has a weight in plane {idle[0]}, so nothing is known of it. Add such a run, or write "
             f"keep = true in [planes.{idle[0]}].",
         )
-    elif _tells_apart(W[:, unknown]):
-        told.add(key)
     else:
         mistakes.add(("runs",), _same_weights(trials, W[:, unknown], unknown, at, planes))
 

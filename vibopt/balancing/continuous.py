@@ -241,32 +241,27 @@ RANK = 1e-13
 NOTHING = 1e-13  # residual that counts as nothing, as a share of the goal as found
 
 
-def least_squares(weighted: ComplexArray, constant: ComplexArray) -> tuple[ComplexArray, int]:
-    """The x of least norm |weighted x + constant|, and the rank.
+def least_squares(triangle: ComplexArray) -> tuple[ComplexArray, int]:
+    """The x of least norm |A x + b|, and the rank.
 
     Parameters
     ----------
-    weighted
-        Shape (n_readings, n_planes); columns are divided by their norms before the singular values are compared.
-    constant
-        Shape (n_readings,).
+    triangle
+        R of (A, b) = Q R, shape (n_rows, n_planes + 1); columns are divided by their norms before the singular values
+        are compared.
 
     Returns
     -------
     tuple
         x (n_planes,) and the rank; below full rank x is the solution of least Euclidean norm.
     """
-    norms = np.sqrt(
-        np.einsum("kp,kp->p", weighted.real, weighted.real) + np.einsum("kp,kp->p", weighted.imag, weighted.imag)
-    )
+    A = triangle[:, :-1]
+    norms = np.sqrt((A.real**2 + A.imag**2).sum(axis=0))
     norms[norms == 0] = 1.0
-    level = weighted / norms
-    if len(constant) > 4 * weighted.shape[1]:  # the same problem in n_planes + 1 rows
-        triangle: ComplexArray = np.asarray(np.linalg.qr(np.column_stack([level, constant]), mode="r"))
-        level, constant = triangle[:, :-1], triangle[:, -1]
-    solution, _, rank, _ = np.linalg.lstsq(level, -constant, rcond=RANK)
+    level = A / norms
+    solution, _, rank, _ = np.linalg.lstsq(level, -triangle[:, -1], rcond=RANK)
     x: ComplexArray = solution / norms
-    if rank < weighted.shape[1]:
+    if rank < A.shape[1]:
         _, _, right = np.linalg.svd(level, full_matrices=True)
         idle = right[rank:].conj().T / norms[:, None]
         x = x - idle @ np.linalg.lstsq(idle, x, rcond=None)[0]
@@ -285,7 +280,7 @@ def closed_form(question: Question) -> Solved | None:
         return None
     if question.goal != "rms" and question.n_readings > question.n_planes and np.isfinite(question.caps).any():
         return None  # more readings than planes and caps: something will be left
-    u, rank = least_squares(question.importance[:, None] * question.H, question.importance * question.y0)
+    u, rank = least_squares(question.triangle)
     bare = not question.sectors and not np.isfinite(question.total_cap) and np.all(np.isinf(question.limits))
     if not np.all(np.abs(u) <= question.caps) or not (bare or not breaks(replace(question, options=()), u, 0.0)):
         return None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import field
 from operator import itemgetter
 from pathlib import Path as FilePath
 from typing import Any
@@ -129,6 +130,8 @@ class Cells:
         In the speeds, in the other numbers.
     plain
         How rows of plain numbers are read in one piece; None where readings are texts.
+    known
+        Texts of weights and readings by their cells, as they were read before.
     """
 
     columns: Sequence[Column | None]
@@ -136,6 +139,7 @@ class Cells:
     sheet: Sheet
     thousands: tuple[bool, bool]
     plain: Plain | None = None
+    known: dict[Any, dict[str, str]] = field(default_factory=dict)
 
     def readings(self, rows: Sequence[Row]) -> Sequence[WrittenByName | None]:
         """Readings of all rows, where each is a plain number beside its angle; None each where cells are looked at."""
@@ -187,7 +191,15 @@ def run_of(
             parts.setdefault(column.name, {})[column.part] = (column, cell)
     run["_values"], run["_readings"] = {}, readings
     for name, part in parts.items():
-        run["_values"].update(_value(name, part, row, said, mistakes))
+        key = (name, *part.values())
+        if key not in said.known:  # most weights stand in several rows
+            before = len(mistakes.found)
+            value = _value(name, part, row, said, mistakes)
+            run["_values"].update(value)
+            if len(mistakes.found) == before:
+                said.known[key] = value
+        else:
+            run["_values"].update(said.known[key])
     if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):
         both = counted(len(cells), "cells"), counted(len(said.columns), "columns")
         mistakes.add(("runs", index), f"has {both[0]}, but the heading names {both[1]}.")

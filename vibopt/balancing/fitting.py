@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import pi, tau
 
 import numpy as np
@@ -59,7 +60,7 @@ def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | Non
         plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
         direction(angle),
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
-        _words(spoken, plane, action, weights),
+        partial(_words, spoken, plane, action, weights),
     )  # fmt: skip
 
 

@@ -179,8 +179,7 @@ class _Following:
         self.divisor = 1.0
         if question.goal == "rms":
             self.divisor = float(np.sqrt(len(g)))
-            both: ComplexArray = np.asarray(np.linalg.qr(np.column_stack([G, g]), mode="r"))
-            G, g = both[:, :-1], both[:, -1]
+            G, g = question.triangle[:, :-1] * (self.columns / self.size), question.triangle[:, -1] / self.size
         self.held_rows = np.flatnonzero(np.isfinite(limits).any(axis=0))
         M, k = question.H[self.held_rows] * self.columns / self.unit, question.y0[self.held_rows] / self.unit
         self.discs = Discs(G, g, M, k, question.goal == "worst")

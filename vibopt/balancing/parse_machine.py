@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf, isclose, radians
 from typing import Any, cast
 
@@ -100,7 +101,13 @@ def read_planes(
     document: Mapping[str, Any], mistakes: Mistakes, kind: type[PlaneTable] = PlaneTable
 ) -> tuple[Plane, ...] | None:
     """The planes in the order of the file, tables of one kind; None where one cannot be read."""
-    read = [_plane(name, table, kind, mistakes) for name, table in named_tables(document, "planes", mistakes).items()]
+    known: dict[str, Plane] = {}  # planes often say the same but for their names
+    read = []
+    for name, table in named_tables(document, "planes", mistakes).items():
+        alike = known.get(said := repr(table))
+        read.append(_plane(name, table, kind, mistakes) if alike is None else replace(alike, name=name))
+        if read[-1] is not None:
+            known[said] = read[-1]
     _check_stock([one for one in read if one is not None], mistakes)
     return None if None in read else tuple(cast(list[Plane], read))
 

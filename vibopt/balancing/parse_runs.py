@@ -106,7 +106,8 @@ def read_runs(
     _check_names(raws, [speed for speed, _ in speeds])
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
-    groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], [not one.any() for one in weights])
+    initial = [not any(one.tolist()) for one in weights]
+    groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], initial)
     near = {speed: [abs(one - speed) for one in groups] for speed, _ in dict.fromkeys(speeds)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
@@ -172,7 +173,7 @@ def _check_names(raws: Sequence[Raw], speeds: Sequence[float]) -> None:
         if raw.name is None:
             continue
         same = first.setdefault(raw.name, [])
-        other = next((one for one, its in same if same_speed(speed, its)), None)
+        other = next((one for one, its in same if same_speed(speed, its)), None) if same else None
         if other is not None:
             raw.mistakes.value(
                 (*raw.path, "name"), raw.name,

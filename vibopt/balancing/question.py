@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -109,6 +110,12 @@ class Question:
     def densities(self) -> FloatArray:
         """Mass per unbalance [1/m], shape (n_planes,)."""
         return self.mass_per_unbalance if len(self.mass_per_unbalance) else np.ones(self.n_planes)
+
+    @cached_property
+    def triangle(self) -> ComplexArray:
+        """R of (importance H, importance y0) = Q R: all that least squares and condition numbers see of the rows."""
+        rows = np.column_stack([self.importance[:, None] * self.H, self.importance * self.y0])
+        return np.asarray(np.linalg.qr(rows, mode="r"))
 
     def chosen_only(self, chosen: Sequence[int]) -> Question:
         """The same with only the options of an answer in the lists, so that `masses` knows which one was taken."""

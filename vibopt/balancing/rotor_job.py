@@ -83,7 +83,7 @@ class Run:
     @cached_property
     def is_initial(self) -> bool:
         """Whether nothing is fitted."""
-        return not self.weights.any()
+        return not any(self.weights.tolist())
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,8 +85,7 @@ def scaled(question: Question) -> Scaled:
     greatest = np.maximum(np.abs(G).max(axis=0, initial=0.0), np.abs(F).max(axis=0, initial=0.0))
     column = 1.0 / np.where(greatest > 0, greatest, 1.0)
     if question.goal == "rms" and len(g) > question.n_planes + 1:
-        both: ComplexArray = np.asarray(np.linalg.qr(np.column_stack([G * column, g]), mode="r"))
-        rows, constants = both[:, :-1], both[:, -1]
+        rows, constants = question.triangle[:, :-1] * (column / size), question.triangle[:, -1] / size
     else:
         rows, constants = G * column, g
     mass = question.densities * column

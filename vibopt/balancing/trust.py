@@ -209,20 +209,20 @@ class Conditioning:
 
 def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     """Condition number over the `free` planes, and which of them are to be confused."""
-    A = question.importance[:, None] * question.H[:, list(free)]
+    A = question.triangle[:, list(free)]
     size = np.linalg.norm(A, axis=0)
     most = float(size.max(initial=0.0))
     felt = np.flatnonzero(size > 1e-12 * most).tolist()
     idle = tuple(plane for column, plane in enumerate(free) if column not in felt)
     if len(felt) < 2:
         return Conditioning(1.0, (), idle)
-    triangle = np.linalg.qr(A[:, felt] / size[felt], mode="r")
-    values = np.linalg.svd(triangle, compute_uv=False)
+    level = A[:, felt] / size[felt]
+    values = np.linalg.svd(level, compute_uv=False)
     if len(values) < len(felt):
         values = np.append(values, np.zeros(len(felt) - len(values)))
     number = float(values[0] / values[-1]) if values[-1] > 1e-16 * values[0] else float("inf")
     if number < NEAR:
         return Conditioning(number, (), idle)
-    weak = np.abs(np.linalg.svd(triangle)[2][-1])
+    weak = np.abs(np.linalg.svd(level)[2][-1])
     near = tuple(free[felt[column]] for column in np.flatnonzero(weak > 0.3 * weak.max()))
     return Conditioning(number, near if number >= ALIKE else (), idle, near)

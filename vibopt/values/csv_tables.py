@@ -42,9 +42,10 @@ def sheet_of(file: FilePath) -> Sheet:
     InputError
         It is not there, too large, or no table.
     """
-    lines = text_of(file).rstrip().splitlines()
+    text = text_of(file).rstrip()
+    lines = text.splitlines()
     offset = 1 if lines and lines[0].lower().startswith("sep=") else 0
-    if sum(line.count('"') for line in lines) % 2:
+    if text.count('"') % 2:
         row = next(number for number, line in enumerate(lines, start=1) if line.count('"') % 2)
         raise InputError(f"{file.name} row {row} has a quotation mark that is never closed. Close it, or remove it.")
     sign = (lines[0][4:5] if offset else separator(lines[0] if lines else "")) or ";"
