@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from vibopt.scene.read import from_text as from_text
     from vibopt.scene.scene import Scene as Scene
     from vibopt.study.explain import explain as explain
+    from vibopt.study.prices import prices as prices
     from vibopt.study.sweep import sweep as sweep
     from vibopt.study.tradeoff import tradeoff as tradeoff
     from vibopt.study.variants import compare as compare
@@ -59,6 +60,7 @@ _HOMES = {
     "vibopt.scene.scene": ("Scene",),
     "vibopt.document.toml_writing": ("to_toml", "write"),
     "vibopt.study.explain": ("explain",),
+    "vibopt.study.prices": ("prices",),
     "vibopt.study.sweep": ("sweep",),
     "vibopt.study.tradeoff": ("tradeoff",),
     "vibopt.study.variants": ("compare",),

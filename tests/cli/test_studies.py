@@ -194,3 +194,29 @@ def test_long_names_leave_room_for_the_numbers_beside_them(run: Run, press: str,
     done = run("whatif", str(file), "--set", "bodies.press.mass=301 kg", "--keep-design")
     for words in ("6957 kN/m   at once", "9909 N s/m  at once", "excitations.press.speed", "300 kg "):
         assert words in done.out
+
+
+def test_whatif_without_a_change_ranks_what_to_argue_about(run: Run, press: str) -> None:
+    said = run("whatif", press).out
+    lines = said.splitlines()
+    assert lines[1].startswith("Argue about floor_force first: 10 kN pk -> 11 kN pk buys 9 % (stiffness")
+    assert "What to argue about: stiffness is 6957 kN/m\n  Number " in said
+    assert "How far that goes on, and what takes over\n" in said
+    assert "from 6.351 kN pk (no design beyond) to 30 kN pk (links.mount.damping at its highest takes over and" in (
+        " ".join(said.split())
+    )
+    assert "\nNotes" not in said  # nothing was left out
+    data = run("whatif", press, "--json").data
+    assert data["status"] == "optimal"
+    assert data["measure"] == "stiffness"
+    assert {one["sort"] for one in data["rows"]} == {"limit", "fact"}
+    assert all(len(one["ways"]) == 2 for one in data["rows"])
+
+
+def test_what_does_not_go_with_a_table_of_prices_is_refused(run: Run, press: str) -> None:
+    kept = run("whatif", press, "--keep-design")
+    assert kept.code == 2
+    assert "--keep-design and --round go with --set. Name a change: --set PATH=VALUE." in kept.err
+    both = run("whatif", press, "--thorough", "--set", "bodies.press.mass=310 kg")
+    assert both.code == 2
+    assert "--thorough goes without --set: two answers are all there is. Leave one of them out." in both.err

@@ -59,9 +59,12 @@ def test_a_price_that_is_left_out_for_its_work_is_named_with_the_option_that_com
 def test_where_a_limit_stops_to_matter_is_left_out_in_words_and_computed_when_asked(
     monkeypatch: pytest.MonkeyPatch, run: Run, press: str
 ) -> None:
-    monkeypatch.setattr(prices, "QUICK", 0.0)
-    left = "Where floor_force, start_up would stop to matter was not looked for: some fifty answers each."
-    assert left in " ".join(run("explain", press).out.split())
+    few = 80.0  # nominal ms: the steps, and no range
+    monkeypatch.setattr(prices, "OF_LIMITS", few)
+    left = "was not looked for: some fifty answers each. `vibopt whatif FILE --thorough` computes all."
+    said = " ".join(run("explain", press).out.split())
+    assert "How far the prices of limits." in said
+    assert left in said
     said = " ".join(run("explain", press, "--thorough").out.split())
     assert left not in said
     assert "nothing more to gain beyond" in said

@@ -57,7 +57,16 @@ PARTS = {
     "entries": named({"anyOf": [ref("entry"), ref("entries")]}),
     "goal": table({"name": TEXT, "sense": {"enum": ["minimise", "maximise"]}, **_NUMBER}),
     "price": table(
-        {"words": TEXT, **dict.fromkeys(("loosened", "goal", "until"), maybe(ref("number")))}, {"rate": NUMBER}
+        {"words": TEXT, **dict.fromkeys(("loosened", "goal", "until"), maybe(ref("number")))},
+        {"rate": NUMBER, "ways": {"type": "array", "items": ref("way")}},
+    ),
+    "way": table(
+        {
+            "value": ref("number"),
+            "change": maybe(NUMBER),
+            **dict.fromkeys(("status", "then", "beyond"), TEXT),
+            **dict.fromkeys(("goal", "until", "there", "ends", "far"), maybe(ref("number"))),
+        }
     ),
     "limit": table({**_ROW, **_LIMIT}, _SCATTER),
     "measure": table(_ROW, _SCATTER),

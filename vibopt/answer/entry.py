@@ -133,6 +133,40 @@ class Chosen:
 
 
 @dataclass(frozen=True, slots=True)
+class Way:
+    """One way from a number of the file: what a sensible step does, how far that goes on, and what then.
+
+    value, status, goal
+        After a step: the number, the status of the answer, and what was made best; None without a design.
+    change
+        Part of the goal by which that is better, negative where worse; of an analysis, of the margin, the difference.
+    until, there, then
+        The last number at which the same limits hold the answer back, what was made best there, and what takes over
+        behind it, in words.  None, None and "" where that was not looked for, or is further than was looked.
+    ends, beyond
+        The number from which on more of it changes nothing, or behind which there is no design, and which of the two.
+    far
+        As far as was looked; None where it was not.
+    """
+
+    value: Entry
+    status: str
+    goal: Entry | None = None
+    change: float | None = None
+    until: Entry | None = None
+    there: Entry | None = None
+    then: str = ""
+    ends: Entry | None = None
+    beyond: str = ""
+    far: Entry | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Every field."""
+        names = ("value", "status", "goal", "change", "until", "there", "then", "ends", "beyond", "far")
+        return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True, slots=True)
 class Price:
     """What a loosened limit buys, checked by solving again.
 
@@ -146,6 +180,8 @@ class Price:
         The bound beyond which loosening buys nothing more; None when there is no such point.
     rate
         What the goal falls by per unit of the bound [SI]; None where it was not found out.
+    ways
+        What another bound does, downward and upward, and how far that goes; empty where it was not looked for.
     """
 
     words: str
@@ -153,11 +189,13 @@ class Price:
     goal: Entry | None = None
     until: Entry | None = None
     rate: float | None = None
+    ways: tuple[Way, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Every field; the rate only where it is known."""
+        """Every field; the rate and both ways only where they are known."""
         said = {"words": self.words, "loosened": self.loosened, "goal": self.goal, "until": self.until}
-        return said if self.rate is None else {**said, "rate": self.rate}
+        known = {} if self.rate is None else {"rate": self.rate}
+        return {**said, **known, **({"ways": list(self.ways)} if self.ways else {})}
 
 
 @dataclass(frozen=True, slots=True)

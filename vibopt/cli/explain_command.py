@@ -36,7 +36,8 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
         result = explained(job, method=method, progress=bar, thorough=thorough)
     if as_json:
         reasons = {"model": result.model, "methods": result.methods, "limits": result.limits}
-        extra = {} if result.absorbers is None else {"absorbers": result.absorbers}
+        extra: dict[str, object] = {} if result.absorbers is None else {"absorbers": result.absorbers}
+        extra |= {} if result.prices is None else {"prices": result.prices.to_json()}
         say_json({"status": result.answer.status, **reasons, **extra, "design": result.answer.to_json()})
     else:
         from vibopt.answer.text import rendered
@@ -60,6 +61,8 @@ def _tell(job: Job, result: Explanation, console: Console) -> None:
     section(console, "Method", grid(methods, whole=(0,)))
     if result.limits:
         section(console, "Limits", grid([(one.name, one.words) for one in result.limits], whole=(0,)))
+    if result.prices is not None and result.prices.now is not None and result.prices.rows:
+        paragraph(console, f"{result.prices.first} What each fact buys: vibopt whatif FILE.")
     if result.absorbers is not None:
         for title, rows in result.absorbers.blocks:
             section(console, title, grid(rows, whole=(0,)))

@@ -9,6 +9,7 @@ import click
 from vibopt.cli import completing
 from vibopt.cli.options import Once, anew, as_json, changes_of, file, keep_design, limited, read_job, rounding
 from vibopt.cli.output import colour, say, say_json, width
+from vibopt.errors import InputError
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -27,25 +28,33 @@ if TYPE_CHECKING:
     "changes",
     metavar="PATH=VALUE",
     multiple=True,
-    required=True,
     shell_complete=completing.changes,
     help="A change; may be repeated.",
 )
 @keep_design
 @rounding
+@click.option("--thorough", is_flag=True, help="Without --set: every number, whatever the work.")
 @limited
 @anew
 @as_json
-def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tuple[str, ...], as_json: bool) -> int:
+def whatif(
+    file: str, changes: tuple[str, ...], keep_design: bool, rounding: tuple[str, ...], thorough: bool, as_json: bool
+) -> int:
     """Change facts or limits, and see the old answer beside the new.
 
-    With --keep-design the old design stays: which limits break under the changes, and how far each fact
-    may go; with --round it stays with rounded values.  Exit code: that of the new answer.
+    Without --set: what to argue about, every limit and fact ranked by what a step of it buys, both ways, over
+    which range, and what takes over then.  With --keep-design the old design stays: which limits break under
+    the changes, and how far each fact may go; with --round it stays with rounded values.  Exit code: that of
+    the new answer.
     """
     from vibopt.cli.progress import Bar
     from vibopt.study.whatif import whatif as compare
 
     job = read_job(file)
+    if not changes:
+        return _ranked(job, thorough, as_json, kept=keep_design or bool(rounding))
+    if thorough:
+        raise InputError("--thorough goes without --set: two answers are all there is. Leave one of them out.")
     new = changes_of(changes)
     with Bar() as bar:
         result = compare(job, new, keep_design=keep_design, rounding=rounding, progress=bar)
@@ -56,6 +65,34 @@ def whatif(file: str, changes: tuple[str, ...], keep_design: bool, rounding: tup
 
         say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
     return result.after.exit_code
+
+
+def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
+    """What each number of the file buys or costs, what to argue about first on top."""
+    from vibopt.answer.text import grid, rendered, section
+    from vibopt.cli.progress import Bar
+    from vibopt.study.price_words import HEADS, range_rows, rows_of
+    from vibopt.study.prices import prices
+
+    if kept:
+        raise InputError("--keep-design and --round go with --set. Name a change: --set PATH=VALUE.")
+    with Bar() as bar:
+        found = prices(job, thorough=thorough, progress=bar)
+    if as_json:
+        say_json({"status": found.found.status, **found.to_json()})
+        return found.found.exit_code
+
+    def tell(console: Console) -> None:
+        console.print(job.title, style="bold")
+        console.print(found.first)
+        title = f"What to argue about: {found.measure} is {found.shown}"
+        section(console, title, grid(rows_of(found), HEADS, whole=(1, 2, 3)))
+        section(console, "How far that goes on, and what takes over", grid(range_rows(found)))
+        if found.notes:
+            section(console, "Notes", grid([(one,) for one in found.notes]))
+
+    say(rendered(tell, width=width(), colour=colour()))
+    return found.found.exit_code
 
 
 def _parts(result: WhatIf) -> dict[str, Any]:

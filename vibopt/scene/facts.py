@@ -15,6 +15,7 @@ from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
 from vibopt.values.directions import AXES
 from vibopt.values.fact_at import FactAt, fact_among
+from vibopt.values.tolerance import read_tolerance
 
 _PLACES = ("centre", "at")
 _SIDES = ("box",)
@@ -51,6 +52,10 @@ def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
         if found is not None:
             yield found
         yield from _ends(here, table, key)
+        wide = given.get(key) if key == "tolerance" and isinstance(given, Mapping) else None
+        wide = said["tolerance"] if isinstance(said, Mapping) and "tolerance" in said else wide
+        if wide is not None:
+            yield FactAt(here if key == "tolerance" else f"{here}.tolerance", read_tolerance(wide), "%", "ratio")
 
 
 def _entry(given: Any, index: int) -> Any:
@@ -73,12 +78,12 @@ def _lengths(path: str, given: Any, *, signed: bool) -> Iterator[FactAt]:
 
 
 def _ends(path: str, table: Table, key: str) -> Iterator[FactAt]:
-    """The two ends of a rating, and of a range of own speeds."""
+    """The two ends of a rating, of a range of own speeds, and of one that natural frequencies keep out of."""
     value = getattr(table, key)
     rated = getattr(value, "rated", None)
     if rated is not None:
         ends, words, unit, dimension = rated, ("least", "most"), value.most.unit, "force"
-    elif isinstance(value, SpeedRange) and isinstance(table, Excitation) and key == "speed" and _is_band(value):
+    elif isinstance(value, SpeedRange) and _is_varied(table, key) and _is_band(value):
         band = value.bands[0]
         ends, words, unit, dimension = (band.low, band.high), ("lowest", "highest"), value.unit, value.dimension
     else:
@@ -87,6 +92,11 @@ def _ends(path: str, table: Table, key: str) -> Iterator[FactAt]:
     arounds = ("{}.." + texts[1], texts[0] + "..{}")
     for word, end, around in zip(words, ends, arounds, strict=True):
         yield FactAt(f"{path}.{word}", end, unit, dimension, place=path, around=around)
+
+
+def _is_varied(table: Table, key: str) -> bool:
+    """Whether the ends of a range of speeds are facts: own speeds, and what natural frequencies keep out of."""
+    return key == "speed" if isinstance(table, Excitation) else key == "outside" and isinstance(table, Response)
 
 
 def _is_band(value: SpeedRange) -> bool:

@@ -19,7 +19,8 @@ from vibopt.solve.nlp import blind
 from vibopt.solve.ranges import closed
 from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.nearest import with_nearest
-from vibopt.study.prices import priced
+from vibopt.study.price_words import range_words
+from vibopt.study.prices import Prices, priced, prices_of_limits, with_prices
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -58,6 +59,8 @@ class Explanation(Tabular):
         What each limit does to the design.
     absorbers
         What to build, how exactly, and what happens without it; None where there are none.
+    prices
+        What each limit and cap buys or costs, both ways; None where there is none, or no goal to count in.
     """
 
     answer: Answer[Any]
@@ -65,6 +68,7 @@ class Explanation(Tabular):
     methods: tuple[Considered, ...]
     limits: tuple[Said, ...]
     absorbers: Absorbers | None = None
+    prices: Prices | None = None
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each reason: of the model, of each method considered, of each limit."""
@@ -97,25 +101,40 @@ def explain(
     if not is_scene(job):
         return _balancing(job, method, thorough)
     design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
-    design = priced(with_nearest(design, thorough=thorough), until=True, thorough=thorough)
+    design = with_nearest(design, thorough=thorough)
+    every = prices_of_limits(design, thorough=thorough)
+    design = priced(design) if every is None else with_prices(design, every)
     program = pose(design.scene)
     return Explanation(
         design,
         tuple(_model(design, program)),
         tuple(_methods(design, program, method)),
-        tuple(Said(name, _limit(design, name)) for name in design.limits),
+        tuple(Said(name, f"{_limit(design, name)}{_ranged(every, one.name)}") for name, one in design.limits.items()),
         study_absorbers(design, thorough=thorough),
+        every,
     )
 
 
 def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explanation:
     """What a balancing job is modelled by, the methods it could have, and what its limits cost."""
     found = balanced(job, thorough=thorough) if method is None else answer(job, method=method)
-    limits = tuple(Said(name, _row(one)) for name, one in found.limits.items())
-    caps = tuple(Said(path, f"ACTIVE, {one.words}") for path, one in found.prices.items())
+    every = prices_of_limits(found, thorough=thorough)
+    limits = tuple(Said(name, f"{_row(one)}{_ranged(every, name)}") for name, one in found.limits.items())
+    caps = tuple(Said(path, f"ACTIVE, {one.words}{_ranged(every, path)}") for path, one in found.prices.items())
     model, methods = reasons(job, found)
     said, considered = tuple(Said(*one) for one in model), tuple(Considered(*one) for one in methods)
-    return Explanation(found, said, considered, (*limits, *caps))
+    return Explanation(found, said, considered, (*limits, *caps), None, every)
+
+
+def _ranged(every: Prices | None, name: str) -> str:
+    """How far the price of a limit, or a cap, goes on: behind what is said of it already."""
+    rows = [] if every is None else [one for one in every.rows if name in (one.name, one.path.rpartition(".")[0])]
+    known = [
+        range_words(one.now, one.ways, gain=False)
+        for one in rows
+        if one.ranged and one.path.rpartition(".")[2] != "from"
+    ]
+    return "".join(f"; {words}" for words in known if words)
 
 
 def _row(one: Checked) -> str:

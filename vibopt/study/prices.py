@@ -1,29 +1,381 @@
-"""What a limit costs: the scene solved again with it loosened, and without it."""
+"""What every number of a file buys or costs, each way: by how much, over which range, and what takes over then.
+
+One service for every kind of job: limits, caps, ratings, counts of holes and facts are moved in the file, and the whole
+job is answered again.
+"""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.entry import Checked, Entry, Price
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Checked, Entry, Price, Way
+from vibopt.answer.tabular import Tabular
+from vibopt.errors import InputError, UnknownName
+from vibopt.jobs import answer, facts, is_scene, noun_of
+from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
-from vibopt.responses import Response
-from vibopt.scene.facts import FactAt, fact_at
-from vibopt.scene.read import from_dict, with_changes
-from vibopt.scene.scene import Design, Scene
-from vibopt.solve import solve
-from vibopt.units import read_quantity, to_unit
-from vibopt.verify.checked import shown_value
+from vibopt.scene.scene import Design
+from vibopt.solve.method import Progress
+from vibopt.study.holding import LEAST_WORK, Road, SpentError, State, measured_by, state_of
+from vibopt.study.one_way import Along, Axis, axis_of, complement_of
+from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
+from vibopt.study.seen import reason
+from vibopt.study.thresholds import extent_of
+from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
-QUICK = 100.0
-"""The same for the bound where a limit stops to matter, which takes some fifty answers."""
+ALLOWANCE = 20_000.0
+"""Work that a table of prices may take [nominal ms] where not all is asked for."""
+OF_LIMITS = 2_000.0
+"""The same for the limits alone, beside an answer."""
+_A_RANGE = 50
+"""Answers that both ranges of a number take, one by one."""
+_READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
+"""What was measured of a rotor: data, and nothing to argue about."""
 
-STEP = 0.1
-"""A sensible step: a tenth of the bound."""
-_NEAR = 0.05
-"""Part of the step by which rounding may change it."""
+
+@dataclass(frozen=True, slots=True)
+class Ranked:
+    """A number of the file and what moving it does.
+
+    sort
+        "limit", "cap" (the end of a range that is chosen from), or "fact".
+    now
+        As it is.
+    ways
+        Downward and upward, as far as they were looked at.
+    why
+        Why there is none, or no range; "" where both are there.
+    """
+
+    path: str
+    sort: str
+    now: Entry
+    ways: tuple[Way, ...] = ()
+    why: str = ""
+
+    @property
+    def name(self) -> str:
+        """As it is spoken of: a limit by its name."""
+        steps = self.path.split(".")
+        return steps[1] if self.sort == LIMITS and len(steps) == 3 else self.path
+
+    @property
+    def best(self) -> Way | None:
+        """The way that helps most, or hurts least; None where neither has a design."""
+        known = [one for one in self.ways if one.change is not None]
+        return max(known, key=lambda one: one.change or 0.0, default=None)
+
+    @property
+    def gain(self) -> float:
+        """Part of the goal that a sensible step buys, 0 where it buys nothing."""
+        best = self.best
+        return max((best.change or 0.0) if best is not None else 0.0, 0.0)
+
+    @property
+    def weight(self) -> tuple[float, float]:
+        """By which numbers are ranked: what a step buys, then what one may cost."""
+        return self.gain, max((abs(one.change or 0.0) for one in self.ways), default=-1.0)
+
+    @property
+    def ranged(self) -> bool:
+        """Whether its ranges were looked for."""
+        return bool(self.ways) and all(one.far is not None or one.until is not None for one in self.ways)
+
+    def to_json(self) -> dict[str, Any]:
+        """Every field, the gain and the name too."""
+        said = {name: getattr(self, name) for name in ("path", "name", "sort", "now", "gain", "why")}
+        return {**said, "ways": list(self.ways)}
+
+
+@dataclass(frozen=True)
+class Prices(Tabular):
+    """What each number of a job buys or costs, the one to argue about first on top.
+
+    measure, now
+        What a price is counted in, and what it is: the goal, or of an analysis the least margin of its limits.
+    rows
+        Ranked; those that were not computed come last, and say why.
+    notes
+        What was left out, and how to get it.
+    """
+
+    job: Job
+    found: Answer[Any]
+    measure: str
+    now: Entry | None
+    rows: tuple[Ranked, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def shown(self) -> str:
+        """What a price is counted in, as it is."""
+        return self.now.shown if self.now is not None else ""
+
+    @property
+    def first(self) -> str:
+        """What to argue about first, as a sentence."""
+        return first_words(self)
+
+    def find(self, path: str) -> Ranked:
+        """The row of a number; UnknownName where there is none."""
+        found = next((one for one in self.rows if one.path == path), None)
+        if found is None:
+            raise UnknownName.among("number", path, [one.path for one in self.rows])
+        return found
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each way of each number, ranked: the number in SI and as shown, what a step and the range do."""
+        return [_row(rank, one, way) for rank, one in enumerate(self.rows, 1) for way in (one.ways or (None,))]
+
+    def heading(self) -> tuple[str, ...]:
+        """Title, and what to argue about first."""
+        return self.job.title, self.first, *self.notes
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain data."""
+        from vibopt.answer.jsonable import plain as as_plain
+
+        keys = ("measure", "now", "first", "notes", "rows")
+        said: dict[str, Any] = as_plain({key: getattr(self, key) for key in keys})
+        return said
+
+
+def _row(rank: int, one: Ranked, way: Way | None) -> dict[str, Any]:
+    def number(entry: Entry | None) -> float | None:
+        return None if entry is None else entry.value
+
+    blank = way or Way(one.now, "")
+    return {
+        "rank": rank, "path": one.path, "sort": one.sort, "unit": one.now.si, "now": one.now.value,
+        "now_shown": one.now.shown, "step": None if way is None else blank.value.value,
+        "step_shown": None if way is None else blank.value.shown, "status": blank.status, "goal": number(blank.goal),
+        "change": blank.change, "until": number(blank.until), "goal_until": number(blank.there), "then": blank.then,
+        "ends": number(blank.ends), "beyond": blank.beyond, "why": one.why,
+    }  # fmt: skip
+
+
+def prices(
+    job: Job,
+    *,
+    found: Answer[Any] | None = None,
+    only: Collection[str] | None = None,
+    thorough: bool = False,
+    most: float = ALLOWANCE,
+    progress: Progress | None = None,
+) -> Prices:
+    """What each number of a job buys or costs both ways, over which range, and what takes over behind it.
+
+    Parameters
+    ----------
+    job
+        Of any kind, with a goal, or limits to be measured by.
+    found
+        Its answer, where it is known.
+    only
+        Paths to look at; None for all.
+    thorough
+        Whatever the work.
+    most
+        Work [nominal ms] after which the rest is named as not computed.
+    progress
+        Called with a stage and the part that is done.
+
+    Raises
+    ------
+    InputError
+        A job that answers with a set, that has nothing to count a price in, or that has no design; a path of `only`
+        that the file does not have.
+    """
+    found = answer(job, explain=False) if found is None else found
+    measure, sense = measured_by(job)
+    refused = _refusal(job, found, measure)
+    if refused:
+        raise InputError(f"{job.name}: {refused}")
+    asked, read = _asked(found)
+    if only is not None:
+        unknown = sorted(set(only) - {one.path for one, _ in asked})
+        if unknown:
+            raise UnknownName.among("number", unknown[0], [one.path for one, _ in asked])
+        asked = [(one, sort) for one, sort in asked if one.path in only]
+    purse = _Purse(found, sense, float("inf") if thorough else most)
+    rows = [purse.priced(fact, sort, progress, k / max(2 * len(asked), 1)) for k, (fact, sort) in enumerate(asked)]
+    ranked = sorted(range(len(rows)), key=lambda k: (*(-one for one in rows[k].weight), k))
+    for place, k in enumerate(ranked):
+        rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
+    notes = [*_left(rows), *([_data(job, read)] if read and only is None else [])]
+    return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
+
+
+def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
+    """Why a job has no prices; "" where it has."""
+    if is_scene(job) and job.find_all is not None:
+        return (
+            f"find_all answers with {job.finds}, and a price is counted in a goal. Set a goal, or see how the set "
+            "moves with vibopt whatif FILE --set PATH=VALUE."
+        )
+    if not measure:
+        return "there is neither a goal nor a limit, so nothing to count a price in. Add one of them."
+    if found.goal is None and found.status not in ("met", "violated"):
+        why = reason(found) or found.claim
+        return f"there is no design whose price could be told: {found.status}. {why[:1].upper()}{why[1:]}".rstrip()
+    return ""
+
+
+def _asked(found: Answer[Any]) -> tuple[list[tuple[FactAt, str]], int]:
+    """Numbers in the order in which they are looked at, and how many of them are measured data."""
+    job = _job(found)
+    known, read = [], 0
+    for fact in facts(job):
+        if fact.path.split(".")[0] in _READ:
+            read += 1
+            continue
+        limit = fact.path.startswith("limits.")
+        known.append((fact, LIMITS if limit else CAPS if _is_cap(fact.path) else FACTS))
+    known += [(one, CAPS) for one in _ends_of(found)]
+    active = {name for name, one in found.limits.items() if one.active}
+    order = {LIMITS: 1, CAPS: 2, FACTS: 3}
+    return sorted(known, key=lambda one: 0 if _is_of(one[0].path, active, found) else order[one[1]]), read
+
+
+def _is_of(path: str, active: Collection[str], found: Answer[Any]) -> bool:
+    steps = path.split(".")
+    return steps[0] == "limits" and any(found.limits[key].name == steps[1] for key in active)
+
+
+def _is_cap(path: str) -> bool:
+    return path.rpartition(".")[2] in ("to", "from", "most", "least", "holes", "most_weights", "stock", "deepest")
+
+
+def _job(found: Answer[Any]) -> Job:
+    """The job as it was asked, with the places open that were."""
+    job: Job = found.job
+    return (job.asked or job) if is_scene(job) else job
+
+
+def _ends_of(found: Answer[Any]) -> Iterator[FactAt]:
+    """Ends of ranges of a machine on which a chosen value rests."""
+    job = _job(found)
+    if not is_scene(job):
+        return
+    from vibopt.document.toml_reading import inside
+
+    for one in job.variables:
+        end = found.variables[one.path].at_bound if one.path in found.variables else ""
+        given = inside(job.document, one.path) if end else None
+        if isinstance(given, dict) and end in given:
+            value = one.high if end == "to" else one.low
+            yield FactAt(f"{one.path}.{end}", value, one.unit, one.dimension)
+
+
+class _Purse:
+    """Prices one after the other, from one allowance of work [nominal ms]."""
+
+    def __init__(self, found: Answer[Any], sense: int, most: float) -> None:
+        self.found, self.sense, self.most = found, sense, most
+        self.job = _job(found)
+        self.each = max(found.work, LEAST_WORK)
+        self.extent = extent_of(list(facts(self.job))) if is_scene(self.job) else _length(self.job)
+        self.roads: dict[str, Along] = {}
+
+    @property
+    def here(self) -> State:
+        """What holds the answer back as it is."""
+        return state_of(self.job, self.found, 0.0)
+
+    @property
+    def spent(self) -> float:
+        """Work done [nominal ms]."""
+        return sum(one.road.work for one in self.roads.values())
+
+    def _may(self, answers: int) -> bool:
+        return self.spent + answers * self.each <= self.most
+
+    def priced(self, fact: FactAt, sort: str, progress: Progress | None, part: float) -> Ranked:
+        """What a sensible step each way does."""
+        now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
+        axis = axis_of(fact, self.extent, complement=complement_of(self.job, fact.path))
+        if axis is None:
+            return Ranked(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
+        if not self._may(2):
+            return Ranked(fact.path, sort, now, why="left out because of the work")
+        if progress is not None:
+            progress("what a step buys", part)
+        along = self._along(fact, axis)
+        try:
+            ways = [along.stepped(way) for way in (-1, 1) if axis.step(way) != fact.value]
+        except SpentError:
+            return Ranked(fact.path, sort, now, why="left out because of the work")
+        return Ranked(fact.path, sort, now, tuple(ways))
+
+    def ranged(self, fact: FactAt, row: Ranked, progress: Progress | None, part: float) -> Ranked:
+        """The same row with how far each way goes on."""
+        along = self.roads.get(row.path)
+        if along is None:
+            return row
+        if not along.road.together and not self._may(_A_RANGE):
+            return replace(row, why="its range was left out because of the work")
+        if progress is not None:
+            progress("how far that goes on", part)
+        try:
+            ways = [along.ranged(way, -1 if way.value.value < fact.value else 1) for way in row.ways]
+        except SpentError:
+            return replace(row, why="its range was left out because of the work")
+        return replace(row, ways=tuple(ways))
+
+    def _along(self, fact: FactAt, axis: Axis) -> Along:
+        near = self.found.x if is_scene(self.job) and self.job is self.found.job else None
+        road = Road(self.job, fact, near, lambda: self.spent <= self.most)
+        here = replace(self.here, value=fact.value)
+        road.known[fact.value] = here
+        key, loose = self._key(fact.path)
+        along = Along(road, axis, here, self.sense, key, loose, lambda state: state.worst.get(key))
+        self.roads[fact.path] = along
+        return along
+
+    def _key(self, path: str) -> tuple[str, int]:
+        """What a number is called among the things that hold the answer back, and the way in which it is loosened."""
+        steps = path.split(".")
+        if steps[0] == "limits":
+            rows = {key: one for key, one in self.found.limits.items() if one.name == steps[1]}
+            key = next((key for key, one in rows.items() if one.side == steps[2]), next(iter(rows), steps[1]))
+            ways = {"at_most": 1, "at_least": -1, "lowest": 1, "highest": -1}
+            return key, ways.get(steps[-1], 0)
+        if steps[-1] in ("to", "from"):
+            end = "highest" if steps[-1] == "to" else "lowest"
+            return f"{path.rpartition('.')[0]} at its {end}", 1 if steps[-1] == "to" else -1
+        return "", 0
+
+
+def _length(job: Job) -> float:
+    """How far apart the places along a shaft are [m]."""
+    places = [one.value for one in facts(job) if one.path.endswith(".at") and one.dimension == "length"]
+    return (max(places) - min(places) if places else 0.0) or 1.0
+
+
+def _left(rows: list[Ranked]) -> Iterator[str]:
+    """What was left out because of the work, and what computes it."""
+    steps = [one.path for one in rows if one.why.startswith("left out")]
+    ranges = [one.path for one in rows if one.why.startswith("its range")]
+    way = "`vibopt whatif FILE --thorough` computes all."
+    if steps:
+        yield f"No price was computed for {', '.join(steps)}: each takes answers of its own. {way}"
+    if ranges:
+        yield f"How far the prices of {', '.join(ranges)} go on was not looked for: some fifty answers each. {way}"
+
+
+def _data(job: Job, read: int) -> str:
+    return (
+        f"{read} numbers that were measured have no price: they are data of {noun_of(job)}. What another reading would "
+        "do: vibopt sweep FILE --vary PATH=RANGE."
+    )
 
 
 def priced(design: Design, *, until: bool = False, thorough: bool = False) -> Design:
@@ -34,115 +386,74 @@ def priced(design: Design, *, until: bool = False, thorough: bool = False) -> De
     design
         An answer with a goal.
     until
-        Look as well for the bound beyond which loosening buys nothing more (some fifty solutions per limit).
+        Look both ways, for the range of each, and for the bound beyond which loosening buys nothing more.
     thorough
         Whatever the work; without it the answer says what was left out.
     """
     if design.goal is None or design.status not in ("optimal", "feasible"):
         return design
-    asked = [key for key, row in design.limits.items() if _has_price(design, row)]
+    asked = [key for key, row in design.limits.items() if row.active and row.name in design.scene.limits]
     if not asked:
         return design
     names = ", ".join(dict.fromkeys(design.limits[key].name for key in asked))
     if design.work > PATIENCE and not thorough:
         note = f"No price was computed for {names}: each is an answer of its own. {THOROUGH} computes it."
         return replace(design, notes=(*design.notes, note))
-    ends = until and (thorough or design.work <= QUICK)
-    note = f"Where {names} would stop to matter was not looked for: some fifty answers each. {THOROUGH} does."
-    limits = {key: replace(design.limits[key], price=_price(design, design.limits[key], ends)) for key in asked}
-    notes = design.notes if ends or not until else (*design.notes, note)
-    return replace(design, limits={**design.limits, **limits}, notes=notes)
+    if until:
+        every = prices_of_limits(design, thorough=thorough)
+        return design if every is None else with_prices(design, every)
+    purse = _Purse(design, measured_by(design.scene)[1], float("inf"))
+    known = {one.path: one for one in facts(_job(design))}
+    limits = dict(design.limits)
+    for key in asked:
+        path = _bound_of(limits[key], known)
+        one = known[path] if path else None
+        row = None if one is None else purse.priced(one, LIMITS, None, 0.0)
+        limits[key] = replace(limits[key], price=None if row is None else _price(design, row))
+    return replace(design, limits=limits)
 
 
-def _has_price(design: Design, row: Checked) -> bool:
-    return row.active and row.side != "outside" and row.name in design.scene.limits
+def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | None:
+    """What every limit and cap of an answer buys or costs, each way; None where there is none, or nothing to count in.
 
-
-def _price(design: Design, row: Checked, until: bool) -> Price | None:
-    scene = design.scene
-    assert row.limit is not None
-    assert design.goal is not None
-    fact = fact_at(scene, f"limits.{row.name}.{row.side}")
-    response = scene.limits[row.name]
-    sign = 1.0 if row.side == "at_most" else -1.0
-    aimed = fact.value * (1.0 + sign * STEP)
-    if response.complement:
-        aimed = 1.0 - (1.0 - fact.value) * (1.0 + STEP * (1.0 if row.side == "at_least" else -1.0))
-    if response.dimension == "count":  # the next whole number; there is none below one
-        aimed, until = max(fact.value + sign, 1.0), False
-    loosened = _rounded(response, fact, aimed)
-    if loosened.value == fact.value:
+    thorough
+        Whatever the work.
+    """
+    job = _job(found)
+    if (found.work > PATIENCE and not thorough) or _refusal(job, found, measured_by(job)[0]):
         return None
-    goal = _goal_at(design, fact, loosened.value)
-    if goal is None:
+    paths = {one.path for one, sort in _asked(found)[0] if sort != FACTS}
+    if not paths:
         return None
-    end = _until(design, row, fact) if until else None
-    return Price(_words(design, row, loosened, goal, end), loosened, goal, end)
+    return prices(job, found=found, only=paths, thorough=thorough, most=OF_LIMITS)
 
 
-def _rounded(response: Response, fact: FactAt, aimed: float) -> Entry:
-    """A bound with as few digits as leave the step what it is: one that can be named as it is solved."""
-    step, unit = aimed - fact.value, fact.unit
-    for digits in range(1, 5):
-        number = float(f"{to_unit(aimed, unit, fact.dimension) if unit else aimed:.{digits - 1}e}")
-        text = f"{number:.12g} {unit}".strip()
-        value = read_quantity(text, fact.dimension, amplitude=fact.amplitude).value if unit else number
-        if abs(value - aimed) <= _NEAR * abs(step):
-            return shown_value(response, value, unit)
-    return shown_value(response, aimed, unit)
+def with_prices(design: Design, every: Prices) -> Design:
+    """The same design with the prices of its active limits from a table, and what that left out."""
+    rows = {one.path: one for one in every.rows}
+    known = {one.path: one for one in facts(_job(design)) if one.path in rows}
+    limits = dict(design.limits)
+    for key, row in design.limits.items():
+        path = _bound_of(row, known) if row.active else ""
+        limits[key] = replace(row, price=_price(design, rows[path]) if path else None)
+    return replace(design, limits=limits, notes=(*design.notes, *every.notes))
 
 
-def _asked(design: Design) -> Scene:
-    """The scene as it was asked, with the places open that were."""
-    return design.scene.asked or design.scene
+def _bound_of(row: Checked, known: Mapping[str, FactAt]) -> str:
+    """Path of the bound on which a limit rests, of two edges the one that is touched; "" where it has none."""
+    paths = [path for path in known if path.startswith(f"limits.{row.name}.{row.side}")]
+    return min(paths, key=lambda one: abs(known[one].value - row.value.value), default="")
 
 
-def _goal_at(design: Design, fact: FactAt, bound: float) -> Entry | None:
-    """Goal of the scene with one bound changed."""
-    other = solve(with_changes(_asked(design), {fact.path: fact.text(bound)}), explain=False, brief=True, near=design.x)
-    return other.goal[1] if other.goal is not None else None
-
-
-def _until(design: Design, row: Checked, fact: FactAt) -> Entry | None:
-    """The bound from which on the goal is as good as without the limit; None when it always helps."""
-    free = solve(without_bound(_asked(design), row.name, row.side), explain=False, brief=True, near=design.x)
-    if free.goal is None:
+def _price(design: Design, row: Ranked) -> Price | None:
+    """Of an active limit what a wider one buys, and what is known of both ways."""
+    loose = 1 if row.path.endswith(("at_most", "lowest")) else -1
+    way = next((one for one in row.ways if loose * (one.value.value - row.now.value) > 0.0), None)
+    if way is None or way.goal is None:
         return None
-    target = free.goal[1].value
-    good, bad = fact.value * (1e-6 if row.side == "at_least" else 1e6), fact.value
-    if not _as_good(_goal_at(design, fact, good), target):
-        return None
-    for _ in range(60):
-        middle = math.sqrt(good * bad)
-        if _as_good(_goal_at(design, fact, middle), target):
-            good = middle
-        else:
-            bad = middle
-        if abs(good / bad - 1.0) < 1e-6:
-            break
-    response = design.scene.limits[row.name]
-    return shown_value(response, good, fact.unit)
+    ways = row.ways if row.ranged else ()
+    said = words_of(design, row.now, way, ways)
+    return Price(said, way.value, way.goal, way.ends if way.beyond == GAIN else None, None, ways)
 
 
-def _as_good(goal: Entry | None, target: float) -> bool:
-    return goal is not None and abs(goal.value - target) <= 1e-8 * abs(target)
-
-
-def without_bound(scene: Scene, name: str, side: str) -> Scene:
-    """The scene less one bound of one limit."""
-    document = dict(scene.document)
-    document["limits"] = {key: dict(table) for key, table in document["limits"].items()}
-    document["limits"][name].pop(side)
-    if not any(key in document["limits"][name] for key in ("at_most", "at_least", "outside")):
-        document["limits"].pop(name)
-    return from_dict(document, name=scene.name)
-
-
-def _words(design: Design, row: Checked, loosened: Entry, goal: Entry, until: Entry | None) -> str:
-    assert row.limit is not None
-    assert design.goal is not None
-    name, now = design.goal
-    text = f"{row.limit.shown} -> {loosened.shown}: {name} {now.shown} -> {goal.shown}"
-    if now.shown == goal.shown:
-        text = f"{row.limit.shown} -> {loosened.shown}: {name} stays {now.shown}"
-    return f"{text}; nothing more to gain beyond {until.shown}" if until is not None else text
+__all__ = ["PATIENCE", "Prices", "Ranked", "priced", "prices", "prices_of_limits", "with_prices"]

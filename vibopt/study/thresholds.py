@@ -21,7 +21,7 @@ REACH = 10.0
 ROOM = 1e-6
 """Part of a fact (or metres, of a coordinate that is zero) that counts as no room."""
 _POINTS = 16
-_NOT_PHYSICAL = (".order",)
+_NOT_PHYSICAL = (".order", ".tolerance")
 _WORTH = -0.9
 """A top of a violation below this is not followed: its limit keeps nine tenths of its bound."""
 _LOOK = 6

@@ -1,0 +1,196 @@
+"""A price is what solving again shows: after its step, at the ends of its range, and behind them."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import vibopt as vo
+from vibopt.answer.entry import Way
+from vibopt.errors import InputError, UnknownName
+from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
+from vibopt.study.holding import state_of
+from vibopt.study.prices import Prices, Ranked, priced, prices
+
+PROBLEMS = Path(__file__).parent.parent.parent / "problems"
+CHEAP = (
+    "isolation/rao_9_34.toml", "isolation/rao_9_29_damped_force_held.toml", "isolation/rao_9_28.toml",
+    "isolation/rao_9_34_printed_design.toml", "balancing/rao_9_11_capped.toml", "balancing/rao_9_14_b_capped.toml",
+    "balancing/engine_share_capped.toml", "balancing/rao_9_6_capped.toml",
+)  # fmt: skip
+"""One or two of each kind of job, with limits, caps and facts, and an analysis."""
+SLOW = pytest.param("mounts/inertia_base.toml", marks=pytest.mark.slow)
+
+
+def other(file: str, seed: int) -> Any:
+    """The job of a file with three of its facts off by up to 8 %."""
+    job = open_job(PROBLEMS / file)
+    choice = random.Random(seed)
+    usual = [
+        one for one in facts(job) if one.value > 0.0 and not one.signed and one.dimension not in ("count", "ratio")
+    ]
+    for fact in choice.sample(usual, min(3, len(usual))):
+        try:
+            changed = with_changes(job, fact.changes(fact.value * choice.uniform(0.92, 1.08)))
+        except InputError:
+            continue
+        job = changed if answer(changed, explain=False).goal is not None else job
+    return job
+
+
+def again(job: Any, path: str, value: float) -> Any:
+    """What holds the job back with a number changed, by reading and answering anew."""
+    made = with_changes(job, {path: _text(job, path, value)})
+    return state_of(made, answer(made, explain=False), value)
+
+
+def _text(job: Any, path: str, value: float) -> Any:
+    return fact_at(job, path).text(value)
+
+
+def plain_rows(found: Prices) -> list[Ranked]:
+    """Rows of numbers that stand alone in the file."""
+    return [one for one in found.rows if one.ways and not _part(found.job, one.path)]
+
+
+def _part(job: Any, path: str) -> bool:
+    return next((bool(one.place) for one in facts(job) if one.path == path), True)
+
+
+@pytest.mark.parametrize("file", [*CHEAP, SLOW])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_a_price_is_what_solving_again_shows_at_both_ends_of_its_range(file: str, seed: int) -> None:
+    job = other(file, seed)
+    paths = [one.path for one in plain_rows(prices(job, most=0.0, thorough=False))] or [one.path for one in facts(job)]
+    limits = [one for one in paths if one.startswith(("limits", "planes", "engine", "bodies"))]
+    chosen = random.Random(seed).sample(limits, min(3, len(limits)))
+    found = prices(job, only=chosen)
+    here = state_of(job, answer(job, explain=False), 0.0)
+    for row in plain_rows(found):
+        for way in row.ways:
+            step = again(job, row.path, way.value.value)
+            assert _same(step.measure, way.goal), (row.path, way)
+            assert (step.measure is None) == (way.change is None)
+            if way.until is None or abs(way.until.value) < 1e-6:  # a bound of nothing is judged by parts of itself
+                continue
+            last = again(job, row.path, way.until.value)
+            assert _same(last.measure, way.there), (row.path, way)
+            assert last.held == here.held or way.then, (row.path, way)
+            behind = way.until.value + (way.until.value - row.now.value) * 1e-3
+            if way.ends == way.until and way.beyond == "no design" and behind != way.until.value:
+                assert again(job, row.path, behind).measure is None, (row.path, way)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if one is None or other is None:
+        return one is other
+    return bool(one.value == pytest.approx(other.value, rel=2e-6, abs=1e-9))
+
+
+@pytest.mark.parametrize("file", ["isolation/rao_9_34.toml", "balancing/rao_9_11_capped.toml"])
+def test_what_changes_at_the_end_of_a_range_is_what_is_said(file: str) -> None:
+    job = open_job(PROBLEMS / file)
+    found = prices(job)
+    seen = 0
+    for row in plain_rows(found):
+        for way in row.ways:
+            if way.until is None or way.then == "no design":
+                continue
+            step = 2e-3 * (way.until.value - row.now.value)
+            before, after = (again(job, row.path, way.until.value + side * step) for side in (-1.0, 1.0))
+            for name in after.held - before.held:
+                assert name in way.then, (row.path, way)
+                seen += 1
+    assert seen >= 3
+
+
+def test_the_first_to_argue_about_buys_most_of_all_limits() -> None:
+    found = prices(open_job(PROBLEMS / "isolation/rao_9_34.toml"))
+    assert found.first.startswith("Argue about floor_force first: 10 kN pk -> 11 kN pk buys 9 %")
+    gains = [one.gain for one in found.rows]
+    assert gains == sorted(gains, reverse=True)
+    one = found.find("limits.start_up.at_most")
+    assert [way.beyond for way in one.ways] == ["no design", "nothing more to gain"]
+
+
+def test_every_number_has_a_price_or_says_why_not() -> None:
+    for file in CHEAP:
+        job = open_job(PROBLEMS / file)
+        found = prices(job, most=300.0)
+        said = " ".join(found.notes)
+        known = {one.path for one in found.rows}
+        for fact in facts(job):
+            measured = fact.path.split(".")[0] in ("runs", "readings", "influence", "conventions", "scatter", "quality")
+            assert fact.path in known or (measured and "that were measured have no price" in said), (file, fact.path)
+        for row in found.rows:
+            assert row.ranged or row.why, (file, row.path)
+            if row.why.startswith(("left out", "its range")):
+                assert row.path in said, (file, row.path)
+
+
+def test_an_edge_of_what_frequencies_keep_out_of_has_a_price() -> None:
+    design = priced(vo.solve(open_job(PROBLEMS / "shafts/pump_shaft.toml")))
+    price = design.limits["critical_speed"].price
+    assert price is not None
+    assert price.words == "3540 rpm -> 3200 rpm: stiffness 1.924 MN/m -> 1.863 MN/m"
+
+
+def test_tolerances_are_facts_with_a_price() -> None:
+    job = open_job(PROBLEMS / "isolation/rao_9_34.toml", {"bodies.press.mass": {"value": "300 kg", "tolerance": "5 %"}})
+    found = prices(job, only=["bodies.press.mass.tolerance"], most=0.0, thorough=False)
+    assert found.rows[0].why == "left out because of the work"
+    row = prices(job, only=["bodies.press.mass.tolerance"], most=2000.0).rows[0]
+    assert row.gain > 0.0
+    best: Way | None = row.best
+    assert best is not None
+    assert best.value.shown == "4.5 %"
+
+
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        (
+            "isolation/rao_9_35.toml",
+            "rao_9_35.toml: find_all answers with speeds, and a price is counted in a goal. Set a goal, or see how the "
+            "set moves with vibopt whatif FILE --set PATH=VALUE.",
+        ),
+        (
+            "isolation/rao_9_1.toml",
+            "rao_9_1.toml: there is neither a goal nor a limit, so nothing to count a price in. Add one of them.",
+        ),
+    ],
+)
+def test_a_job_without_prices_says_so(file: str, words: str) -> None:
+    with pytest.raises(InputError) as refused:
+        prices(open_job(PROBLEMS / file))
+    assert str(refused.value) == words
+
+
+def test_a_job_without_a_design_and_a_path_that_is_not_there_are_refused() -> None:
+    job = open_job(PROBLEMS / "isolation/rao_9_34.toml")
+    with pytest.raises(UnknownName, match=r"limits\.start_up\.at_most"):
+        prices(job, only=["limits.start_upp.at_most"])
+    with pytest.raises(InputError, match="there is no design whose price could be told: infeasible"):
+        prices(with_changes(job, {"limits.start_up.at_most": "1 mm"}))
+
+
+@pytest.mark.slow
+def test_nearly_all_active_limits_of_the_problems_have_a_price_with_a_range() -> None:
+    """At least 95 of 100."""
+    active, have = [], []
+    for file in sorted(PROBLEMS.rglob("*.toml")):
+        job = open_job(file)
+        found = answer(job, explain=False)
+        names = [one.name for one in found.limits.values() if one.active]
+        if found.goal is None or not names or found.status not in ("optimal", "feasible"):
+            continue
+        paths = [one.path for one in facts(job) if one.path.startswith(tuple(f"limits.{name}." for name in names))]
+        rows = prices(job, found=found, only=paths, most=60.0 * max(found.work, 500.0)).rows
+        for name in names:
+            active.append((file.name, name))
+            have += [(file.name, name)] * any(one.ranged and one.path.split(".")[1] == name for one in rows)
+    assert len(active) >= 60
+    assert len(have) >= 0.95 * len(active), sorted(set(active) - set(have))

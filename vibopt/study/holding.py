@@ -1,0 +1,236 @@
+"""What holds an answer back, at any value of one number of its file: answered anew, many together where that goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.answer.entry import ACTIVE, Entry
+from vibopt.errors import InputError
+from vibopt.jobs import answer, facts, is_scene, with_changes
+from vibopt.records import dataclass
+from vibopt.scene.open_places import open_positions
+from vibopt.scene.uncertain import uncertain
+from vibopt.solve import solve
+from vibopt.study.points import Columns
+from vibopt.study.seen import goal_of
+from vibopt.study.together import columns
+from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.jobs import Job
+
+
+class SpentError(Exception):
+    """The work that was allowed is done."""
+
+
+FEWEST_TOGETHER = 12
+LEAST_WORK = 5.0
+"""Work of any answer [nominal ms]."""
+_TOUCHED = 1e-4
+"""Part of a limit or a cap of a balancing job within which its answer touches it."""
+_AT_END = 1e-9
+_PLACES = {"low": "its lowest", "high": "its highest"}
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The answer at one value.
+
+    value
+        Of the number [SI].
+    status
+        Of the answer; "refused" where the file cannot have this value.
+    measure
+        The goal; of an analysis the least margin of its limits.  None without a design.
+    held
+        What holds it back: limits touched, ends of ranges reached, and what was chosen of parts and places; of an
+        analysis the limit with the least margin and those that are broken.
+    worst
+        Value of each limit [SI], where it was answered alone.
+    """
+
+    value: float
+    status: str
+    measure: Entry | None
+    held: frozenset[str]
+    worst: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def good(self) -> bool:
+        """Whether there is a design."""
+        return self.measure is not None
+
+    def like(self, other: State) -> bool:
+        """Whether the same things hold both back."""
+        return self.good == other.good and self.held == other.held
+
+
+def measured_by(job: Job) -> tuple[str, int]:
+    """Name of what a price is counted in, and 1 where more of it is better, else -1; ("", 0) where there is nothing."""
+    if is_scene(job):
+        if job.goal is not None:
+            return job.goal.response.response.replace("_", " "), 1 if job.goal.sense == "maximise" else -1
+        return ("least margin", 1) if job.limits and job.find_all is None else ("", 0)
+    if job.aim:
+        return job.aim.replace("_", " "), -1
+    return ("least margin", 1) if getattr(job, "limits", None) else ("", 0)
+
+
+def state_of(job: Job, found: Answer[Any], value: float) -> State:
+    """What holds an answer back."""
+    if found.status in ("met", "violated") and found.goal is None:
+        rows = {name: one for name, one in found.limits.items() if math.isfinite(one.margin)}
+        if not rows:
+            return State(value, found.status, None, frozenset())
+        least = min(rows, key=lambda name: rows[name].margin)
+        broken = {f"{name} broken" for name, one in rows.items() if not one.met}
+        return State(value, found.status, Entry(rows[least].margin, "ratio"), frozenset({least, *broken}))
+    goal = goal_of(job, found)
+    if goal is None or found.status not in ("optimal", "feasible"):
+        return State(value, found.status, None, frozenset())
+    worst = {name: one.value.value for name, one in found.limits.items()}
+    if not is_scene(job):
+        return State(value, found.status, goal, frozenset(_balancing_held(job, found)), worst)
+    held = {name for name, one in found.limits.items() if one.active}
+    held |= {f"{path} at {_end(one.at_bound)}" for path, one in found.variables.items() if one.at_bound}
+    listed = {one.path for one in found.scene.variables if one.values is not None}
+    held |= {f"{path} = {one.value.shown}" for path, one in found.variables.items() if path in listed}
+    held |= {f"{path} = {one.value}" for path, one in found.places.items()}
+    return State(value, found.status, goal, frozenset(held), worst)
+
+
+def _end(which: str) -> str:
+    return _PLACES["high" if which == "to" else "low"]
+
+
+def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
+    """Limits and caps that are touched, and what was chosen of lists."""
+    held = {name for name, one in found.limits.items() if one.margin <= _TOUCHED}
+    entries = found.entries()
+    for fact in facts(job):
+        path, _, end = fact.path.rpartition(".")
+        if end == "to" and fact.value > 0.0:
+            one = next((entries[key] for key in _chosen_at(path) if key in entries), None)
+            if isinstance(one, Entry) and one.value >= fact.value * (1.0 - _TOUCHED):
+                held.add(f"{path} at {_PLACES['high']}")
+    for plane in getattr(job, "planes", ()):
+        if getattr(plane, "is_discrete", False):
+            said = [entries.get(f"planes.{plane.name}.{key}") for key in ("mass", "angle")]
+            held.add(f"{plane.name}: " + ", ".join(one.shown for one in said if one is not None))
+    held |= {f"{path} = {entries[path].shown}" for path in job.choices if path.startswith("cyl") and path in entries}
+    return held
+
+
+def _chosen_at(path: str) -> tuple[str, ...]:
+    """Where the entries of an answer have what is chosen at a path of the file."""
+    return path, path.replace(".weight", ".mass"), path.partition(".")[2]
+
+
+@dataclass
+class Road:
+    """Answers along one number of a job, kept; many together where all can be.
+
+    near
+        The design of the job as it is, where others begin.
+    may
+        Whether another answer may be asked for.
+    work
+        Nominal ms done so far.
+    """
+
+    job: Job
+    fact: FactAt
+    near: Sequence[float] | None
+    may: Callable[[], bool] = lambda: True
+    known: dict[float, State] = field(default_factory=dict)
+    work: float = 0.0
+    alone: bool = False
+
+    @property
+    def has_goal(self) -> bool:
+        """Whether something is made best."""
+        return (self.job.goal is not None) if is_scene(self.job) else bool(self.job.aim)
+
+    @property
+    def together(self) -> bool:
+        """Whether answers may be found in one batch."""
+        job = self.job
+        return not self.alone and is_scene(job) and not (uncertain(job) or open_positions(job) or self.fact.place)
+
+    def __call__(self, value: float) -> State:
+        """The answer at a value [SI]."""
+        if value not in self.known:
+            self.known[value] = self._answered(value)
+        return self.known[value]
+
+    def _answered(self, value: float) -> State:
+        if not self.may():
+            raise SpentError
+        try:
+            here = with_changes(self.job, self.fact.changes(value))
+        except InputError:
+            return State(value, "refused", None, frozenset())
+        if is_scene(here):
+            near = self.near if self.near and len(self.near) == len(here.variables) else None
+            found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
+        else:
+            found = answer(here, explain=False, brief=True)
+        self.work += max(found.work, LEAST_WORK)
+        return state_of(here, found, value)
+
+    def at(self, values: Sequence[float]) -> list[State | None]:
+        """The answers at several values, in any order; None where a batch has proven nothing."""
+        missing = sorted({one for one in values if one not in self.known})
+        if len(missing) >= FEWEST_TOGETHER and self.together:
+            self._batch(missing)
+            if self.together:
+                return [self.known.get(one) for one in values]
+        return [self(one) for one in values]
+
+    def _batch(self, values: list[float]) -> None:
+        assert is_scene(self.job)
+        self.work += LEAST_WORK + 0.05 * len(values)
+        found = columns(self.job, [self.fact], np.array(values)[:, None])
+        if found is None:
+            self.alone = True
+            return
+        for index, status in enumerate(found.status):
+            if status in ("optimal", "infeasible"):
+                self.known[values[index]] = self._state(found, index, values[index])
+
+    def _state(self, found: Columns, index: int, value: float) -> State:
+        scene: Any = self.job
+        if found.status[index] == "infeasible":
+            return State(value, "infeasible", None, frozenset())
+        held = {name for name, one in found.margins.items() if abs(one[index]) <= ACTIVE}
+        for one, row in zip(scene.variables, found.x, strict=True):
+            for end, word in ((one.low, "low"), (one.high, "high")):
+                if abs(row[index] - end) <= _AT_END * abs(end):
+                    held.add(f"{one.path} at {_PLACES[word]}")
+        assert found.goal is not None
+        goal = scene.goal.response
+        entry = Entry(float(found.goal[index]), goal.dimension, goal.unit or "", amplitude=goal.amplitude)
+        return State(value, "optimal", entry, frozenset(held))
+
+
+def difference(before: State, after: State, names: Mapping[str, str] | None = None) -> str:
+    """What takes over between two answers, in words."""
+    if before.good and not after.good:
+        return "the file cannot have more" if after.status == "refused" else "no design"
+    if not before.good and after.good:
+        return "a design"
+    news = sorted(after.held - before.held)
+    gone = sorted(before.held - after.held)
+    words = [f"{', '.join(news)} take{'s' * (len(news) == 1)} over"] if news else []
+    words += [f"{', '.join(gone)} let{'s' * (len(gone) == 1)} go"] if gone else []
+    return " and ".join(words) or "nothing changes"
+
+
+__all__ = ["LEAST_WORK", "Road", "SpentError", "State", "difference", "measured_by", "state_of"]

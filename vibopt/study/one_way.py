@@ -1,0 +1,284 @@
+"""How far the same things hold an answer back when one number of its file moves one way, and what comes then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.answer.entry import Entry, Way
+from vibopt.records import dataclass
+from vibopt.scene.scene import Scene
+from vibopt.study.holding import Road, State, difference
+from vibopt.units import read_quantity, to_unit
+from vibopt.values.fact_at import FactAt
+
+STEP = 0.1
+"""A sensible step: a tenth of the number."""
+_NEAR = 0.05
+"""Part of the step by which rounding may change it."""
+_WIDEST = 6.0
+"""Decades by which a limit is loosened; every other number goes to ten times, or a tenth."""
+_ALONE = (0.12, 0.3, 0.6, 1.0)
+_MANY = 48
+_CLOSE, _CLOSER = 2e-5, 2e-7
+"""Decades to which the end of a range is known: one by one, and many together."""
+_BESIDE = 1e-6
+"""Decades on either side of a guess at which it is confirmed."""
+_SAME = 1e-7
+"""Part of a goal below which two are the same."""
+_TURN = math.pi / 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Values of a number by how far they are from what it is: in decades, whole steps, or parts of an extent.
+
+    complement
+        What is counted is what is left to one: 1 - value.
+    extent
+        Of numbers that may be zero or negative: what the whole way is [SI]; else 0.
+    """
+
+    fact: FactAt
+    complement: bool = False
+    extent: float = 0.0
+
+    def value(self, t: float) -> float:
+        """The number [SI] at t, 0 where it is."""
+        now = self.fact.value
+        if t == 0.0:
+            return now
+        if self.counted:
+            return max(now + round(t * max(now, 1.0) * (9.0 if t > 0.0 else 1.0)), 1.0)
+        if self.extent:
+            return now + t * self.extent
+        return 1.0 - (1.0 - now) * float(10.0**-t) if self.complement else now * float(10.0**t)
+
+    def at(self, value: float) -> float:
+        """Inverse of `value`."""
+        now = self.fact.value
+        if self.extent:
+            return (value - now) / self.extent
+        ratio = (1.0 - now) / (1.0 - value) if self.complement else value / now
+        return math.log10(ratio) if ratio > 0.0 else math.nan
+
+    @property
+    def counted(self) -> bool:
+        """Whether it is a whole number."""
+        return self.fact.dimension == "count"
+
+    def step(self, way: int) -> float:
+        """A sensible step, rounded so that it can be named as it is solved."""
+        now = self.fact.value
+        if self.counted:
+            return max(now + way, 1.0)
+        if self.extent:
+            aimed = now + way * (math.radians(1.0) if self.fact.dimension == "angle" else 0.01 * self.extent)
+        else:
+            aimed = 1.0 - (1.0 - now) * (1.0 - way * STEP) if self.complement else now * (1.0 + way * STEP)
+        return rounded(self.fact, aimed)
+
+
+def axis_of(fact: FactAt, extent: float, *, complement: bool = False) -> Axis | None:
+    """The axis of a number; None where it is zero and nothing says how large a step is."""
+    if fact.dimension == "angle" and not fact.path.startswith("limits."):
+        return Axis(fact, extent=_TURN)
+    if fact.dimension == "length" and (fact.signed or fact.path.endswith(".at")):
+        return Axis(fact, extent=extent)
+    size = 1.0 - fact.value if complement else fact.value
+    return Axis(fact, complement=complement) if size > 0.0 else None
+
+
+def rounded(fact: FactAt, aimed: float) -> float:
+    """A number with as few digits in its unit as leave the step what it is."""
+    step, unit = aimed - fact.value, fact.unit
+    for digits in range(1, 6):
+        number = float(f"{to_unit(aimed, unit, fact.dimension) if unit else aimed:.{digits - 1}e}")
+        value = number
+        if unit:
+            value = read_quantity(f"{number:.12g} {unit}", fact.dimension, amplitude=fact.amplitude).value
+        if abs(value - aimed) <= _NEAR * abs(step):
+            return value
+    return aimed
+
+
+@dataclass
+class Along:
+    """One number, both ways.
+
+    road, axis
+        Answers along it, and how its values lie.
+    sense
+        1 where more of what is measured is better, else -1.
+    key
+        What stands among the things that hold the answer back where this number does; "" for a fact.
+    loose
+        The way in which it is loosened: 1, -1; 0 for a fact.
+    guess
+        The value [SI] of what it limits at an answer; None where that is not known.
+    """
+
+    road: Road
+    axis: Axis
+    here: State
+    sense: int
+    key: str = ""
+    loose: int = 0
+    guess: Callable[[State], float | None] = lambda state: None
+
+    def stepped(self, way: int) -> Way:
+        """What a sensible step does."""
+        value = self.axis.step(way)
+        state = self.road(value)
+        return Way(self._entry(value), state.status, state.measure, self.change(state))
+
+    def change(self, state: State) -> float | None:
+        """Part of the goal by which another answer is better; of margins, or a goal of zero, the difference."""
+        now, then = self.here.measure, state.measure
+        if now is None or then is None:
+            return None
+        size = 1.0 if now.dimension == "ratio" and not self.road.has_goal else abs(now.value) or 1.0
+        part = self.sense * (then.value - now.value) / size
+        return 0.0 if abs(part) < _SAME else part
+
+    def _entry(self, value: float) -> Entry:
+        fact = self.axis.fact
+        return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
+
+    def ranged(self, way: Way, direction: int) -> Way:
+        """The same with how far the same things hold the answer back, and what comes then."""
+        wide = direction == self.loose and self.key in self.here.held and not self.axis.counted
+        far = (2.0 if self.axis.complement else _WIDEST) if wide else 1.0
+        begin, last, other = self._first(direction, far)
+        edge = self._entry(begin.value)
+        outermost = self._entry(self.axis.value(direction * far))
+        there = self.road(edge.value).measure
+        if other is None:
+            flat = way.change == 0.0 and self._as_good(last)
+            words = "changes nothing" if flat else ""
+            return replace(way, far=outermost, there=there, beyond=words)
+        way = replace(way, until=edge, there=there, then=difference(begin, other), far=outermost)
+        return self._ended(way, begin, other, direction, far)
+
+    def _as_good(self, state: State) -> bool:
+        return self.change(state) == 0.0
+
+    def _ended(self, way: Way, begin: State, other: State, direction: int, far: float) -> Way:
+        """Where more of it changes nothing, or where no design is left."""
+        if not other.good:
+            return replace(way, ends=way.until, beyond="no design")
+        last = self.road(self.axis.value(direction * far))
+        if not last.good:
+            good, _ = self._halved(other, last, direction, lambda one: one.good)
+            return replace(way, ends=self._entry(good.value), beyond="no design")
+        if not self.key or self.key in last.held or direction != self.loose:
+            return way
+        if self.key not in other.held and self._same_goal(other, last):
+            return replace(way, ends=way.until, beyond="nothing more to gain")
+        inside, _ = self._halved(other, last, direction, lambda one: not self._same_goal(one, last))
+        return replace(way, ends=self._entry(inside.value), beyond="nothing more to gain")
+
+    def _same_goal(self, one: State, other: State) -> bool:
+        if one.measure is None or other.measure is None:
+            return False
+        size = max(abs(one.measure.value), abs(other.measure.value)) or 1.0
+        return abs(one.measure.value - other.measure.value) <= _SAME * size
+
+    def _first(self, direction: int, far: float) -> tuple[State, State, State | None]:
+        """The last answer before other things hold it back, the last that was looked at, and the first behind."""
+        before = self.here
+        for again in (True, False):
+            good, bad = self._scanned(before, direction, far)
+            if bad is None:
+                return good, good, None
+            guessed = self._guessed(before, good, bad, direction)
+            inner, outer = guessed or self._halved(good, bad, direction, before.like)
+            if again and inner is self.here and not self.axis.counted and outer.good:  # held otherwise from now on
+                before = outer
+                continue
+            return inner, outer, outer
+        return inner, outer, outer
+
+    def _scanned(self, like: State, direction: int, far: float) -> tuple[State, State | None]:
+        """The last of a ladder of values that is like the first, and the next; None where all are."""
+        good = like
+        ladder = self._ladder(direction, far)
+        begun = abs(self._t(like))
+        values = [one for one in ladder if abs(self._t_of(one)) > begun * (1.0 + 1e-12)]
+        states = self.road.at(values) if self.road.together else map(self.road, values)
+        for state in states:
+            if state is None:
+                continue
+            if not state.like(like):
+                return good, state
+            good = state
+        return good, None
+
+    def _t(self, state: State) -> float:
+        return self._t_of(state.value)
+
+    def _t_of(self, value: float) -> float:
+        return value - self.axis.fact.value if self.axis.counted else self.axis.at(value)
+
+    def _ladder(self, direction: int, far: float) -> list[float]:
+        """Values outward; the last is as far as is looked."""
+        axis, now = self.axis, self.axis.fact.value
+        if axis.counted:
+            last = 10.0 * max(now, 1.0) if direction > 0 else 1.0
+            steps = range(1, round(abs(last - now)) + 1)
+            return [now + direction * k for k in steps if k <= 12 or (k & (k - 1)) == 0]
+        if self.road.together:
+            parts = far * np.linspace(0.0, 1.0, _MANY + 1)[1:] ** (2.0 if far > 1.0 else 1.0)
+        else:
+            parts = np.array([*_ALONE, *([2.0, far] if far > 1.0 else [])])
+        ladder = [axis.step(direction), *(axis.value(direction * float(one)) for one in parts)]
+        return sorted(set(ladder), key=lambda one: abs(axis.at(one)))
+
+    def _guessed(self, like: State, good: State, bad: State, direction: int) -> tuple[State, State] | None:
+        """Both sides of the value at which the limit itself begins, or ends, to matter, if it is between the two."""
+        one = like if self.key not in like.held else bad
+        value = self.guess(one) if self.key and not self.axis.counted else None
+        if value is None or not one.good:
+            return None
+        t = self.axis.at(value)
+        if not (math.isfinite(t) and abs(self._t(good)) < abs(t) < abs(self._t(bad))):
+            return None
+        inner, outer = (self.road(self.axis.value(t + direction * side * _BESIDE)) for side in (-1, 1))
+        return (inner, outer) if inner.like(like) and not outer.like(like) else None
+
+    def _halved(self, good: State, bad: State, direction: int, holds: Callable[[State], bool]) -> tuple[State, State]:
+        """The last value at which something holds and the first at which it does not, as near as they are known."""
+        if self.axis.counted:
+            return self._counted(good, bad, holds)
+        low, high = abs(self._t(good)), abs(self._t(bad))
+        close = _CLOSER if self.road.together else _CLOSE
+        while high - low > close * max(1.0, low):
+            parts = np.linspace(low, high, 34)[1:-1] if self.road.together else [0.5 * (low + high)]
+            values = [self.axis.value(direction * float(one)) for one in parts]
+            states = [(float(t), one) for t, one in zip(parts, self.road.at(values), strict=True) if one is not None]
+            index = next((k for k, (_, one) in enumerate(states) if not holds(one)), len(states))
+            if not states:
+                break
+            if index:
+                low, good = states[index - 1]
+            if index < len(states):
+                high, bad = states[index]
+        return good, bad
+
+    def _counted(self, good: State, bad: State, holds: Callable[[State], bool]) -> tuple[State, State]:
+        while abs(bad.value - good.value) > 1.5:
+            middle = self.road(float(round(0.5 * (good.value + bad.value))))
+            good, bad = (middle, bad) if holds(middle) else (good, middle)
+        return good, bad
+
+
+def complement_of(scene: object, path: str) -> bool:
+    """Whether a bound is one minus what the answer is measured by."""
+    name = path.split(".")[1] if path.startswith("limits.") else ""
+    return isinstance(scene, Scene) and bool(name) and scene.limits[name].complement
+
+
+__all__ = ["Along", "Axis", "axis_of", "complement_of", "rounded"]

@@ -1,0 +1,120 @@
+"""Prices in words: a sentence for a limit, a table for all numbers, and what to argue about first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry, Way
+from vibopt.units import plain
+
+if TYPE_CHECKING:
+    from vibopt.study.prices import Prices, Ranked
+
+HEADS = ("Number", "A step", "Goal", "Better by")
+GAIN = "nothing more to gain"
+LIMITS, CAPS, FACTS = "limit", "cap", "fact"
+
+
+def words_of(found: Answer[Any], now: Entry, way: Way, ways: Sequence[Way] = ()) -> str:
+    """What a loosened limit buys, then what a tighter one costs, and where there is nothing more to gain."""
+    assert found.goal is not None
+    assert way.goal is not None
+    name, goal = found.goal
+    text = f"{now.shown} -> {way.value.shown}: {name} {goal.shown} -> {way.goal.shown}"
+    if goal.shown == way.goal.shown:
+        text = f"{now.shown} -> {way.value.shown}: {name} stays {goal.shown}"
+    for other in ways:
+        if other.value != way.value:
+            text += f"; {other.value.shown}: {'no design' if other.goal is None else other.goal.shown}"
+    if way.ends is not None and way.beyond == GAIN:
+        text += f"; {GAIN} beyond {way.ends.shown}"
+    return text
+
+
+def range_words(now: Entry, ways: Sequence[Way], *, gain: bool = True) -> str:
+    """Over which range the same limits hold the answer back, and what takes over at its ends.
+
+    Without `gain` not where there is nothing more to gain.
+    """
+    known = [one for one in ways if one.far is not None]
+    words = ("from", "to") if len(known) > 1 else ("to",)
+    said = [f"{word} {_end(now, one, gain=gain)}" for word, one in zip(words, known, strict=True)]
+    return f"the same holds {' '.join(said)}" if said else ""
+
+
+def _end(now: Entry, way: Way, *, gain: bool) -> str:
+    """One end of a range: "6.351 kN (no design beyond)"."""
+    if way.until is None:
+        assert way.far is not None
+        return f"{way.far.shown} at least{f' ({way.beyond})' if way.beyond else ''}"
+    then = [way.then if way.then != "no design" else "no design beyond"] if way.then else []
+    if way.ends is not None and way.beyond and way.then != way.beyond and (gain or way.beyond != GAIN):
+        then.append(way.beyond if way.ends == way.until else f"{way.beyond} beyond {way.ends.shown}")
+    at_once = abs(way.until.value - now.value) <= 1e-6 * abs(now.value)
+    return f"{now.shown if at_once else way.until.shown} ({'; '.join(then)})"
+
+
+def percent(change: float | None) -> str:
+    """By how much a goal is better, in words."""
+    if change is None:
+        return "no design"
+    if change == 0.0:
+        return "nothing"
+    return f"{'+' if change > 0 else '−'}{plain(abs(100.0 * change), 2)} %"
+
+
+def first_words(prices: Prices) -> str:
+    """What to argue about first: "Argue about start_up first: 20 mm -> 22 mm buys 1.2 %"."""
+    limits = [one for one in prices.rows if one.sort != FACTS and one.gain > 0.0]
+    facts = [one for one in prices.rows if one.sort == FACTS and one.gain > 0.0]
+    if not limits and not facts:
+        return f"No sensible step of any number that was looked at improves the {prices.measure}."
+    text = ""
+    if limits:
+        text = f"Argue about {_step(prices, limits[0])}"
+    if facts:
+        lead = "Of the facts" if limits else "No limit holds it back; of the facts"
+        text += f"{'. ' if limits else ''}{lead} {_step(prices, facts[0])}"
+    return f"{text}."
+
+
+def _step(prices: Prices, one: Ranked) -> str:
+    best = one.best
+    assert best is not None
+    assert best.goal is not None
+    bought = f"buys {percent(best.change).lstrip('+')} ({prices.measure} {prices.shown} -> {best.goal.shown})"
+    return f"{one.name} first: {one.now.shown} -> {best.value.shown} {bought}"
+
+
+def rows_of(prices: Prices) -> Iterator[tuple[str, ...]]:
+    """A row for each way of each number, the better way first."""
+    for one in prices.rows:
+        ways = sorted(one.ways, key=lambda way: -(way.change if way.change is not None else -9e9))
+        for index, way in enumerate(ways):
+            goal = way.goal.shown if way.goal is not None else "no design"
+            better = percent(way.change) if way.goal is not None else ""
+            yield one.name if not index else "", f"{one.now.shown} -> {way.value.shown}", goal, better
+
+
+def range_rows(prices: Prices) -> Iterator[tuple[str, str]]:
+    """How far the prices of each number go on, and what takes over; where that is not known, why."""
+    for one in prices.rows:
+        words = range_words(one.now, one.ways).removeprefix("the same holds ")
+        yield one.name, words or f"{one.now.shown}: {one.why}"
+
+
+__all__ = [
+    "CAPS",
+    "FACTS",
+    "GAIN",
+    "HEADS",
+    "LIMITS",
+    "first_words",
+    "percent",
+    "range_rows",
+    "range_words",
+    "rows_of",
+    "words_of",
+]
