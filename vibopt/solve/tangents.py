@@ -25,8 +25,8 @@ from vibopt.solve.nlp import Nlp
 from vibopt.solve.ranges import starts
 from vibopt.work import Budget
 
-_MOST_VARIABLES, _AT_ONCE = 3, 24
-"""Variables, and boxes that are looked at side by side."""
+_MOST_VARIABLES, _AT_ONCE, _DEEP = 3, 32, 3
+"""Variables; boxes that are looked at side by side; how often one is halved at once where they are few."""
 _STARTS = 4
 _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
@@ -118,13 +118,21 @@ class _Box:
         self.x = 0.5 * (self.low + self.high)
         self.reach = (self.high - self.low) / np.maximum(self.high + self.low, 1e-300)
 
-    def side(self, best: float) -> int:
-        """Which side to halve: along which most is left out, and most changes of what is known."""
+    def cut(self, times: int, best: float) -> tuple[FloatArray, FloatArray]:
+        """Halved so many times along the side on which most is left out, and most changes of what is known."""
         size = abs(best) if np.isfinite(best) else max([abs(one.value) for one in self.goals], default=1.0)
-        spread = np.zeros(len(self.reach))
+        bends, slopes = np.zeros(len(self.reach)), np.zeros(len(self.reach))
         for one in [*self.limits, *(goal.scaled(0.0, size or 1.0) for goal in self.goals)]:
-            spread += np.minimum(one.sides, 1e9) + np.abs(one.slope) * self.reach
-        return int(np.argmax(spread if spread.any() else self.reach))
+            bends += np.minimum(one.sides, 1e9)
+            slopes += np.abs(one.slope) * self.reach
+        if not (bends + slopes).any():
+            slopes = self.reach.copy()
+        low, high = self.low[None], self.high[None]
+        for _ in range(times):
+            side = int(np.argmax(bends + slopes))
+            low, high = _halves(low, high, side)
+            bends[side], slopes[side] = 0.25 * bends[side], 0.5 * slopes[side]
+        return low, high
 
 
 @dataclass
@@ -157,8 +165,10 @@ class _Search:
                 break
             _, low, high = frontier.take(_AT_ONCE)
             self.budget.spend(len(low))
-            for goal, box in self.look(low, high):
-                frontier.add(np.full(2, goal), *_halves(box.low, box.high, box.side(self.best)))
+            left = list(self.look(low, high))
+            times = next(k for k in range(_DEEP, 0, -1) if k == 1 or len(left) << k <= _AT_ONCE)
+            for goal, box in left:  # the fewer there are, the smaller the next: many take little more than one
+                frontier.add(np.full(2**times, goal), *box.cut(times, self.best))
             frontier.keep(self.bar)
         return self.found(frontier)
 
@@ -308,12 +318,12 @@ def _weighed(tangents: Sequence[Tangent], weights: FloatArray, reach: FloatArray
 
 
 def _halves(low: FloatArray, high: FloatArray, side: int) -> tuple[FloatArray, FloatArray]:
-    """A box cut in two: lower ends and upper ends (2, n_vars)."""
-    cut = 0.5 * (low[side] + high[side])
-    if high[side] > _WIDE * low[side]:
-        cut = float(np.sqrt(max(low[side], 1e-6 * high[side]) * high[side]))
-    lows, highs = np.array([low, low]), np.array([high, high])
-    highs[0, side] = lows[1, side] = cut
+    """Boxes (n, n_vars) each cut in two: lower ends and upper ends (2 n, n_vars)."""
+    least, most = low[:, side], high[:, side]
+    wide = np.sqrt(np.maximum(least, 1e-6 * most) * most)
+    cut = np.where(most > _WIDE * least, wide, 0.5 * (least + most))
+    lows, highs = np.concatenate([low, low]), np.concatenate([high, high])
+    highs[: len(low), side] = lows[len(low) :, side] = cut
     return lows, highs
 
 
