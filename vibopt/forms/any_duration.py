@@ -29,9 +29,9 @@ _TOPS, _NOTHING, _BEHIND = 4, 1e-9, 8.0
 """Tops that are kept; part of the fastest rate that is none; radians of the slowest looked at behind."""
 _IN_A_PERIOD, _SHORT, _RATIO = 6.0, 1e-3, 2.0
 """Durations in the shortest period; part of it from which they are looked at, each so many times the one before."""
-_ACROSS, _AT_ONCE = np.linspace(0.0, 1.0, 13), 128
-"""Places across a top at which it is looked at; durations side by side."""
-_CLOSE, _LEVEL, _NEAR = 1e-5, 1e-11, 0.95
+_ACROSS, _AT_ONCE, _NARROWER = 7, 128, 0.2
+"""Places across a top at which it is looked at; durations side by side; part of a step around the top of a parabola."""
+_CLOSE, _LEVEL, _NEAR = 1e-7, 1e-11, 0.95
 """Parts: of a duration to which a top is found, of a top that is level, of the greatest from which a top may be it."""
 
 
@@ -114,21 +114,28 @@ class PeakOverDurations(Form):
     def _climbed(
         self, model: Model, x: FloatArray, tops: list[tuple[int, float, float]]
     ) -> Iterator[tuple[int, tuple[float, float]]]:
-        """The greatest response of a design between two durations with one top between them, and its duration [s]."""
+        """The greatest response of a design between two durations with one top between them, and its duration [s].
+
+        Around the top of a parabola durations draw together fast; where two tops meet in an edge it leads astray, and
+        the places beside the best are looked at again.
+        """
         of, low, high = (np.array(column) for column in zip(*tops, strict=True))
         of = of.astype(int)
+        before = np.array([low, high])
         while len(of):
-            times = low[:, None] + (high - low)[:, None] * _ACROSS
-            values = self._peaks(model, x, np.repeat(of, len(_ACROSS)), times.ravel()).reshape(times.shape)
+            times = np.linspace(low, high, _ACROSS, axis=1)
+            values = self._peaks(model, x, np.repeat(of, _ACROSS), times.ravel()).reshape(times.shape)
             at, rows = values.argmax(axis=1), np.arange(len(of))
             greatest = zip(values[rows, at].tolist(), times[rows, at].tolist(), strict=True)
             yield from zip(of.tolist(), greatest, strict=True)
-            inside = np.clip(at, 1, len(_ACROSS) - 2)
+            inside = np.clip(at, 1, _ACROSS - 2)
             near, there = (np.array([one[rows, inside + k] for k in (-1, 0, 1)]) for one in (values, times))
-            low, high = there[0], there[2]
-            done = (near.max(axis=0) - near.min(axis=0) <= _LEVEL * near.max(axis=0)) | (high - low <= _CLOSE * high)
-            left = ~done & np.isfinite(near).all(axis=0)
-            of, low, high = of[left], low[left], high[left]
+            left = near.max(axis=0) - near.min(axis=0) > _LEVEL * near.max(axis=0)
+            left &= (there[2] - there[0] > _CLOSE * high) & np.isfinite(near).all(axis=0)
+            first, last = (at == 0) & (before[0] < low), (at == _ACROSS - 1) & (before[1] > high)
+            beside = np.array([np.where(first, before[0], there[0]), np.where(last, before[1], there[2])])
+            low, high = np.where(first | last, beside, _around(near, there))
+            of, low, high, before = of[left], low[left], high[left], beside[:, left]
 
     def _peaks(self, model: Model, x: FloatArray, of: IntArray, times: FloatArray) -> FloatArray:
         """The greatest response of designs x[of] to pulses of many durations [s]."""
@@ -168,6 +175,13 @@ def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float]
         low, high = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
         if np.isfinite(values[i]) and values[i] >= _NEAR * values.max() and low < high:
             yield float(low), float(high)
+
+
+def _around(values: FloatArray, times: FloatArray) -> FloatArray:
+    """A little on both sides of the top of the parabola through three values (3, n), between the outer two, (2, n)."""
+    rise, fall, step = values[1] - values[0], values[1] - values[2], 0.5 * (times[2] - times[0])
+    top = times[1] + 0.5 * step * (rise - fall) / np.maximum(rise + fall, 1e-300)
+    return np.clip([top - _NARROWER * step, top + _NARROWER * step], times[0], times[2])
 
 
 def durations(low: float, high: float, fastest: float) -> FloatArray:

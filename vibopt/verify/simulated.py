@@ -34,6 +34,8 @@ _PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _SAMPLES, _BEST, _POINTS, _NEAR = 24, 6, 100, 0.9
 """Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period; part
 of the greatest from which an end of a stretch is looked at, too."""
+_ZOOMS, _ACROSS = 5, 33
+"""Closer looks at each of them, and points of one."""
 _PERIODS, _LOOKS, _HORIZON = 3.0, 6, 1000.0
 """Periods of the slowest mode in a look behind the load, how many looks there are, and periods in all."""
 _INSIDE, _SOON = 1e-9, 1e-12
@@ -59,7 +61,8 @@ class Simulated:
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
         best, loaded = (0.0, 0.0), len(self._spans) - _LOOKS
-        if self._driven_at_resonance or replace(self, excitations=self._over)._runs_away(response):
+        ended = replace(self, excitations=self._over) if self._lasting else self
+        if self._driven_at_resonance or ended._runs_away(response):
             return float("inf"), float("inf")
         for number in range(len(self._spans)):
             found = self._greatest(number, response)
@@ -124,8 +127,10 @@ class Simulated:
             float(np.abs(response.trace(self.machine, self._course(quiet, one[:, None]))).max())
             for one in (drift, alone)
         )
+        if rate <= _AWAY * cancelled:
+            return False
         most = max(self._greatest(number, response)[0] for number in range(len(self._spans) - _LOOKS + 1))
-        return rate > _AWAY * cancelled and rate * self._look > _AWAY * most
+        return rate * self._look > _AWAY * most
 
     @cached_property
     def _look(self) -> float:
@@ -295,8 +300,6 @@ class Simulated:
 
     def _greatest(self, number: int, response: TransientResponse) -> tuple[float, float]:
         """Greatest size on a stretch, and when."""
-        from scipy.optimize import minimize_scalar
-
         (low, high), run = self._spans[number], self._run(number)
         edge = max(min(_INSIDE * (high - low), _SOON / self._fastest(number)), 8.0 * np.finfo(float).eps * high)
 
@@ -311,15 +314,14 @@ class Simulated:
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
         edges = [i for i in (0, count - 1) if values[i] > _NEAR * values.max()]  # a top may hide beside an end
-        for i in (*tops[np.argsort(-values[tops])[:_BEST]], *edges):
-            left, right = times[max(i - 1, 0)], times[min(i + 1, count - 1)]
-            at = minimize_scalar(
-                lambda time: -float(value(time)[0]),
-                bounds=(left, right),
-                method="bounded",
-                options={"xatol": 1e-6 * (right - left)},
-            )
-            found = max(found, (-float(at.fun), float(at.x)))
+        near = np.array([*tops[np.argsort(-values[tops])[:_BEST]], *edges], dtype=int)
+        left, right = times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)]
+        for _ in range(_ZOOMS if len(near) else 0):  # all tops at once, each time between the neighbours of its best
+            closer = np.linspace(left, right, _ACROSS, axis=1)
+            sizes, rows = value(closer.ravel()).reshape(closer.shape), np.arange(len(near))
+            at = sizes.argmax(axis=1)
+            found = max(found, *zip(sizes[rows, at].tolist(), closer[rows, at].tolist(), strict=True))
+            left, right = closer[rows, np.maximum(at - 1, 0)], closer[rows, np.minimum(at + 1, _ACROSS - 1)]
         return found
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
