@@ -305,19 +305,19 @@ class Stretch:
     def _series(self, speed: FloatArray, away: ComplexArray) -> ComplexArray:
         """As `_driven`, far from a pole; speeds and i W - pole, (n,)."""
         small, numbers = self.rate / away**2, np.arange(len(speed))
-        terms = [_polynomial(one, speed) + 0j for one in self.powers]
-        whole = terms[0].copy()
+        terms = np.array([_polynomial(one, speed) for one in self.powers], dtype=complex)
+        whole, step, order = terms[0].copy(), self.rate / away, 1j * np.arange(len(terms))[:, None]
         for m in range(_TERMS):
-            higher = [*terms[1:], np.zeros(1)]
-            terms = [
-                -small * (above * away[numbers] + 1j * (k - 2 * m - 1) * own)
-                for k, (own, above) in enumerate(zip(terms, higher, strict=True))
-            ]
+            higher = step * terms[1:]
+            terms *= -small * (order - 1j * (2 * m + 1))
+            terms[:-1] -= higher
             whole[numbers] += terms[0]
             more = np.abs(terms[0]) > _ROUNDING * np.abs(whole[numbers])
-            if not more.any():
+            left = int(np.count_nonzero(more))
+            if not left:
                 break
-            numbers, small, terms = numbers[more], small[more], [one[more] for one in terms]
+            if 2 * left < len(more):
+                numbers, small, step, terms = numbers[more], small[more], step[more], terms[:, more]
         return np.asarray(whole / away)
 
     def peak(self, best: Peak, begun: float, number: int) -> Peak:
