@@ -181,7 +181,7 @@ def _around(values: FloatArray, times: FloatArray) -> FloatArray:
     """A little on both sides of the top of the parabola through three values (3, n), between the outer two, (2, n)."""
     rise, fall, step = values[1] - values[0], values[1] - values[2], 0.5 * (times[2] - times[0])
     top = times[1] + 0.5 * step * (rise - fall) / np.maximum(rise + fall, 1e-300)
-    return np.clip([top - _NARROWER * step, top + _NARROWER * step], times[0], times[2])
+    return np.asarray(np.clip([top - _NARROWER * step, top + _NARROWER * step], times[0], times[2]))
 
 
 def durations(low: float, high: float, fastest: float) -> FloatArray:
