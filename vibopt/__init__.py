@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from vibopt.study.tradeoff import tradeoff as tradeoff
     from vibopt.study.variants import compare as compare
     from vibopt.study.whatif import whatif as whatif
+    from vibopt.study.window import window as window
 
 _HOMES = {
     "vibopt.answer.answer": ("Answer",),
@@ -65,6 +66,7 @@ _HOMES = {
     "vibopt.study.tradeoff": ("tradeoff",),
     "vibopt.study.variants": ("compare",),
     "vibopt.study.whatif": ("whatif",),
+    "vibopt.study.window": ("window",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

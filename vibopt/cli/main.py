@@ -37,6 +37,7 @@ VERBS = {
     "compare": ("compare", "Set several variants beside each other, problem files or saved designs."),
     "sweep": ("sweep", "Vary one, two or three facts over ranges."),
     "tradeoff": ("tradeoff", "Weigh the goal against a limit: the designs of which none is better in both."),
+    "window": ("window", "Say how far each variable may go, and by how much all may be off at once."),
     "plot": ("picture", "Draw the answer."),
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
     "new": ("new", "Write a problem file to fill in."),

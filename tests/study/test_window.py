@@ -1,0 +1,149 @@
+"""Windows: their ends and boxes hold, and just outside of them a limit breaks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vibopt as vo
+from vibopt.errors import InputError
+from vibopt.study.window import Window, percent
+
+ROOT = Path(__file__).parents[2] / "problems"
+PRESS = ROOT / "isolation" / "rao_9_34.toml"
+ONE = """
+[bodies.fan]
+mass = "{mass} kg"
+[links.mount]
+between = ["fan", "ground"]
+stiffness = {{ from = "10 kN/m", to = "100 MN/m" }}
+[excitations.fan]
+kind = "force"
+on = "fan"
+amplitude = "100 N"
+speed = "3000 rpm"
+[limits.move]
+response = "displacement"
+of = "fan"
+at_most = "{move} mm"
+[goal]
+minimise = "stiffness"
+of = "mount"
+"""
+
+
+def holds(job: vo.Scene, values: dict[str, float]) -> bool:
+    """Measured as a machine without anything to choose, by the verifier."""
+    document = {key: one for key, one in job.document.items() if key not in ("goal", "expected")}
+    units = {"stiffness": "N/m", "damping": "N s/m", "mass": "kg", "tuning": "", "damping_ratio": ""}
+    texts = {path: f"{x:.17g} {units[path.rpartition('.')[2]]}".strip() for path, x in values.items()}
+    plain = {path: float(x) if x.replace(".", "").replace("e", "").replace("-", "").isdigit() else x
+             for path, x in texts.items()}  # fmt: skip
+    for path, value in plain.items():
+        family, name, key = path.split(".")
+        document[family] = {**document[family], name: {**document[family][name], key: value}}
+    return vo.solve(vo.from_dict(document), explain=False).status == "met"
+
+
+@pytest.fixture(scope="module")
+def press() -> Window:
+    return vo.window(vo.read(PRESS))
+
+
+def test_corners_and_inner_designs_hold_and_beyond_the_ends_none_does(press: Window) -> None:
+    job, rng = vo.read(PRESS), np.random.default_rng(2)
+    paths = list(press.centre)
+    middle = np.array([press.centre[path].value for path in paths])
+    assert press.proven
+    signs = [np.array([a, b]) for a in (-1, 1) for b in (-1, 1)] + list(rng.uniform(-1, 1, (12, 2)))
+    for sign in signs:
+        assert holds(job, dict(zip(paths, middle * (1.0 + press.part * sign), strict=True)))
+    wider = [middle * (1.0 + 1.01 * press.part * sign) for sign in signs[:4]]
+    assert not all(holds(job, dict(zip(paths, x, strict=True))) for x in wider)
+    for span in press.spans:
+        ((low, high),) = span.intervals
+        assert span.proven
+        for value in (low.value * (1.0 - 1e-5), high.value * (1.0 + 1e-5)):
+            changed = {span.path: f"{value:.17g} {low.si}"}
+            assert vo.solve(vo.with_changes(job, changed), explain=False).status == "infeasible"
+
+
+def test_the_window_of_the_press_is_as_counted_by_hand(press: Window) -> None:
+    """Stiffest by the answer to the file; softest where the amplitude on the way up takes the most damping."""
+    stiffness, damping = (one.intervals[0] for one in press.spans)
+    best = vo.solve(vo.read(PRESS))
+    assert stiffness[1].value == pytest.approx(best.variables["links.mount.stiffness"].value.value, rel=1e-9)
+    # the force on the floor at 100 pi rad/s and the peak of 20 mm are met just so by the softest spring too
+    omega = 100.0 * np.pi
+    k, c = np.meshgrid(np.linspace(0.5e6, 8e6, 400), np.linspace(5e3, 40e3, 400))
+
+    def through(k: np.ndarray, c: np.ndarray) -> np.ndarray:
+        s = k + 1j * omega * c
+        return np.abs(s / (s - 300.0 * omega**2))
+
+    zeta = c / (2.0 * np.sqrt(k * 300.0))
+    top = 3e4 / k / np.where(zeta < np.sqrt(0.5), 2.0 * zeta * np.sqrt(np.maximum(1.0 - zeta**2, 0.0)), 1.0)
+    good = (3e4 * through(k, c) <= 1e4) & (top <= 0.02)
+    assert stiffness[0].value == pytest.approx(k[good].min(), abs=2e4)
+    assert (damping[0].value, damping[1].value) == pytest.approx((c[good].min(), c[good].max()), abs=100.0)
+
+
+@pytest.mark.parametrize(("mass", "move"), [(100, 0.02), (40, 0.1), (300, 0.005)])
+def test_of_one_variable_the_window_is_every_interval(mass: float, move: float) -> None:
+    """|k - m w^2| >= F / x: two intervals, cut by the range."""
+    job = vo.from_text(ONE.format(mass=mass, move=move))
+    found = vo.window(job)
+    middle, away = mass * (100.0 * np.pi) ** 2, 100.0 / (move * 1e-3)
+    ends = [(max(1e4, 0.0), middle - away), (middle + away, 1e8)]
+    wanted = [one for one in ends if one[0] < one[1]]
+    (span,) = found.spans
+    assert span.proven
+    assert [(a.value, b.value) for a, b in span.intervals] == [pytest.approx(one, rel=1e-8) for one in wanted]
+    x = found.centre[span.path].value
+    widest = max((high - low) / (high + low) for low, high in wanted)
+    assert found.part == pytest.approx(min(widest, 0.5), rel=1e-2)
+    assert holds(job, {span.path: x * (1.0 - found.part)})
+    assert holds(job, {span.path: x * (1.0 + found.part)})
+
+
+@pytest.mark.parametrize(
+    ("part", "words"), [(0.0912345, "9.12 %"), (0.3, "30 %"), (0.00456789, "0.456 %"), (0.0, "0 %")]
+)
+def test_a_part_is_never_rounded_up(part: float, words: str) -> None:
+    assert percent(part) == words
+
+
+def test_a_window_is_a_table_and_json(press: Window) -> None:
+    rows = press.table()
+    assert [row["path"] for row in rows] == ["links.mount.stiffness", "links.mount.damping"]
+    assert rows[0]["box from"] == pytest.approx(rows[0]["centre"] * (1.0 - press.part))
+    assert press.to_json()["part"] == press.part
+    assert "is safe" in press._repr_html_()
+
+
+BALANCING = (
+    "rao_9_3.toml: window is for a machine on its mounts, and this is a shaft with known masses. A weight is an amount "
+    "at an angle: vibopt sweep --keep-design shows what each may be off by."
+)
+CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain says which limits clash."
+
+
+@pytest.mark.parametrize(
+    ("file", "changes", "words"),
+    [
+        ("balancing/rao_9_3.toml", {}, BALANCING),
+        ("isolation/rao_9_34.toml", {"limits.start_up.at_most": "5 mm"}, CLASH),
+        ("absorbers/assignment_4a.toml", {},
+         "assignment_4a.toml: window needs limits: without any every design is permitted."),
+        ("isolation/rao_9_34.toml", {"links.mount.stiffness": {"one_of": ["5 MN/m", "6 MN/m"]}},
+         "rao_9_34.toml: window is for variables that are chosen from a range, and links.mount.stiffness is chosen "
+         "from a list or is a place. Set it to a value with --set."),
+    ],
+    ids=["balancing", "clash", "no limits", "list"],
+)  # fmt: skip
+def test_what_has_no_window_is_said(file: str, changes: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError) as error:
+        vo.window(vo.with_changes(vo.read(ROOT / file), changes))
+    assert str(error.value) == words

@@ -1,0 +1,80 @@
+"""`vibopt window`: how far each variable may go, and a box of designs that all are permitted."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from vibopt.cli.options import Once, anew, as_json, changes, file, limited, read_job
+from vibopt.cli.output import colour, say, say_json, width
+
+if TYPE_CHECKING:
+    from vibopt.answer.console import Console
+    from vibopt.study.window import Span, Window
+
+
+@click.command(cls=Once)
+@file
+@limited
+@anew
+@changes
+@as_json
+def window(file: str, changes: tuple[str, ...], as_json: bool) -> int:
+    """Say how far each variable may go, and by how much all may be off at once around the best centre.
+
+    The goal of the file does not matter, but for how far its own answer is from the limits.
+    """
+    from vibopt.cli.progress import Bar
+    from vibopt.study.window import window as permitted
+
+    job = read_job(file, changes)
+    with Bar() as bar:
+        result = permitted(job, progress=bar)
+    if as_json:
+        from vibopt.answer.jsonable import plain
+
+        say_json({"status": "ok", **plain(result)})
+    else:
+        from vibopt.answer.text import rendered
+
+        say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
+    return 0
+
+
+def _list(result: Window, console: Console) -> None:
+    from dataclasses import replace
+
+    from vibopt.answer.text import grid, paragraph
+    from vibopt.study.window import percent
+
+    console.print(result.job.title, style="bold")
+    rows = []
+    for span in result.spans:
+        middle = result.centre[span.path]
+        box = [replace(middle, value=middle.value * (1.0 + side * result.part)).shown for side in (-1.0, 1.0)]
+        rows.append((span.path, _ends(span), " to ".join(box), middle.shown))
+    console.print(grid(rows, ("Variable", "Permitted", "All at once", "Centre")))
+    if result.part > 0.0:
+        more = " and more" if result.part > 0.499 else ""
+        console.print(f"\n±{percent(result.part)}{more} on {_each(result)} around the centre is safe.")
+        how = "proven for every design within it" if result.proven else result.claim
+        paragraph(console, f"Box: {how}.", 0)
+    else:
+        console.print("\nNo box was found: the permitted designs are too thin.")
+    alone = len(result.spans) == 1
+    over = "with exact ends" if alone else "over all values of the others"
+    sound = all(span.proven for span in result.spans)
+    paragraph(console, f"Permitted: {over}, {'proven' if sound else 'as far as was found; more may be permitted'}.", 0)
+    if result.around > 1e-4:
+        console.print(f"Around the answer of the file ±{percent(result.around)} holds at the corners.")
+
+
+def _ends(span: Span) -> str:
+    parts = [f"{low.shown} to {high.shown}" for low, high in span.intervals]
+    return "\n".join(parts) + (" and on" if span.opened else "")
+
+
+def _each(result: Window) -> str:
+    count = len(result.spans)
+    return "the value" if count == 1 else "both" if count == 2 else f"all {count}"
