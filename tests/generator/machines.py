@@ -93,6 +93,32 @@ def that_spins(draw: Draw) -> Drawn:
     return made
 
 
+def that_whirls(draw: Draw) -> Drawn:
+    """A shaft with a disc between two bearings, or beyond the second, that spins."""
+    made = Drawn(frequency=draw.size(10.0, 40.0), points=["left", "right", "disc"])
+    mass, at = draw.size(5.0, 80.0), draw.pick([0.3, 0.5, 1.2])
+    wide = (64.0 * mass * made.rate**2 * draw.size(0.5, 2.0) / (48.0 * 210e9 * math.pi)) ** 0.25
+    radius = draw.size(0.1, 0.3)
+    disc: dict[str, Any] = {"name": "disc", "at": draw.said(at, "length"), "mass": draw.said(mass, "mass")}
+    if draw.chance(0.8):
+        disc["polar"] = draw.said(0.5 * mass * radius**2, "inertia")
+        disc["diametral"] = draw.said(0.3 * mass * radius**2, "inertia")
+    section = {"diameter": draw.said(wide, "length"), **draw.pick([{}, {"inner_ratio": 0.5}])}
+    table = {
+        "sections": [{"length": "0.6 m", **section}, {"length": "0.7 m", **section}],
+        "discs": [disc],
+        "stations": {"left": "0 m", "right": "1 m"},
+        "modulus": "210 GPa",
+        "density": "7850 kg/m3",
+    }
+    made.put("rotors", "shaft", table)
+    for one in ("left", "right"):
+        stiffness = draw.value(mass * made.rate**2 * draw.size(2.0, 20.0), "stiffness", vary=0.2)
+        damping = draw.said(0.2 * mass * made.rate, "damping")
+        made.put("links", f"{one}_bearing", {"between": [one, "ground"], "stiffness": stiffness, "damping": damping})
+    return made
+
+
 def _heavy(draw: Draw, mass: float) -> dict[str, Any]:
     if draw.chance(0.1):
         return {"weight": draw.said(mass * GRAVITY, "force")}

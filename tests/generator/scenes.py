@@ -9,7 +9,17 @@ from typing import Any
 
 from asking import Table, beside, candidates, closed, mistakes, question
 from draw import Draw
-from machines import Drawn, about_an_axis, on_a_line, on_a_structure, that_rubs, that_spins, with_absorber, with_inerter
+from machines import (
+    Drawn,
+    about_an_axis,
+    on_a_line,
+    on_a_structure,
+    that_rubs,
+    that_spins,
+    that_whirls,
+    with_absorber,
+    with_inerter,
+)
 from shaking import shaken
 from spatial import in_a_plane, in_space
 from vibopt.responses import KINDS
@@ -31,7 +41,7 @@ MACHINES: tuple[tuple[Callable[[Draw], Drawn], bool, bool], ...] = (
     (on_a_structure, True, False),
 )
 """What may be built: the machine, whether an absorber sits on it, and whether its parts are bought."""
-OF_ITS_OWN = {"friction_force": that_rubs, "stability_threshold": that_spins} | {
+OF_ITS_OWN = {"friction_force": that_rubs, "stability_threshold": that_spins, "critical_speed": that_whirls} | {
     f"{one}bending_stress": on_a_line for one in ("", "static_", "combined_", "rms_", "peak_")
 }
 """What must be built for a response that few machines have."""
@@ -147,7 +157,7 @@ def limited(draw: Draw, made: Drawn, one: Table, value: float) -> Table:
     kind = KINDS[one["response"]]
     if kind.complement:
         return {**one, "at_least": round(value - draw.size(0.05, 0.8), 3)}
-    if "outside" in kind.model_fields and draw.chance(0.3):
+    if "outside" in kind.model_fields and draw.chance(0.6):
         low = value * draw.size(0.3, 1.2) / (2.0 * math.pi)
         outside: Any = f"{low:.3g}..{1.2 * low:.3g} Hz"
         steady = [

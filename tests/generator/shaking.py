@@ -20,14 +20,14 @@ _HIGHEST = 6.0
 
 def shaken(draw: Draw, made: Drawn, *, sort: str, many: int = 1) -> None:
     """Adds excitations of kinds that act on something there; one of the `sort` that is asked for first."""
-    fits = [kind for kind in KINDS if _places(kind, made)]
+    fits = [kind for kind in KINDS if _places(kind, made)] if "rotors" not in made.document else ["unbalance"]
     sorts = {one: [kind for kind in fits if KINDS[kind].sort == one] for one in ("steady", "random", "transient")}
     other = "random" if sort == "steady" else "steady"
     for index in range(many):
         kinds = sorts[sort if index == 0 else other] or sorts["steady"]
         if kinds:
             rare = [kind for kind in kinds if set(_places(kind, made)) <= set(made.names("bases"))]
-            kind = draw.pick([*kinds, *rare, *rare])
+            kind = draw.pick([*kinds, *rare, *rare, *rare])
             on = draw.pick(_places(kind, made))
             made.put("excitations", f"shaker{index + 1}", {"kind": kind, "on": on, **recipe(kind)(draw, made, on)})
 

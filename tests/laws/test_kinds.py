@@ -197,8 +197,12 @@ def machines() -> dict[str, dict[str, Any]]:
     return made
 
 
+SPINNING = {"rotors"}
+"""Families whose inertia is that of a whirl, which need not be positive: see test_rotors.py."""
+
+
 def test_every_family_is_in_some_machine() -> None:
-    assert {family for one in machines().values() for family in one} >= set(FAMILIES)
+    assert {family for one in machines().values() for family in one} >= set(FAMILIES) - SPINNING
 
 
 @pytest.mark.parametrize("name", machines())

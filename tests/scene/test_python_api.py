@@ -427,6 +427,7 @@ def test_each_part_is_a_method_with_the_words_of_the_file() -> None:
     methods: dict[str, Any] = {"bodies": vo.Machine.body, "bases": vo.Machine.base, "links": vo.Machine.link}
     methods["absorbers"] = vo.Machine.absorber
     methods["structures"] = vo.Machine.structure
+    methods["rotors"] = vo.Machine.rotor
     methods["points"] = vo.Machine.point
     methods["inerters"] = vo.Machine.inerter
     methods["mounts"] = vo.Machine.mount

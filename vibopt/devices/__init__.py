@@ -29,6 +29,7 @@ FAMILIES: Kinds[Device] = Kinds(
         "bodies": "body.BodyTable",
         "bases": "base.BaseTable",
         "structures": "structure.StructureTable",
+        "rotors": "rotor.RotorTable",
         "absorbers": "absorber.AbsorberTable",
         "links": "link.LinkTable",
         "inerters": "inerter.InerterTable",

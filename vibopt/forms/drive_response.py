@@ -42,8 +42,7 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         if through is not None:
             return through[0]
     search = least if least_wanted else greatest
-    modal = modal_of(model, model.values(x))
-    singular, breaks = singularities(model, form, drive, x, modal)
+    modal, singular, breaks = modes_for(model, form, drive, x)
     found = search(DriveResponse(model, form, drive, x, modal), drive.bands, singular, breaks)
     if model.n_free < WORTH or not np.isfinite(found.value):
         return found
@@ -57,6 +56,16 @@ def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Cur
     found = curve(model, model.values(x), form.output, drive.lines[0])
     share = mount_count(model, form.output, x)
     return found if found is None or share == 1.0 else replace(found, size=found.size / share**2)
+
+
+def modes_for(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray
+) -> tuple[Modal | None, ComplexArray, FloatArray]:
+    """Modes of a model that is worth it, and the singularities; nothing of both where single speeds are looked at."""
+    if all(band.is_point for band in drive.bands):
+        return None, np.zeros(0, dtype=complex), np.zeros(0)
+    modal = modal_of(model, model.values(x))
+    return modal, *singularities(model, form, drive, x, modal)
 
 
 def singularities(

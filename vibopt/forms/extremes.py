@@ -13,11 +13,11 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.bends import curved
-from vibopt.forms.drive_response import DriveResponse, closed_form, rigid_form, singularities
+from vibopt.forms.drive_response import DriveResponse, closed_form, modes_for, rigid_form
 from vibopt.forms.few import few_peaks
 from vibopt.forms.form import Local, by_differences, log_of
 from vibopt.forms.greatest_values import highest
-from vibopt.mechanics.harmonic import dynamic_stiffness, impedances, modal_of
+from vibopt.mechanics.harmonic import dynamic_stiffness, impedances
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import frequency_slopes
 from vibopt.mechanics.peaks import Extreme, least, peaks
@@ -80,8 +80,7 @@ def extremes_of(
     through = None if least_wanted else highest(model, form, drive, x, within)
     if through is not None:
         return through
-    modal = modal_of(model, model.values(x))
-    singular, breaks = singularities(model, form, drive, x, modal)
+    modal, singular, breaks = modes_for(model, form, drive, x)
     response = DriveResponse(model, form, drive, x, modal)
     if least_wanted:
         return _direct(response, [least(response, drive.bands, singular, breaks)])

@@ -106,7 +106,7 @@ def _many(bands: tuple[Band, ...]) -> FloatArray:
 
 
 def _ratio(model: Model, form: Modulus, drive: Drive) -> Ratio | None:
-    if not 1 < model.n_free <= MOST or len(drive.lines) != 1 or form.rigid_link:
+    if model.spins or not 1 < model.n_free <= MOST or len(drive.lines) != 1 or form.rigid_link:
         return None
     if form.output.shared_by and model.counts[form.output.shared_by].exponents:
         return None

@@ -46,7 +46,7 @@ def highest(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: fl
         Speeds [rad/s], and values from direct solutions there.
         None where the sum over the poles does not apply or is not to be trusted.
     """
-    if not 1 < model.n_free <= _MOST or len(drive.lines) != 1 or form.rigid_link:
+    if model.spins or not 1 < model.n_free <= _MOST or len(drive.lines) != 1 or form.rigid_link:
         return None
     reading = reading_of(model, form.output, drive.lines[0], x)
     if reading is None:

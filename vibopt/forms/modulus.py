@@ -139,14 +139,14 @@ class Modulus(Form):
         return self.groups(model).degrees[0] <= most_degree
 
     def sampleable(self, model: Model) -> bool:
-        return True
+        return not model.spins
 
     def not_smooth(self, model: Model) -> str:
         true_peak = self.combine == "peak" and any(len(drive.lines) > 1 for drive in self.drives)
         return "is the true peak of several harmonics over time, which jumps from one instant to another" * true_peak
 
     def bounded(self, model: Model) -> bool:
-        return not model.mixed and not self._at_one_time
+        return not model.mixed and not model.spins and not self._at_one_time
 
     def lines_at(self, model: Model, name: str, speed: float, reference: FloatArray) -> dict[tuple[str, int], Sampled]:
         """N and D of each line of a drive at one speed; with the link rigid as well, under ~index."""

@@ -55,7 +55,7 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
-    reach = form.reach(model) if n > 1 and not model.massless.any() else None
+    reach = form.reach(model) if n > 1 and not model.massless.any() and not model.spins else None
     if reach is None:
         return model
     within = _reached(model, reach)

@@ -66,7 +66,8 @@ class ModeFrequency(Form):
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         modes = natural_frequencies(model, model.values(x))
-        return float(rounding * modes[-1] ** 2 / max(abs(other), np.sqrt(rounding) * modes[-1]))
+        top = float(modes[np.isfinite(modes)].max(initial=0.0))
+        return float(rounding * top**2 / max(abs(other), np.sqrt(rounding) * top)) if top else 0.0
 
     def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
         return (self.mode,)
@@ -79,13 +80,13 @@ class ModeFrequency(Form):
         return model.n_free == 1 and self.mode == 1
 
     def sampleable(self, model: Model) -> bool:
-        return True
+        return not model.spins
 
     def not_smooth(self, model: Model) -> str:
         return "keeps every natural frequency out of a band: above it or below is a choice for each" * (not self.mode)
 
     def bounded(self, model: Model) -> bool:
-        return True
+        return not model.spins
 
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
         return frequencies_on(known.model, low, high, self.index)

@@ -16,8 +16,8 @@ GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
     "Guides": (
         "isolators", "absorbers", "space", "catalogues", "structures", "noise", "shock", "run_up", "friction",
-        "shafts", "tolerances", "studies", "balancing", "known_masses", "engines", "methods", "verification", "charts",
-        "python", "formats",
+        "shafts", "rotors", "tolerances", "studies", "balancing", "known_masses", "engines", "methods", "verification",
+        "charts", "python", "formats",
     ),
     "Reference": ("excitations", "responses", "units", "refusals"),
     "About": ("contributing", "changelog"),

@@ -16,6 +16,7 @@ from vibopt.records import dataclass
 if TYPE_CHECKING:
     from vibopt.mechanics.hosted import Carrier
     from vibopt.mechanics.rigid import Rigid, Spring3
+    from vibopt.mechanics.shaft_waves import WhirlingShaft
 
 
 def _nothing() -> FloatArray:
@@ -42,8 +43,8 @@ class Assembly:
         As of `Machine`.
     rigid, mounts, groups
         As of `SpaceMachine`.
-    carriers
-        Structures by name.
+    carriers, shafts
+        Structures and shafts of rotors by name.
     """
 
     only: str | None = None
@@ -62,6 +63,7 @@ class Assembly:
     mounts: list[Spring3] = field(default_factory=list)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     carriers: dict[str, Carrier] = field(default_factory=dict)
+    shafts: dict[str, WhirlingShaft] = field(default_factory=dict)
 
     def add_mass(self, name: str, mass: float, weight: float, said: float) -> None:
         """A mass that moves along the line or about the axis: as built, what of it weighs, and as said."""
@@ -84,6 +86,7 @@ class Assembly:
     def points(self) -> set[str]:
         """What is there to be joined."""
         held = [point for one in self.carriers.values() for point in one.coordinates.points]
+        held += [point for one in self.shafts.values() for point in one.points]
         return {GROUND, *self.masses, *self.rigid, *self.bases, *held}
 
     def machine(self, order: Mapping[str, int], *, space: bool) -> Machine:
@@ -111,6 +114,10 @@ class Assembly:
                 fixed=self.fixed,
                 spatial=self.spatial,
             )
+        if self.shafts:
+            from vibopt.mechanics.rotating import RotatingMachine
+
+            return RotatingMachine(self.masses, *core, shafts=self.shafts)
         if self.carriers:
             from vibopt.mechanics.hosted import HostedMachine
 

@@ -202,6 +202,13 @@ class ModelBuilder:
         vector = np.array([row.get(name, 0.0) for name in self.coords])
         self._add(kind, vector, value, owner, static)
 
+    def add_polar(self, row: Mapping[str, float], moment: Monomial, owner: str) -> None:
+        """Polar moment of inertia of what spins, over the coordinates that tilt it: it counts against the other one."""
+        vector = np.array([row.get(name, 0.0) for name in self.coords])
+        self.terms.append(
+            Term(INERTIA, vector, -moment.scale, moment.row(self.n_vars), owner, 0.0, across=False, polar=True)
+        )
+
     def _add(
         self,
         kind: int,

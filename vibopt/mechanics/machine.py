@@ -477,6 +477,10 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
+    def critical_speeds(self, sense: float = 1.0) -> FloatArray:
+        """Speeds at which a whirl with the spin, or against it (`sense` -1), is free, ascending [rad/s]."""
+        return self.natural_frequencies()
+
     def mode_shapes(self) -> tuple[FloatArray, FloatArray]:
         """Undamped natural frequencies, ascending (n_bodies,) [rad/s], and their shapes (n_bodies, n_modes)."""
         left, values, _ = np.linalg.svd(self._spring_columns())

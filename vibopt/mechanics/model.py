@@ -36,6 +36,8 @@ class Term:
         Whether it acts between the two ends of its owner, as springs, dampers and inerters do.
     shares
         Of its owner's ends, first and second, how far each moves it, held ones too; what is between them has (-1, 1).
+    polar
+        Whether it is an INERTIA less than nothing, the polar one of what spins, in a whirl forward with the spin.
     """
 
     kind: int
@@ -46,6 +48,7 @@ class Term:
     static_scale: float
     across: bool = False
     shares: tuple[float, float] = (0.0, 0.0)
+    polar: bool = False
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,17 @@ class Model:
     def with_beams(self) -> bool:
         """Whether the mass of a beam is spread between two ends."""
         return any(term.kind == INERTIA and not term.across and any(term.shares) for term in self.terms)
+
+    @cached_property
+    def spins(self) -> bool:
+        """Whether something spins, and each frequency is that of a whirl with the spin."""
+        return any(term.polar for term in self.terms)
+
+    @cached_property
+    def backward(self) -> Model:
+        """The model of a whirl against the spin, as fast as it spins: polar inertia adds to the other one."""
+        turned = (replace(term, scale=-term.scale) if term.polar else term for term in self.terms)
+        return replace(self, terms=tuple(turned)) if self.spins else self
 
     @cached_property
     def massless(self) -> BoolArray:

@@ -11,6 +11,9 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.joints import condensed, first_order, massless
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 
+_STILL = 1e-12
+"""Part of the longest period below which one is rounding."""
+
 
 def free_matrices(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """M, C, K, H on the free coordinates, each (n_free, n_free)."""
@@ -27,6 +30,8 @@ def poles(model: Model, p: FloatArray) -> ComplexArray:
     """
     mass, damping, stiffness, hysteretic = free_matrices(model, p)
     n = model.n_free
+    if model.spins:
+        return _poles_by_inverse(mass, damping, stiffness + 1j * hysteretic)
     if model.massless.any():
         return -1j * np.linalg.eigvals(_states(mass, damping, stiffness + 1j * hysteretic)[0])
     if n == 1:
@@ -43,6 +48,26 @@ def poles(model: Model, p: FloatArray) -> ComplexArray:
     first = np.block([[np.zeros((n, n)), np.eye(n)], [k / scale**2, 1j * c / scale]])
     result: ComplexArray = np.linalg.eigvals(first) * scale
     return result
+
+
+def _poles_by_inverse(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> ComplexArray:
+    """As `poles`, where the inertia against a whirl need not be positive but springs hold everything."""
+    n = len(mass)
+    still = np.linalg.solve(stiffness, np.hstack([mass, damping]))
+    slow = float(np.sqrt(np.abs(np.linalg.eigvals(still[:, :n])).max()))
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [still[:, :n] / slow**2, -1j * still[:, n:] / slow]])
+    periods = np.linalg.eigvals(state) * slow
+    return np.asarray(1.0 / periods[np.abs(periods) > _STILL * slow], dtype=complex)
+
+
+def whirls(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """1 / w^2 of each free undamped whirl (n,), greatest first, and motions (n, n) that have potential energy 1/2.
+
+    The stiffness is positive.  Where the first is not, gyroscopic moments keep that motion from ever being free.
+    """
+    root = np.linalg.inv(np.linalg.cholesky(stiffness))
+    squares, vectors = np.linalg.eigh(root @ mass @ root.T)
+    return squares[::-1], (root.T @ vectors)[:, ::-1]
 
 
 def _poles_of_one(mass: float, damping: float, stiffness: complex) -> ComplexArray:
@@ -71,8 +96,14 @@ def undamped_root(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
 
 
 def natural_frequencies(model: Model, p: FloatArray) -> FloatArray:
-    """Undamped natural frequencies in ascending order [rad/s], one of each free coordinate with mass."""
+    """Undamped natural frequencies in ascending order [rad/s], one of each free coordinate with mass.
+
+    Of what spins the critical speeds of whirl with the spin; infinite for each that gyroscopic moments keep away.
+    """
     mass, _, stiffness, _ = free_matrices(model, p)
+    if model.spins:
+        inverse = whirls(mass, stiffness)[0]
+        return np.asarray(np.where(inverse > 0.0, 1.0 / np.sqrt(np.abs(inverse)), np.inf))
     if model.n_free == 1:
         only: FloatArray = np.sqrt(stiffness[0] / mass[0, 0])
         return only
@@ -85,6 +116,10 @@ def natural_frequencies(model: Model, p: FloatArray) -> FloatArray:
 def mode_shapes(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Natural frequencies (n_modes,) [rad/s] and mass-normalised shapes (n_free, n_modes)."""
     mass, _, stiffness, _ = free_matrices(model, p)
+    if model.spins:
+        inverse, shapes = whirls(mass, stiffness)
+        free = inverse > 0.0
+        return 1.0 / np.sqrt(inverse[free]), shapes[:, free] / np.sqrt(inverse[free])
     root = undamped_root(mass, stiffness)
     squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
     return np.sqrt(np.maximum(squares, 0.0)), root.T @ vectors
@@ -230,6 +265,8 @@ def characteristic(model: Model, p: FloatArray, scale: float) -> FloatArray:
 def modes_at(model: Model, x: FloatArray) -> FloatArray:
     """Undamped natural frequencies at designs x (n, n_vars) [rad/s], ascending, shape (n, n_modes)."""
     p, n = model.values(x), model.n_free
+    if model.spins:
+        return np.array([natural_frequencies(model, one) for one in p])
     vectors = model.vectors[:, :n]
     pairs = vectors[:, :, None] * vectors[:, None, :]
     stiff = np.tensordot(p * (model.kinds == STIFFNESS), pairs, axes=1)

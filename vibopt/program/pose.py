@@ -118,6 +118,7 @@ def rated_name(link: str) -> str:
 
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:
     """The smallest exact model for a response, and its form on it."""
+    full = response.seen_in(full)
     form = form_of(scene, full, response)
     model = full if not reduce or full.n_free == 1 else reduced(full, form)
     if form.harmonic is None:

@@ -37,6 +37,7 @@ KINDS: Kinds[Response] = Kinds(
         "shear_stress": "stress.ShearStress",
         "static_deflection": "static_deflection.StaticDeflection",
         "natural_frequency": "natural_frequency.NaturalFrequency",
+        "critical_speed": "natural_frequency.CriticalSpeed",
         "damping_ratio": "damping.DampingOfModes",
         "insertion_loss": "insertion_loss.InsertionLoss",
         "total_mass": "parameters.TotalMass",

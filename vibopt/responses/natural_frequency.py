@@ -1,10 +1,11 @@
 """Undamped natural frequencies."""
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.forms import Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
@@ -28,11 +29,11 @@ class Orders:
     of: str
     margin: float
 
-    def bands(self, speeds: tuple[Band, ...]) -> SpeedRange:
-        """The bands that they are at the speeds of the excitation [rad/s]."""
+    def bands(self, speeds: tuple[Band, ...], unit: str) -> SpeedRange:
+        """The bands that they are at the speeds of the excitation [rad/s], shown in a unit."""
         wide = 1.0 - self.margin, 1.0 + self.margin
         found = [Band(n * one.low * wide[0], n * one.high * wide[1]) for n in self.orders for one in speeds]
-        return SpeedRange(merged(tuple(sorted(found, key=lambda band: band.low))), ROTATION, "Hz")
+        return SpeedRange(merged(tuple(sorted(found, key=lambda band: band.low))), ROTATION, unit)
 
 
 def _orders(given: Mapping[str, Any]) -> Orders:
@@ -109,11 +110,34 @@ class NaturalFrequency(Response):
         return self.outside.of if isinstance(self.outside, Orders) else ""
 
     def at_orders(self, speeds: tuple[Band, ...]) -> Response:
-        return self.model_copy(update={"outside": self.outside.bands(speeds)})
+        return self.model_copy(update={"outside": self.outside.bands(speeds, self.unit_without)})
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return ModeFrequency(0 if self.outside is not None else self.mode)
 
     def measure_static(self, machine: Machine) -> float:
-        found: float = machine.natural_frequencies()[self.mode - 1]
-        return found
+        found = self.frequencies_of(machine)
+        return float(found[self.mode - 1]) if self.mode <= len(found) else float("inf")
+
+
+class CriticalSpeed(NaturalFrequency):
+    """`response = "critical_speed"`: speed at which an undamped rotor whirls freely as fast as it spins [rad/s].
+
+    Keys
+    ----
+    whirl: "forward", with the spin, as an unbalance drives it, or "backward": `whirl = "backward"`. Forward without it.
+    """
+
+    whirl: Literal["forward", "backward"] = "forward"
+    whirls: ClassVar[bool] = True
+    unit_without: ClassVar[str] = "rpm"
+
+    @property
+    def modes(self) -> int:
+        return 0 if self.outside is not None else self.mode
+
+    def seen_in(self, model: Model) -> Model:
+        return model.backward if self.whirl == "backward" else model
+
+    def frequencies_of(self, machine: Machine) -> FloatArray:
+        return machine.critical_speeds(-1.0 if self.whirl == "backward" else 1.0)

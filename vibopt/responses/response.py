@@ -94,6 +94,8 @@ class Response(Table):
         Families whose members that move along a line it adds up; the first is what messages call them.
     refers_to
         Of an absorber: what of the machine it is a ratio to, "mass" or "frequency"; "" of all else.
+    whirls
+        Whether it asks for modes of what spins, at the speed of the spin.
 
     Keys
     ----
@@ -130,6 +132,7 @@ class Response(Table):
     against_friction: ClassVar[str] = "speaks of linear motion, and what rubs does not move linearly"
     sums: ClassVar[tuple[str, ...]] = ()
     refers_to: ClassVar[str] = ""
+    whirls: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod
@@ -220,6 +223,14 @@ class Response(Table):
     def places(self) -> dict[str, tuple[str, str]]:
         """Names used, by key: (name, family), family "body", "link", "joining link" (of two bodies), "point", ..."""
         return {}
+
+    def seen_in(self, model: Model) -> Model:
+        """The model that it speaks of: of what spins, forward or backward whirl."""
+        return model
+
+    def frequencies_of(self, machine: Machine) -> FloatArray:
+        """Natural frequencies or critical speeds of the built machine that it speaks of, ascending [rad/s]."""
+        return machine.natural_frequencies()
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         """What the optimiser gets."""

@@ -43,7 +43,7 @@ def model_of(scene: Scene, chosen: FloatArray | None = None, *, free: Container[
     count, doubts = len(scene.variables), uncertain(scene)
     builder = ModelBuilder(count + len(doubts))
     builder.spatial = spatial_bases(scene)
-    if scene.structures:
+    if scene.structures or scene.rotors:
         from vibopt.scene.drives import looked_at
 
         builder.top, builder.modes = looked_at(scene)

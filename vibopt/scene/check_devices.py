@@ -26,7 +26,7 @@ def check_names(scene: Scene, mistakes: Mistakes) -> None:
             own = (kind.moving_in, kind.supports_in, kind.links_in)
             for one in dict.fromkeys([name, *(x for ask in own for x in ask(name, table))]):
                 _check_name(family, name, one, seen, mistakes)
-    if not places.raw(scene, "bodies") and not places.raw(scene, "structures"):
+    if not any(places.raw(scene, family) for family in ("bodies", "structures", "rotors")):
         mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
 
 

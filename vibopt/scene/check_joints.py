@@ -17,7 +17,11 @@ def check_joints(scene: Scene, mistakes: Mistakes) -> None:
     if not empty:
         return
     light = places.joints(scene)
-    others = [*places.raw(scene, "structures"), *(name for name, body in scene.bodies.items() if body.freedoms)]
+    others = [
+        *places.raw(scene, "structures"),
+        *places.raw(scene, "rotors"),
+        *(name for name, body in scene.bodies.items() if body.freedoms),
+    ]
     if others:
         mistakes.add(
             ("bodies", empty[0], "mass"),

@@ -14,6 +14,7 @@ from vibopt.scene.check_friction import check_friction, rubs_in
 from vibopt.scene.check_joints import check_beams, check_joints
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_lossy, check_random
+from vibopt.scene.check_rotors import check_rotors, whirl_fault
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_spin import check_spin, spins_in
@@ -32,6 +33,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_space(scene, mistakes)
     check_excitations(scene, mistakes)
     check_friction(scene, mistakes)
+    check_rotors(scene, mistakes)
     check_joints(scene, mistakes)
     check_beams(scene, mistakes)
     check_spin(scene, mistakes)
@@ -46,7 +48,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 def check_response(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of one limit, measure or goal, of a machine that is checked beside it."""
-    if rubs_in(scene, path, response, mistakes) or spins_in(scene, path, response, mistakes):
+    questions = (rubs_in, spins_in, whirl_fault)
+    if any(fault(scene, path, response, mistakes) for fault in questions):
         return
     if response.signed and not _free(scene, path, response, mistakes):
         return

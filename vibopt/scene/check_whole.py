@@ -151,8 +151,9 @@ def check_free(scene: Scene, path: Path, response: Response, mistakes: Mistakes)
         way = f"Move it to [measures.{path[1]}]" if len(path) > 1 else "Ask for it in [measures.NAME]"
         mistakes.add(path, f"{where} asks for the {key}, which has a sign and is only measured. {way}.")
         return False
-    if is_spatial(scene) or scene.structures:
-        mistakes.add(path, f"{where}: {key} is not supported for machines in space or on structures yet. Remove it.")
+    if is_spatial(scene) or scene.structures or scene.rotors:
+        whose = "with rotors" if scene.rotors else "in space or on structures"
+        mistakes.add(path, f"{where}: {key} is not supported for machines {whose} yet. Remove it.")
         return False
     if places.joints(scene) and "after" in type(response).model_fields:
         mistakes.add(

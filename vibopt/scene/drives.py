@@ -146,7 +146,7 @@ def looked_at(scene: Scene) -> tuple[float, int]:
     modes = max((one.modes for one in asked), default=0)
     tuned = [one.mode or 1 for one in scene.absorbers.values() if one.has_spring and one.tuning_to is None]
     modes = max([modes, *tuned])
-    if modes:
+    if modes and scene.structures:
         modes += sum(table.between_points for _, _, table in devices(scene))
     return _MARGIN * max([_LEAST, *tops]), modes
 

@@ -63,8 +63,9 @@ def moving(scene: Scene) -> list[str]:
 
 @once
 def carried(scene: Scene) -> set[str]:
-    """Points of structures: what hangs there is held by the structure itself."""
-    return {point for name, table in scene.structures.items() for point in table.names}
+    """Points of structures and rotors: what hangs there is held by the structure itself."""
+    held = [table.names for table in scene.structures.values()] + [table.names for table in scene.rotors.values()]
+    return {point for names in held for point in names}
 
 
 @once

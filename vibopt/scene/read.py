@@ -227,6 +227,9 @@ class _Parts:
             value, inner = getattr(made, key), (*path, key)
             if isinstance(value, Table):
                 self._values(inner, value)
+            for number, one in enumerate(value if isinstance(value, tuple) else (), start=1):
+                if isinstance(one, Table):
+                    self._values((*inner, str(number)), one)
             if isinstance(value, (Fact, Choice)) and value.echo:
                 self.notes.append(f"{'.'.join(inner)}: {value.echo}")
             if isinstance(value, Choice):

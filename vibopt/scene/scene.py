@@ -22,10 +22,11 @@ if TYPE_CHECKING:
     from vibopt.devices.link import LinkTable
     from vibopt.devices.mount import MountTable
     from vibopt.devices.point import PointTable
+    from vibopt.devices.rotor import RotorTable
     from vibopt.devices.structure import StructureTable
 
 MAXIMISE, MINIMISE = "maximise", "minimise"
-OWN_FIELDS = ("bodies", "bases", "structures", "absorbers", "links", "points", "mounts")
+OWN_FIELDS = ("bodies", "bases", "structures", "rotors", "absorbers", "links", "points", "mounts")
 """Families of devices that are fields of a scene; all others are in `others`, and read by name all the same."""
 
 
@@ -98,6 +99,7 @@ class Scene:
     locator: Locator | None = field(default=None, compare=False, repr=False)
     absorbers: dict[str, AbsorberTable] = field(default_factory=dict)
     structures: dict[str, StructureTable] = field(default_factory=dict)
+    rotors: dict[str, RotorTable] = field(default_factory=dict)
     points: dict[str, PointTable] = field(default_factory=dict)
     mounts: dict[str, MountTable] = field(default_factory=dict)
     asked: Scene | None = field(default=None, compare=False, repr=False)

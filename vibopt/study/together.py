@@ -74,7 +74,7 @@ def _is_plain(scene: Scene) -> bool:
     bodies, links = scene.bodies.values(), scene.links.values()
     return (
         len(bodies) == 1
-        and not (scene.absorbers or scene.structures or scene.mounts or scene.others)
+        and not (scene.absorbers or scene.structures or scene.rotors or scene.mounts or scene.others)
         and all(not one.freedoms and one.rolling is None for one in bodies)
         and all(one.mass is not None or one.weight is not None for one in bodies)
         and all(one.part is None and not one.says_axis and one.beam is None for one in links)

@@ -54,7 +54,7 @@ def built(scene: Scene, chosen: Mapping[str, Any]) -> Machine:
     bodies = [name for name in scene.bodies if name not in bodies_in_space(scene)]
     assembly = Assembly(only=bodies[0] if len(bodies) == 1 else None, alone=alone)
     assembly.spatial = spatial_bases(scene) if space else ()
-    if scene.structures:
+    if scene.structures or scene.rotors:
         from vibopt.scene.drives import looked_at
 
         assembly.top, assembly.modes = looked_at(scene)

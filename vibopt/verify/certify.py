@@ -86,7 +86,7 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
         value, times = peak_in_time(scene, machine, response)
         return Measured(value, times, response)
     if response.outside_bands:
-        return Measured(_nearest_mode(machine, response.outside_bands), {}, response)
+        return Measured(_nearest_mode(response.frequencies_of(machine), response.outside_bands), {}, response)
     return Measured(response.measure_static(machine), {}, response)
 
 
@@ -99,9 +99,8 @@ def _added(scene: Scene, machine: Machine, response: TransientResponse) -> Measu
     return Measured(total, {name: at for one in found for name, at in one.speeds.items()}, response)
 
 
-def _nearest_mode(machine: Machine, outside: tuple[Band, ...]) -> float:
+def _nearest_mode(modes: FloatArray, outside: tuple[Band, ...]) -> float:
     """The natural frequency deepest inside any band, or else the nearest to one [rad/s]."""
-    modes = machine.natural_frequencies()
     depth = [(min(w - band.low, band.high - w), w) for band in outside for w in modes]
     return float(max(depth)[1])
 

@@ -84,6 +84,10 @@ class Modelled:
 
     def at(self, response: Response, found: Measured) -> tuple[float, float]:
         """Its value where the other route found its own, and how far rounding may move it."""
+        seen = response.seen_in(self.full)
+        return (self if seen is self.full else replace(self, full=seen))._at(response, found)
+
+    def _at(self, response: Response, found: Measured) -> tuple[float, float]:
         form = form_of(self.scene, self.full, response)
         if form.harmonic is not None:
             other = 1.0 - found.value if response.complement else found.value

@@ -139,6 +139,29 @@ class StructureWords(TypedDict, total=False):
     loss_factor: Bound
 
 
+class RotorWords(TypedDict, total=False):
+    """Keys of `[rotors.NAME]`: a shaft of sections that spins, with discs.
+
+    sections
+        Tables of length, diameter, inner_diameter or inner_ratio, from left to right.
+    discs
+        Tables of name, at, and mass, diametral, polar, or outer_diameter, inner_diameter, width, density.
+    stations
+        Place of each from the left end.
+    modulus, density, poisson_ratio, shear_modulus, shear_coefficient
+        Of the shaft; a Poisson's ratio of 0.3 and Cowper's coefficient without the last three.
+    """
+
+    sections: Sequence[Mapping[str, object]]
+    discs: Sequence[Mapping[str, object]]
+    stations: Mapping[str, Bound]
+    modulus: Bound
+    density: Bound
+    poisson_ratio: float
+    shear_modulus: Bound
+    shear_coefficient: float
+
+
 class AbsorberWords(TypedDict, total=False):
     """Keys of `[absorbers.NAME]`: one way each to say mass, spring and damper.
 
@@ -336,6 +359,13 @@ class Machine(Responses):
         in which Python runs.
         """
         self._add("structures", name, words)
+
+    def rotor(self, name: str, **words: Unpack[RotorWords]) -> None:
+        """A shaft that spins, with discs and stations, which act as bodies do; an unbalance drives its whirl.
+
+        Words: sections, discs, stations; modulus, density, poisson_ratio, shear_modulus, shear_coefficient.
+        """
+        self._add("rotors", name, words)
 
     def absorber(self, name: str, *, on: str | Mapping[str, object], **words: Unpack[AbsorberWords]) -> None:
         """A small mass on a spring and a damper, `on` a body, an absorber, or the best `one_of("a", "b")`.

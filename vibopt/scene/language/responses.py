@@ -212,6 +212,10 @@ class Responses:
         """Undamped natural frequency [rad/s]; mode 1, the lowest, without a `mode`."""
         return Measure("natural_frequency", mode=mode, **words)
 
+    def critical_speed(self, *, mode: int | None = None, whirl: str | None = None, **words: Unpack[Shown]) -> Measure:
+        """Speed at which a rotor whirls freely as fast as it spins [rad/s]; `whirl` "forward", or "backward"."""
+        return Measure("critical_speed", mode=mode, whirl=whirl, **words)
+
     def damping_ratio(self, *, of: str | None = None, mode: int | None = None, **words: Unpack[Shown]) -> Measure:
         """Damping ratio `of` a link, or of the `mode`-th least damped mode; without both, the least damped."""
         return Measure("damping_ratio", of=of, mode=mode, **words)

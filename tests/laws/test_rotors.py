@@ -1,0 +1,377 @@
+"""Rotors of discs on a shaft: polynomials against waves, closed forms, published figures, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vibopt.errors import InputError
+from vibopt.mechanics.model import INERTIA, STIFFNESS
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.shaft_waves import Section, WhirlingShaft
+from vibopt.scene.assemble import model_of
+from vibopt.scene.read import from_dict, from_text
+from vibopt.solve import solve
+from vibopt.verify.as_built import machine_of
+
+NONE = np.zeros(0)
+RPM = math.pi / 30.0
+
+
+def held(stiffness: float = 1e6, damping: float = 0.0) -> dict[str, Any]:
+    """Bearings alike at both ends."""
+    table = {"stiffness": f"{stiffness!r} N/m", **({"damping": f"{damping!r} N s/m"} if damping else {})}
+    return {name: {"between": [name[:-8], "ground"], **table} for name in ("left_bearing", "right_bearing")}
+
+
+def friswell(**over: Any) -> dict[str, Any]:
+    """Two discs between two bearings: Friswell, Penny, Garvey and Lees (2010), example 5.9.1."""
+    disc = {"inner_diameter": "50 mm", "width": "70 mm", "density": "7810 kg/m3"}
+    rotor = {
+        "sections": [{"length": "1.5 m", "diameter": "50 mm"}],
+        "discs": [
+            {"name": "first", "at": "0.5 m", "outer_diameter": "280 mm", **disc},
+            {"name": "second", "at": "1 m", "outer_diameter": "350 mm", **disc},
+        ],
+        "stations": {"left": "0 m", "right": "1.5 m"},
+        "modulus": "211 GPa",
+        "shear_modulus": "81.2 GPa",
+        "density": "7810 kg/m3",
+    }
+    return {
+        "title": "two discs",
+        "rotors": {"rotor": {**rotor, **over}},
+        "links": held(),
+        "excitations": {
+            "imbalance": {"kind": "unbalance", "on": "first", "unbalance": "1 g m", "speed": "100..4000 rpm"}
+        },
+        "measures": {"first": {"response": "displacement", "of": "first"}},
+    }
+
+
+def asked(document: dict[str, Any], **measures: dict[str, Any]) -> dict[str, float]:
+    """Values of measures [SI], agreed on by both routes."""
+    design = solve(from_dict({**document, "measures": measures}))
+    assert design.status == "met", design.claim
+    return {name: row.value.value for name, row in design.measures.items()}
+
+
+# Published figures, with the shear coefficient of Cowper and converged elements
+
+FREE_AT_REST = (86.65811435, 274.31285391, 716.78631221)
+WHIRLS_AT_4000 = (85.389467, 87.7958637, 251.78460413, 294.71333087, 600.17936195, 827.07536193)
+"""Of six elements, as the manual of ROSS prints them [rad/s]."""
+
+
+@pytest.mark.parametrize(("speed", "printed"), [(0.0, FREE_AT_REST), (4000.0, WHIRLS_AT_4000)])
+def test_whirls_of_two_discs_are_those_that_are_printed(speed: float, printed: tuple[float, ...]) -> None:
+    machine = machine_of(from_dict(friswell()), {})
+    mass, _, stiffness, _, polar = machine.slow  # type: ignore[attr-defined]
+    n, spin = len(mass), speed * RPM
+    state = np.block(
+        [[np.zeros((n, n)), np.eye(n)], [np.linalg.solve(mass, stiffness), np.linalg.solve(mass, spin * polar)]]
+    )
+    found = np.sort(np.abs(np.linalg.eigvals(state).real))
+    lowest = found[: len(printed)] if speed else found[: 2 * len(printed) : 2]
+    assert lowest == pytest.approx(printed, rel=5e-4)
+
+
+# Both routes: polynomials in the model, waves on the machine as built
+
+
+@pytest.mark.parametrize("whirl", ["forward", "backward"])
+@pytest.mark.parametrize("mode", [1, 2, 3])
+def test_critical_speeds_by_polynomials_are_those_by_waves(mode: int, whirl: str) -> None:
+    scene = from_dict({**friswell(), "measures": {"c": {"response": "critical_speed", "mode": mode, "whirl": whirl}}})
+    model, sense = model_of(scene), 1.0 if whirl == "forward" else -1.0
+    seen = model if whirl == "forward" else model.backward
+    one = natural_frequencies(seen, seen.values(NONE))[mode - 1]
+    assert machine_of(scene, {}).critical_speeds(sense)[mode - 1] == pytest.approx(one, rel=1e-10)
+
+
+def test_a_critical_speed_is_where_the_unbalance_response_has_no_end() -> None:
+    critical = asked(friswell(), c={"response": "critical_speed", "mode": 2})["c"]
+    near = friswell()
+    near["excitations"]["imbalance"]["speed"] = f"{critical * (1.0 - 1e-7) / RPM!r} rpm"
+    close = asked(near, first={"response": "displacement", "of": "first"})["first"]
+    near["excitations"]["imbalance"]["speed"] = f"{critical * (1.0 - 1e-6) / RPM!r} rpm"
+    assert close == pytest.approx(
+        10.0 * asked(near, first={"response": "displacement", "of": "first"})["first"], rel=1e-4
+    )
+
+
+@pytest.mark.parametrize("speed", ["500 rpm", "100..6000 rpm"])
+def test_the_whirl_under_an_unbalance_is_answered_and_agreed(speed: str) -> None:
+    document = friswell()
+    document["links"] = held(2e6, 3e3)
+    document["excitations"]["imbalance"]["speed"] = speed
+    measures = {
+        "near": {"response": "displacement", "of": "first"},
+        "far": {"response": "velocity", "of": "right"},
+        "bearing": {"response": "transmitted_force", "through": "left_bearing"},
+        "ground": {"response": "transmitted_force", "into": "ground"},
+        "sag": {"response": "static_deflection", "of": "second"},
+    }
+    assert min(asked(document, **measures).values()) > 0.0
+
+
+# Closed forms
+
+
+def light(**over: Any) -> dict[str, Any]:
+    """A shaft that weighs nothing and is stiff in shear, on bearings that hardly give way."""
+    rotor = {
+        "sections": [{"length": "1 m", "diameter": "40 mm"}],
+        "discs": [{"name": "disc", "at": "0.5 m", "mass": "20 kg"}],
+        "stations": {"left": "0 m", "right": "1 m"},
+        "modulus": "200 GPa",
+        "shear_modulus": "1e9 GPa",
+        "shear_coefficient": 1.0,
+        "density": "1e-12 kg/m3",
+    }
+    unbalance = {"kind": "unbalance", "on": "disc", "unbalance": "2 g m", "speed": "3000 rpm"}
+    return {
+        "title": "Jeffcott",
+        "rotors": {"rotor": {**rotor, **over}},
+        "links": held(1e14),
+        "excitations": {"imbalance": unbalance},
+    }
+
+
+BENDING = 200e9 * math.pi * 0.04**4 / 64.0
+
+
+def test_jeffcott() -> None:
+    """r = u w^2 / (k - m w^2) with k = 48 E I / L^3."""
+    stiffness, omega = 48.0 * BENDING, 3000.0 * RPM
+    found = asked(
+        light(),
+        whirl={"response": "displacement", "of": "disc"},
+        critical={"response": "critical_speed"},
+        sag={"response": "static_deflection", "of": "disc"},
+    )
+    assert found["critical"] == pytest.approx(math.sqrt(stiffness / 20.0), rel=1e-8)
+    assert found["whirl"] == pytest.approx(2e-3 * omega**2 / abs(stiffness - 20.0 * omega**2), rel=1e-7)
+    assert found["sag"] == pytest.approx(20.0 * 9.80665 / stiffness, rel=1e-7)
+
+
+@pytest.mark.parametrize("whirl", ["forward", "backward"])
+def test_an_overhung_disc_tilts_by_the_closed_form(whirl: str) -> None:
+    """A disc at the end of a cantilever: (12 E I / L^3 - m w^2)(4 E I / L -+ ...) = (6 E I / L^2)^2."""
+    disc = {"name": "disc", "at": "1.5 m", "mass": "20 kg", "diametral": "0.3 kg m2", "polar": "0.6 kg m2"}
+    sections = [{"length": "1 m", "diameter": "400 mm"}, {"length": "0.5 m", "diameter": "40 mm"}]
+    document = light(sections=sections, discs=[disc])
+    document["links"] = held(1e15)
+    tilting = -0.3 if whirl == "forward" else 0.9
+    long = 0.5
+    a, b, c = 12.0 * BENDING / long**3, 6.0 * BENDING / long**2, 4.0 * BENDING / long
+    squares = np.roots([20.0 * tilting, -(20.0 * c + tilting * a), a * c - b * b])
+    lowest = math.sqrt(min(one for one in squares.real if one > 0.0))
+    found = asked(document, c={"response": "critical_speed", "whirl": whirl})["c"]
+    assert found == pytest.approx(lowest, rel=2e-3)  # the inner section and its bearings give way a little
+
+
+@pytest.mark.parametrize("modes", [1, 2, 3])
+def test_a_slender_shaft_alone_whirls_as_a_beam(modes: int) -> None:
+    """Pinned at both ends, Timoshenko's frequency equation with forward gyroscopic moments of a round section."""
+    document = friswell(discs=[], density="7810 kg/m3")
+    document["links"] = held(1e14)
+    document["excitations"]["imbalance"]["on"] = "left"
+    found = asked(document, c={"response": "critical_speed", "mode": modes})["c"]
+    area, second = math.pi * 0.05**2 / 4.0, math.pi * 0.05**4 / 64.0
+    shear = 6.0 * 1.3 / (7.0 + 6.0 * 0.3) * 81.2e9 * area
+    k = modes * math.pi / 1.5
+    # (E I k^2 + S + rho I w^2)(S k^2 - rho A w^2) = S^2 k^2
+    a, b = 211e9 * second * k**2 + shear, 7810.0 * second
+    c, d = shear * k**2, 7810.0 * area
+    squares = np.roots([-b * d, b * c - a * d, a * c - shear**2 * k**2])
+    assert found == pytest.approx(math.sqrt(min(one for one in squares.real if one > 0.0)), rel=1e-7)
+
+
+# Laws of the model
+
+
+def test_stiffness_is_positive_and_gyroscopic_moments_alone_make_inertia_negative() -> None:
+    model = model_of(from_dict(friswell()))
+    p = model.values(NONE)
+    heavy = model.matrix(INERTIA, np.where([term.polar for term in model.terms], 0.0, p))
+    assert np.linalg.eigvalsh(heavy).min() > 0.0
+    assert np.linalg.eigvalsh(model.matrix(INERTIA, p)).min() < 0.0
+    assert np.linalg.eigvalsh(model.matrix(STIFFNESS, p)).min() > 0.0
+
+
+def test_forward_and_backward_are_one_without_polar_inertia_and_apart_with_it() -> None:
+    alike, apart = light(), light()
+    disc = {"name": "disc", "at": "0.3 m", "mass": "20 kg", "diametral": "0.3 kg m2", "polar": "0.6 kg m2"}
+    alike["rotors"]["rotor"]["discs"] = [{**disc, "polar": "1e-20 kg m2"}]
+    apart["rotors"]["rotor"]["discs"] = [disc]
+    both = {way: {"response": "critical_speed", "whirl": way} for way in ("forward", "backward")}
+    one, other = asked(alike, **both), asked(apart, **both)
+    assert one["forward"] == pytest.approx(one["backward"], rel=1e-9)
+    assert other["backward"] < one["forward"] < other["forward"]
+
+
+@pytest.mark.parametrize(("driven", "seen"), [("first", "second"), ("second", "right")])
+def test_the_whirl_is_reciprocal(driven: str, seen: str) -> None:
+    """In a whirl with the spin the dynamic stiffness is symmetric."""
+    there, back = friswell(), friswell()
+    for document, on in ((there, driven), (back, seen)):
+        document["links"] = held(2e6, 3e3)
+        document["excitations"]["imbalance"] |= {"on": on, "speed": "2500 rpm"}
+    one = asked(there, m={"response": "displacement", "of": seen})["m"]
+    assert asked(back, m={"response": "displacement", "of": driven})["m"] == pytest.approx(one, rel=1e-10)
+
+
+def test_a_station_more_changes_nothing() -> None:
+    """Nodes cut the shaft, and neither route knows of it."""
+    more = friswell(stations={"left": "0 m", "probe": "0.71 m", "right": "1.5 m"})
+    question = {"response": "displacement", "of": "second", "at": "3700 rpm"}
+    assert asked(more, m=question)["m"] == pytest.approx(asked(friswell(), m=question)["m"], rel=1e-10)
+
+
+def test_waves_at_rest_are_the_beam_of_the_textbook() -> None:
+    """Stiffness of a Timoshenko element, by its formula."""
+    long, bends, shears = 0.4, 5e4, 3e7
+    found = WhirlingShaft((Section(long, bends, shears, 10.0, 0.01),), (), {}).dynamic(np.zeros(1))[0].real
+    phi = 12.0 * bends / (shears * long**2)
+    near, far = (4.0 + phi) * long**2, (2.0 - phi) * long**2
+    rows = [[12, 6 * long, -12, 6 * long], [6 * long, near, -6 * long, far],
+            [-12, -6 * long, 12, -6 * long], [6 * long, far, -6 * long, near]]  # fmt: skip
+    assert np.allclose(found, np.array(rows) * bends / (long**3 * (1.0 + phi)), rtol=1e-12, atol=0.0)
+
+
+# Designs
+
+
+def test_every_diameter_at_which_the_limits_hold() -> None:
+    document = friswell(sections=[{"length": "1.5 m", "diameter": {"from": "40 mm", "to": "60 mm"}}])
+    document["links"] = held(2e7, 2e4)
+    document["limits"] = {"apart": {"response": "critical_speed", "outside": "1000..1100 rpm"}}
+    document["goal"] = {"find_all": "rotors.rotor.sections.1.diameter"}
+    del document["measures"]
+    design = solve(from_dict(document))
+    assert design.status == "met"
+    (_, low), (high, _) = [(one.value, other.value) for one, other in design.found]
+    for wide, speed in ((low, 1000.0), (high, 1100.0)):
+        there = {**friswell(sections=[{"length": "1.5 m", "diameter": f"{wide!r} m"}]), "links": held(2e7, 2e4)}
+        assert asked(there, c={"response": "critical_speed"})["c"] == pytest.approx(speed * RPM, rel=1e-8)
+
+
+def test_bearings_that_whirl_least() -> None:
+    document = friswell()
+    for link in document["links"].values():
+        link["damping"] = {"from": "1 kN s/m", "to": "100 kN s/m"}
+    document["goal"] = {"minimise": "displacement", "of": "second"}
+    del document["measures"]
+    design = solve(from_dict(document))
+    assert design.status == "feasible"
+    best = design.goal[1].value  # type: ignore[index]
+    for c in (2e3, 1e4, 5e4):
+        there = {**friswell(), "links": held(1e6, c)}
+        assert asked(there, m={"response": "displacement", "of": "second"})["m"] >= best * (1.0 - 1e-9)
+
+
+# What is refused
+
+HEAD = """title = "t"
+[rotors.r]
+modulus = "200 GPa"
+density = "7800 kg/m3"
+"""
+TAIL = """[links.a]
+between = ["left", "ground"]
+stiffness = "1 MN/m"
+[links.b]
+between = ["right", "ground"]
+stiffness = "1 MN/m"
+[excitations.u]
+kind = "unbalance"
+on = "left"
+unbalance = "1 g m"
+speed = "1000 rpm"
+[measures.m]
+response = "displacement"
+of = "left"
+"""
+SHAFT = 'sections = [{ length = "1 m", diameter = "50 mm" }]\nstations = { left = "0 m", right = "1 m" }\n'
+REFUSED = {
+    "a negative diameter": (
+        HEAD + SHAFT.replace("50 mm", "-50 mm") + TAIL,
+        't line 5: rotors.r.sections[1].diameter = "-50 mm" is not greater than zero. Write a positive value, for '
+        'example "20 mm".',
+    ),
+    "a bore wider than the shaft": (
+        HEAD + SHAFT.replace('"50 mm"', '"50 mm", inner_diameter = "60 mm"') + TAIL,
+        "t line 5: rotors.r.sections[1] is as wide inside as outside, or wider: nothing is left to bend. Write a "
+        "smaller inner diameter.",
+    ),
+    "a disc beyond the shaft": (
+        HEAD + SHAFT + 'discs = [{ name = "fan", at = "1.2 m", mass = "3 kg" }]\n' + TAIL,
+        "t line 2: rotors.r has fan at 1.2 m, beyond the end of its shaft at 1 m. Write a place on the shaft, or "
+        "longer sections.",
+    ),
+    "a shaft that is not held": (
+        HEAD + SHAFT + TAIL.replace('[links.b]\nbetween = ["right", "ground"]\nstiffness = "1 MN/m"\n', ""),
+        "t line 2: rotors.r is not held: springs at its stations leave it free to move or to tilt. Let links with a "
+        "stiffness end at two of its stations, and lead to the ground.",
+    ),
+    "a force": (
+        HEAD + SHAFT + TAIL.replace('"unbalance"', '"force"').replace('unbalance = "1 g m"', 'amplitude = "1 N"'),
+        't line 13: excitations.u is of kind "force", beside rotors.r. What is answered is the whirl with the spin, '
+        'which an unbalance alone drives. Write kind = "unbalance".',
+    ),
+    "natural frequencies": (
+        HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"natural_frequency"'),
+        "t line 18: measures.m asks for the natural_frequency, but the modes of rotors.r change with its speed. Write "
+        'response = "critical_speed".',
+    ),
+    "two speeds": (
+        HEAD + SHAFT + TAIL + '[excitations.v]\nkind = "unbalance"\non = "right"\nunbalance = "1 g m"\n'
+        'speed = "900 rpm"\n',
+        "t line 25: excitations.v.speed differs from that of excitations.u, but a rotor spins at one speed. Write the "
+        "same for both.",
+    ),
+    "one moment of inertia": (
+        HEAD + SHAFT + 'discs = [{ name = "fan", at = "0.2 m", mass = "3 kg", polar = "1 kg m2" }]\n' + TAIL,
+        't line 7: rotors.r.discs[1] gives one moment of inertia. Write both: diametral = "0.4 kg m2" and polar = "0.8 '
+        'kg m2".',
+    ),
+    "two stations of one name": (
+        HEAD + SHAFT + 'discs = [{ name = "left", at = "0.2 m", mass = "3 kg" }]\n' + TAIL,
+        "t line 2: rotors.r has two places called left. Give each a name of its own; a disc is a station, too.",
+    ),
+    "no stations": (
+        HEAD + SHAFT.replace('{ left = "0 m", right = "1 m" }', "{}") + TAIL,
+        't line 6: rotors.r.stations = {  } names no station. Write stations = { left = "0 mm", right = "800 mm" }.',
+    ),
+    "a station left of the shaft": (
+        HEAD + SHAFT.replace('left = "0 m"', 'left = "-0.1 m"') + TAIL,
+        't line 6: rotors.r.stations = { left = "-0.1 m", right = "1 m" } puts left at "-0.1 m", which is left of the '
+        'shaft. Write left = "800 mm".',
+    ),
+    "a body that turns": (
+        HEAD + SHAFT + TAIL + '[bodies.wheel]\ninertia = "2 kg m2"\n',
+        "t line 21: bodies.wheel turns or moves in space, beside rotors.r, whose whirl is a displacement alike in both "
+        "planes. Give it a mass that moves along a line.",
+    ),
+    "a damper that turns": (
+        HEAD + SHAFT + TAIL.replace("[links.b]\n", '[links.b]\ndamping = "2 N s/m"\nrotating_damping = "1 N s/m"\n'),
+        "t line 12: links.b.rotating_damping turns with a shaft, beside rotors.r: the threshold of a rotor with "
+        "gyroscopic moments is not answered yet. Leave it out; it does nothing in a steady whirl.",
+    ),
+    "the mass of all": (
+        HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"total_mass"'),
+        "t line 18: measures.m asks for the total_mass of all bodies, and rotors.r is not counted among them. Ask for "
+        "that of one.",
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
+def test_what_is_refused(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        from_text(text, name="t")
+    assert said in caught.value.messages

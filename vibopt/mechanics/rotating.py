@@ -1,0 +1,219 @@
+"""A machine as built that spins: shafts by their waves, coupled with bodies and joints in one dynamic stiffness.
+
+Shafts and supports are alike in both planes, so that what an unbalance drives goes round on circles, and one complex
+deflection says both planes: forward at a positive frequency, backward at a negative one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.constants import GRAVITY
+from vibopt.mechanics.hosted import _solved
+from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.shaft_waves import WhirlingShaft
+from vibopt.records import dataclass
+
+_REAL = 1e-9
+"""Part of itself by which a pole without damping may lie off the real axis."""
+_NEWTON, _CLOSE, _AROUND = 12, 1e-14, 0.05
+"""Steps of a secant, the part of a speed by which it is known, and that by which it may lie off the pieces' one."""
+_LOWEST = 16
+"""Critical speeds that are told."""
+
+
+@dataclass(frozen=True)
+class RotatingMachine(Machine):
+    """A machine with shafts that spin, all at the speed that is looked at.
+
+    shafts
+        By name of the rotor.
+    """
+
+    shafts: Mapping[str, WhirlingShaft] = field(default_factory=dict)
+    on_structures: ClassVar[bool] = True
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        return (*self.masses, *(point for one in self.shafts.values() for point in one.points))
+
+    def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
+        """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
+        flat, at = np.ravel(omega), self._exact_places
+        stiff = self._dynamic(flat)
+        load = np.zeros((len(flat), stiff.shape[-1]), dtype=complex)
+        for name, force in forces.items():
+            load[:, at[name]] += np.ravel(force)
+        for joint in self.joints if bases else ():
+            for here, there in (joint.ends, joint.ends[::-1]):
+                if here in at and there in bases:
+                    load[:, at[here]] += joint.dynamic(flat) * np.ravel(bases[there])
+        found = _solved(stiff, load)
+        points = {name: found[:, i].reshape(np.shape(omega)) for name, i in at.items()}
+        for base in self.bases:
+            points[base] = bases.get(base, np.zeros(np.shape(omega), dtype=complex))
+        return Motion(points, forces, omega)
+
+    @cached_property
+    def _exact_places(self) -> dict[str, int]:
+        """Number of the coordinate of each body and point in the exact dynamic stiffness."""
+        found, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
+        for one in self.shafts.values():
+            found |= {point: start + 2 * node for point, node in one.points.items()}
+            start += one.size
+        return found
+
+    def _dynamic(self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None) -> ComplexArray:
+        """Of the whole at frequencies (n,) [rad/s], each with its spin or that of a whirl with it, (n, size, size)."""
+        start = len(self.masses)
+        size = start + sum(one.size for one in self.shafts.values())
+        stiff = np.zeros((len(omega), size, size), dtype=complex)
+        for i, mass in enumerate(self.masses.values()):
+            stiff[:, i, i] -= mass * omega**2
+        for one in self.shafts.values():
+            stiff[:, start : start + one.size, start : start + one.size] = one.dynamic(omega, spin)
+            start += one.size
+        for joint, ends in self._joined(self._exact_places):
+            z = joint.dynamic(np.asarray(omega))
+            for i, a in ends:
+                for j, b in ends:
+                    stiff[:, i, j] += a * b * z
+        return stiff
+
+    def _joined(self, places: Mapping[str, int]) -> Iterator[tuple[Any, list[tuple[int, float]]]]:
+        """Each joint with the coordinates of its ends that move freely, and their signs in its stretch."""
+        for joint in self.joints:
+            yield (
+                joint,
+                [(places[end], sign) for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True) if end in places],
+            )
+
+    @cached_property
+    def slow(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K, hysteretic stiffness and polar inertia of all pieces, each (n, n), good for slow motion."""
+        parts = [one.slow for one in self.shafts.values()]
+        size = len(self.masses) + sum(len(one[0]) for one in parts)
+        mass, damping, stiffness, hysteretic, polar = (np.zeros((size, size)) for _ in range(5))
+        mass[range(len(self.masses)), range(len(self.masses))] = list(self.masses.values())
+        places, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
+        for one, (stiff, inertia, tilted) in zip(self.shafts.values(), parts, strict=True):
+            here = slice(start, start + len(stiff))
+            stiffness[here, here], mass[here, here], polar[here, here] = stiff, inertia, tilted
+            places |= {point: start + one.place(point) for point in one.points}
+            start += len(stiff)
+        for joint, ends in self._joined(places):
+            for target, value in zip((mass, damping, stiffness, hysteretic), joint.four, strict=True):
+                for i, a in ends:
+                    for j, b in ends:
+                        target[i, j] += a * b * value
+        return mass, damping, stiffness, hysteretic, polar
+
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K and hysteretic stiffness of a whirl with the spin, good for slow motion."""
+        mass, damping, stiffness, hysteretic, polar = self.slow
+        return mass - polar, damping, stiffness, hysteretic
+
+    def poles(self) -> ComplexArray:
+        """Complex speeds at which the unbalance response is singular [rad/s]; those without damping exact."""
+        mass, damping, stiffness, hysteretic = self.matrices()
+        found = inverse_poles(mass, damping, stiffness + 1j * hysteretic)
+        real = np.abs(found.imag) <= _REAL * np.abs(found)
+        slow = np.abs(found) <= np.sort(np.abs(found))[: 2 * _LOWEST][-1]
+        here = np.flatnonzero(real & slow)
+        found[here] = [np.sign(one) * self._met(abs(one)) for one in found[here].real.tolist()]
+        return found
+
+    def _met(self, omega: float, sense: float = 1.0) -> float:
+        """The frequency near `omega` [rad/s] at which the whole without damping resists some motion no more.
+
+        `sense` is 1 of a whirl with the spin and -1 of one against it, both at the speed of the spin.
+        """
+
+        def least(at: float) -> float:
+            one = np.array([at])
+            values = np.linalg.eigvalsh(self._undamped(one, sense)[0])
+            return float(values[np.abs(values).argmin()])
+
+        before, here = omega * (1.0 + 1e-5), omega
+        low, high = least(before), least(here)
+        for _ in range(_NEWTON):
+            if high == low or abs(here - before) <= _CLOSE * abs(here):
+                break
+            there = here - high * (here - before) / (high - low)
+            if not abs(there - omega) <= _AROUND * abs(omega):
+                return omega
+            before, low, here = here, high, there
+            high = least(here)
+        return here
+
+    def _undamped(self, omega: FloatArray, sense: float) -> FloatArray:
+        """Dynamic stiffness (n, size, size) without dampers, of whirls with the spin or against it, scaled."""
+        stiff = self._dynamic(sense * omega, omega).real
+        size = np.sqrt(np.diagonal(self._dynamic(np.zeros(1))[0].real))
+        return np.asarray(stiff / np.outer(size, size))
+
+    def critical_speeds(self, sense: float = 1.0) -> FloatArray:
+        """Speeds at which a whirl with the spin, or against it (`sense` -1), is free, ascending [rad/s].
+
+        The lowest of them, by the equations of the waves, begun at those of the pieces.
+        """
+        mass, _, stiffness, _, polar = self.slow
+        squares = inverse_squares(mass - sense * polar, stiffness)
+        speeds = np.sqrt(1.0 / squares[squares > 0.0])
+        quick = min(one.quick for one in self.shafts.values())
+        return np.sort([self._met(float(one), sense) for one in np.sort(speeds[speeds <= quick])[:_LOWEST]])
+
+    def natural_frequencies(self) -> FloatArray:
+        """Critical speeds of the whirl with the spin, which an unbalance drives [rad/s]."""
+        return self.critical_speeds()
+
+    def sag(self) -> dict[str, float] | None:
+        """Displacement of every point under the weights of bodies, shafts and discs [m]."""
+        mass, _, stiffness, _, _ = self.slow
+        for joint, ends in self._joined(self._slow_places):
+            for i, a in ends:
+                for j, b in ends:
+                    stiffness = stiffness.copy()
+                    stiffness[i, j] += a * b * (joint.static_stiffness - joint.stiffness)
+        size = np.sqrt(np.diag(stiffness))
+        if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:
+            return None
+        down = np.zeros(len(mass))
+        down[: len(self.masses)] = [self.weights[name] for name in self.masses]
+        start = len(self.masses)
+        for one in self.shafts.values():
+            stop = start + len(one.slow[0])
+            down[start:stop] = one.slow[1] @ np.tile([1.0, 0.0], (stop - start) // 2)
+            start = stop
+        found = np.linalg.solve(scaled, GRAVITY * down / size) / size
+        return {name: float(found[i]) for name, i in self._slow_places.items()}
+
+    @cached_property
+    def _slow_places(self) -> dict[str, int]:
+        found, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
+        for one in self.shafts.values():
+            found |= {point: start + one.place(point) for point in one.points}
+            start += len(one.slow[0])
+        return found
+
+
+def inverse_squares(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Eigenvalues 1/w^2 of M over K (n, n): K is positive, M need not be; below zero where nothing is free."""
+    root = np.linalg.inv(np.linalg.cholesky(stiffness))
+    return np.asarray(np.linalg.eigvalsh(root @ mass @ root.T))
+
+
+def inverse_poles(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray | FloatArray) -> ComplexArray:
+    """Frequencies w with det(K + i w C - w^2 M) = 0 [rad/s], of an M that need not be positive: by those of 1 / w."""
+    n = len(mass)
+    unit = float(np.sqrt(np.abs(np.diag(stiffness)).max() / np.abs(np.diag(mass)).max()))
+    flexible = np.linalg.solve(stiffness, np.hstack([mass * unit**2, -1j * unit * damping]))
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [flexible]])
+    inverse = np.linalg.eigvals(state)
+    return np.asarray(unit / inverse[np.abs(inverse) > 1e-12 * np.abs(inverse).max()], dtype=complex)

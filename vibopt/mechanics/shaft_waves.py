@@ -1,0 +1,168 @@
+"""A whirling shaft by the equations of its waves: dynamic stiffness of each section, exact at every frequency.
+
+The second road to a rotor.  Along a section the state (deflection, tilt, shear force, moment) obeys a system of first
+order, whose exponential carries it from end to end: Timoshenko's beam with the gyroscopic moments of its own mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.records import dataclass
+
+_TERMS, _SMALL = 13, 0.25
+"""Terms of the exponential series, and the size of a matrix below which they are all that matters."""
+_PIECES, _FEWEST, _LONG = 16, 3, 10.0
+"""Pieces in matrices for slow motion, of the whole and of a section; inertia over stiffness up to which it is slow."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A round piece of shaft: length [m], E I [N m^2], kappa G A [N], rho A [kg/m], rho I [kg m]."""
+
+    length: float
+    bending: float
+    shear: float
+    mass: float
+    rotary: float
+
+    def quick(self, pieces: int) -> float:
+        """Frequency up to which the waves along one of some pieces of it are long [rad/s]."""
+        long = self.length / pieces
+        return float(np.sqrt(_LONG * self.bending / max(self.mass * long**4, self.rotary * long**2)))
+
+    def stiffness(self, square: ComplexArray, tilting: ComplexArray, pieces: int = 1) -> ComplexArray:
+        """Dynamic stiffness over deflection and tilt at the left and the right end, (..., 4, 4).
+
+        Parameters
+        ----------
+        square
+            Frequency squared [1/s^2], (...).
+        tilting
+            What the diametral inertia is multiplied by, w^2 - 2 w W at the spin W [1/s^2], (...).
+        pieces
+            Into how many the section is cut; the stiffness is that of one of them.
+        """
+        long = self.length / pieces
+        system = np.zeros((*np.shape(square), 4, 4), dtype=complex)
+        system[..., 0, 1], system[..., 0, 2] = 1.0, self.bending / (self.shear * long**2)
+        system[..., 1, 3], system[..., 3, 2] = 1.0, -1.0
+        system[..., 2, 0] = -self.mass * long**4 / self.bending * square
+        system[..., 3, 1] = -self.rotary * long**2 / self.bending * tilting
+        carried = _exponential(system)
+        a, b, c, d = (carried[..., i : i + 2, j : j + 2] for i in (0, 2) for j in (0, 2))
+        across = np.linalg.inv(b)
+        found = np.empty_like(system)
+        found[..., :2, :2], found[..., :2, 2:] = across @ a, -across
+        found[..., 2:, :2], found[..., 2:, 2:] = c - d @ across @ a, d @ across
+        size = np.array([1.0 / long, 1.0, 1.0 / long, 1.0])
+        return np.asarray(found * (self.bending / long * np.outer(size, size)), dtype=complex)
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A rigid disc at a node: mass [kg], diametral and polar moment of inertia [kg m^2]."""
+
+    node: int
+    mass: float
+    diametral: float
+    polar: float
+
+
+@dataclass(frozen=True)
+class WhirlingShaft:
+    """Sections from left to right, discs on their ends, and the points that have names.
+
+    sections
+        Section i lies between the nodes i and i + 1; each node has a deflection and a tilt.
+    points
+        Node of each name.
+    """
+
+    sections: tuple[Section, ...]
+    discs: tuple[Disc, ...]
+    points: Mapping[str, int]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates: deflection and tilt of each node in turn."""
+        return 2 * len(self.sections) + 2
+
+    @property
+    def pieces(self) -> int:
+        """Into how many each section is cut for slow motion."""
+        return max(_FEWEST, -(-_PIECES // len(self.sections)))
+
+    @property
+    def quick(self) -> float:
+        """Frequency up to which the whole is slow [rad/s]."""
+        return min(one.quick(self.pieces) for one in self.sections)
+
+    def dynamic(self, omega: ComplexArray | FloatArray, spin: ComplexArray | FloatArray | None = None) -> ComplexArray:
+        """Dynamic stiffness at frequencies omega (n,) of forward whirl at spins (n,) [rad/s], (n, size, size).
+
+        Without a spin it is that of the whirl with the shaft, which an unbalance drives.  A negative frequency is
+        that of a backward whirl.
+        """
+        square = np.asarray(omega, dtype=complex) ** 2
+        turned = square if spin is None else np.asarray(omega * spin, dtype=complex)
+        tilting = np.asarray(square - 2.0 * turned, dtype=complex)
+        found = np.zeros((len(square), self.size, self.size), dtype=complex)
+        for i, one in enumerate(self.sections):
+            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += one.stiffness(square, tilting)
+        for disc in self.discs:
+            found[:, 2 * disc.node, 2 * disc.node] -= square * disc.mass
+            found[:, 2 * disc.node + 1, 2 * disc.node + 1] -= square * disc.diametral - turned * disc.polar
+        return found
+
+    @cached_property
+    def slow(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Stiffness, inertia, and polar inertia over all tilts, each (n, n), good for slow motion.
+
+        Every section is cut into pieces, and the waves of each followed to first order in the square of the
+        frequency; the nodes keep every so manieth pair of coordinates.
+        """
+        pieces = self.pieces
+        count = 2 * pieces * len(self.sections) + 2
+        stiff, inertia, polar = (np.zeros((count, count)) for _ in range(3))
+        step, still = np.array([1e-30j]), np.zeros(1, dtype=complex)
+        for i, one in enumerate(self.sections):
+            along = one.stiffness(step, still, pieces)[0]
+            tilted = -one.stiffness(still, step, pieces)[0].imag / step.imag
+            for k in range(pieces):
+                begin = 2 * (pieces * i + k)
+                here = slice(begin, begin + 4)
+                stiff[here, here] += along.real
+                inertia[here, here] += tilted - along.imag / step.imag
+                polar[here, here] += 2.0 * tilted
+        for disc in self.discs:
+            at = 2 * pieces * disc.node
+            inertia[at, at] += disc.mass
+            inertia[at + 1, at + 1] += disc.diametral
+            polar[at + 1, at + 1] += disc.polar
+        return stiff, inertia, polar
+
+    def place(self, point: str) -> int:
+        """Number of a point's deflection among the coordinates of `slow`."""
+        return 2 * self.pieces * self.points[point]
+
+
+def _exponential(matrix: ComplexArray) -> ComplexArray:
+    """Of many small matrices (..., n, n), by its series and squaring."""
+    size = float(np.abs(matrix).sum(axis=-1).max(initial=_SMALL))
+    turns = int(np.ceil(np.log2(size / _SMALL)))
+    part = matrix / 2.0**turns
+    one = np.broadcast_to(np.eye(matrix.shape[-1], dtype=complex), matrix.shape)
+    found = one
+    for k in range(_TERMS, 0, -1):
+        found = one + part @ found / k
+    for _ in range(turns):
+        found = found @ found
+    return np.asarray(found)
+
+
+__all__ = ["Disc", "Section", "WhirlingShaft"]

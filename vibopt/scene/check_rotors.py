@@ -1,0 +1,134 @@
+"""What rotors are asked, and by what they are driven: a whirl with the spin, alike in both planes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.mechanics.model import STIFFNESS
+from vibopt.responses import Response
+from vibopt.scene import places
+from vibopt.scene.assemble import model_of
+from vibopt.scene.scene import Scene
+from vibopt.signals import Band
+
+_BESIDE = {
+    "structures": "a structure moves along one line. Model it as bodies that are alike in both planes",
+    "mounts": "a mount in space is not alike in both planes. Write a link of the stiffness that it has in each",
+    "absorbers": "an absorber is tuned to frequencies that change with the speed. Write it as a body and a link",
+}
+"""Families that no rotor stands beside, and why."""
+
+
+def check_rotors(scene: Scene, mistakes: Mistakes) -> None:
+    """Add what is wrong around rotors; nothing where there are none."""
+    if not scene.rotors:
+        return
+    name = next(iter(scene.rotors))
+    for family, why in _BESIDE.items():
+        for other in places.raw(scene, family):
+            mistakes.add((family, other), f"{family}.{other} stands beside rotors.{name}, and {why}.")
+    for other, body in scene.bodies.items():
+        if body.freedoms or body.turns:
+            mistakes.add(
+                ("bodies", other),
+                f"bodies.{other} turns or moves in space, beside rotors.{name}, whose whirl is a displacement alike in "
+                "both planes. Give it a mass that moves along a line.",
+            )
+    for other in places.rubbing(scene):
+        mistakes.add(
+            ("links", other),
+            f"links.{other} rubs, beside rotors.{name}. Friction in a whirl goes round with it and is no linear force: "
+            "write it as damping.",
+        )
+    for other, link in scene.links.items():
+        if link.spreads_mass:
+            mistakes.add(
+                ("links", other, "beam"),
+                f"links.{other} has a beam with a mass, beside rotors.{name}. Write the shaft as sections of a rotor, "
+                "or leave the mass of the beam out.",
+            )
+        if link.turns_with_shaft:
+            mistakes.add(
+                ("links", other, link.turns_with_shaft),
+                f"links.{other}.{link.turns_with_shaft} turns with a shaft, beside rotors.{name}: the threshold of a "
+                "rotor with gyroscopic moments is not answered yet. Leave it out; it does nothing in a steady whirl.",
+            )
+    _driven(scene, name, mistakes)
+    if not mistakes.found and places.is_whole(scene):
+        _held(scene, mistakes)
+
+
+def _driven(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    speeds: dict[tuple[Band, ...], str] = {}
+    for key, shaker in scene.excitations.items():
+        path = ("excitations", key)
+        if shaker.kind != "unbalance":
+            mistakes.add(
+                path,
+                f'excitations.{key} is of kind "{shaker.kind}", beside rotors.{name}. What is answered is the whirl '
+                'with the spin, which an unbalance alone drives. Write kind = "unbalance".',
+            )
+            continue
+        if shaker.ramp is not None:
+            mistakes.add(
+                path,
+                f"excitations.{key} runs up, beside rotors.{name}, whose gyroscopic moments change on the way. Leave "
+                "run_up out: each speed is then answered as if it lasted.",
+            )
+        if shaker.speed.highest == float("inf"):
+            mistakes.add((*path, "speed"), f'excitations.{key}.speed has no upper end. Write one: "0..12000 rpm".')
+        speeds.setdefault(shaker.own_bands(), key)
+    if len(speeds) > 1:
+        first, second, *_ = speeds.values()
+        mistakes.add(
+            ("excitations", second, "speed"),
+            f"excitations.{second}.speed differs from that of excitations.{first}, but a rotor spins at one speed. "
+            "Write the same for both.",
+        )
+
+
+def _held(scene: Scene, mistakes: Mistakes) -> None:
+    """Whether springs hold every rotor against moving along and against tilting."""
+    model = model_of(scene)
+    rows = np.array([term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS])
+    left = model.n_free - int(np.linalg.matrix_rank(rows / np.linalg.norm(rows, axis=1, keepdims=True), tol=1e-9))
+    if not left:
+        return
+    free = [name for name, table in scene.rotors.items() if len(_springs(scene, table.names)) < 2] or [*scene.rotors]
+    mistakes.add(
+        ("rotors", free[0]),
+        f"rotors.{free[0]} is not held: springs at its stations leave it free to move or to tilt. Let links with a "
+        "stiffness end at two of its stations, and lead to the ground.",
+    )
+
+
+def _springs(scene: Scene, points: list[str]) -> list[str]:
+    """Points at which a spring ends."""
+    ends = [places.ends(scene)[name] for name in places.springs(scene)]
+    return [one for one in points if any(one in two for two in ends)]
+
+
+def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    """Whether a response asks of a rotor what changes with its speed, or what it has no number for; adds it."""
+    if not scene.rotors:
+        return False
+    key, where, name = response.response, dotted(path), next(iter(scene.rotors))
+    if response.modes and not response.whirls and getattr(response, "of", None) not in places.links(scene):
+        mistakes.add(
+            path,
+            f"{where} asks for the {key}, but the modes of rotors.{name} change with its speed. Write response = "
+            '"critical_speed".',
+        )
+        return True
+    if response.sums:
+        mistakes.add(
+            path,
+            f"{where} asks for the {key} of all {response.sums[0]}, and rotors.{name} is not counted among them. Ask "
+            "for that of one.",
+        )
+        return True
+    return False
+
+
+__all__ = ["check_rotors", "whirl_fault"]
