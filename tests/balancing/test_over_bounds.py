@@ -167,3 +167,14 @@ def test_two_bounds_vary_at_once() -> None:
         if point.goal is not None:
             assert alone.goal is not None
             assert point.goal.value == pytest.approx(alone.goal[1].value, rel=1e-6)
+
+
+def test_what_changes_more_than_a_bound_is_answered_one_by_one() -> None:
+    H = np.array([[4e-3, 1e-3j], [1e-3, 5e-3], [2e-3, 2e-3]])
+    truth = Truth(np.array([1e-4, 5e-5j, 2e-5]), H, tuple(np.eye(2) / 100))
+    text, _ = asked(truth, "rms", "planes.p.weight.to", 0.5, False, False, False)
+    rotor = read_text(text + '[scatter]\namplitude = "2 %"\nangle = "1 deg"\n')
+    for path, span in (("scatter.angle", "0.1 deg..5 deg"), ("runs.1.readings.a.angle", "10 deg..20 deg")):
+        found = sweep(rotor, path, span, POINTS)
+        assert not any(together(found).status), path
+        assert found.complete

@@ -75,6 +75,7 @@ class Held:
         return Held(self.x[one], self.rows, self.multipliers[one], self.level[one])
 
 
+@np.errstate(all="ignore")  # far off a step may overflow, which proves nothing
 def newton(discs: Discs, held: Held, radii: FloatArray) -> Held:
     """The rows of `held` met with equality at all points of `radii`, from where `held` is (one point, or as many)."""
     A, c, top = discs.rows[held.rows], discs.constants[held.rows], held.rows < discs.n_goal

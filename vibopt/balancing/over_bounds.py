@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from math import tau
 
 import numpy as np
@@ -69,14 +68,13 @@ Law = Callable[[Sequence[float]], FloatArray | None]
 
 def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
     """Plans at all values of some facts, of which `jobs` have a few; None where they are no such family."""
-    asked = [asked_of(job) for job in jobs]
-    job, (heard, identified, idle, posed) = jobs[0], asked[0]
+    job, (heard, identified, idle, posed) = jobs[0], asked_of(jobs[0])
     question = posed.question
     if any(one.out or one.possible or one.alone or not one.told for one in heard.found) or idle:
         return None
-    if not _is_plain(job, question) or not all(_alike(one, other) for one, other in pairwise(jobs)):
+    if not _is_plain(job, question) or not all(_alike(job, other) for other in jobs[1:]):
         return None
-    if not all(_same(question, one[3].question) for one in asked[1:]) or conditioning(question, job.free).alike:
+    if conditioning(question, job.free).alike:
         return None
     numbers = [[*(plane.most for plane in one.planes), *(limit.at_most for limit in _limits(one))] for one in jobs]
     known = [one for one in map(law, zip(*numbers, strict=True)) if one is not None]
@@ -108,19 +106,16 @@ _GOALS = ("rms", "worst")
 
 
 def _alike(one: RotorJob, other: RotorJob) -> bool:
-    """Whether two jobs differ in the size of bounds alone."""
+    """Whether two jobs have measured the same and differ in the size of bounds alone."""
     planes = [[replace(plane, cap=0.0) for plane in job.planes] for job in (one, other)]
     limits = [[replace(limit, at_most=0.0) for limit in _limits(job)] for job in (one, other)]
-    return planes[0] == planes[1] and limits[0] == limits[1] and one.goal == other.goal
+    said = (one.goal, one.scatter, one.sensors) == (other.goal, other.scatter, other.sensors)
+    measured = one.runs is other.runs and one.influence is other.influence
+    return measured and said and planes[0] == planes[1] and limits[0] == limits[1]
 
 
 def _limits(job: RotorJob) -> tuple[ResidualLimit | CorrectionLimit, ...]:
     return (*job.residual_limits, *job.correction_limits)
-
-
-def _same(one: Question, other: Question) -> bool:
-    arrays = ((getattr(one, name), getattr(other, name)) for name in ("y0", "H", "importance", "mass_per_unbalance"))
-    return all(np.array_equal(mine, its) for mine, its in arrays) and one.goal == other.goal
 
 
 def _rows(job: RotorJob, named: Sequence[FloatArray], caps: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -229,8 +224,7 @@ class _Following:
         while at < self.n:
             stop = min(at + block, self.n)
             try:
-                with np.errstate(all="ignore"):
-                    held = active_set.newton(self.discs, known, self.radii[at:stop])
+                held = active_set.newton(self.discs, known, self.radii[at:stop])
             except np.linalg.LinAlgError:
                 break
             good = self._proven(held, at)
