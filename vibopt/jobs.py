@@ -74,7 +74,58 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     text, name = text_of(file), shown_name(file.name)
     document = placed(parsed(text, name), file.parent)
     job = of_document(document, Mistakes(name, located(text)))
+    if "scenarios" in document:
+        job = _with_scenarios(job, Mistakes(name, located(text)))
     return with_changes(job, changes) if changes else job
+
+
+def scenarios_of(job: Job) -> dict[str, dict[str, Any]]:
+    """The changes by path of each `[scenarios.NAME]` of a file."""
+    return {name: dict(_flat((), table)) for name, table in job.document.get("scenarios", {}).items()}
+
+
+def _flat(steps: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Values by path; what is said by keys of its own, as a range, is one value."""
+    for key, value in table.items():
+        here = (*steps, str(key))
+        if isinstance(value, Mapping) and not {"from", "to", "one_of", "value"} & value.keys():
+            yield from _flat(here, value)
+        else:
+            yield ".".join(here), value
+
+
+def _with_scenarios(job: J, mistakes: Mistakes) -> J:
+    """The job with a note that its scenarios are no part of the answer, each of which has been tried."""
+    for name, changes in scenarios_of(job).items():
+        path = ("scenarios", name)
+        try:
+            made = with_changes(job, changes)
+        except InputError as error:
+            for one in error.messages:
+                mistakes.add(path, f"scenarios.{name}: {one.removeprefix(f'{job.name}: ')}")
+            continue
+        if made.document == job.document:
+            mistakes.add(path, f"scenarios.{name} changes nothing: the file says all of it already. Leave it out.")
+    mistakes.raise_any()
+    names = ", ".join(scenarios_of(job))
+    note = f"Scenarios of the file, {names}, are no part of this answer: --scenario NAME, or compare FILE --scenarios."
+    whole: Any = job
+    return cast(J, replace(whole, notes=(*whole.notes, note))) if hasattr(job, "notes") else job
+
+
+def _check_scenarios(document: Mapping[str, Any], mistakes: Mistakes) -> None:
+    """Whether every scenario is a table of changes."""
+    given = document["scenarios"]
+    if not isinstance(given, Mapping):
+        mistakes.value(("scenarios",), given, "is not a table. Write [scenarios.NAME] and changes below it.")
+    for name, table in given.items() if isinstance(given, Mapping) else ():
+        if not isinstance(table, Mapping) or not table:
+            mistakes.add(
+                ("scenarios", name),
+                f"scenarios.{name} changes nothing. Write changes by path below it: "
+                '"limits.start_up.at_most" = "25 mm".',
+            )
+    mistakes.raise_any()
 
 
 def from_text(text: str, name: str = "job") -> Job:
@@ -198,6 +249,8 @@ def noun_of(job: Job) -> str:
 
 def of_document(document: Mapping[str, Any], mistakes: Mistakes, like: Job | None = None) -> Job:
     """The job of a document; `like` is one whose document this is but for some values."""
+    if "scenarios" in document and like is None:
+        _check_scenarios(document, mistakes)
     kind = kind_of(document)
     if kind == SCENE:
         from vibopt.scene.read import from_dict

@@ -92,7 +92,7 @@ def _known() -> dict[str, set[str]]:
             add(key, kinds)
     found["goal"] |= {"maximise", "minimise", "find_all"}
     found["conventions"] = {*CHOICES, "zero"}
-    found["expected"] = set(KEYS)
+    found["expected"], found["scenarios"] = set(KEYS), set()  # paths in quotation marks
     return found
 
 

@@ -138,7 +138,7 @@ def inline(svg: str, prefix: str, title: str) -> str:
     return f'{head} role="img" aria-label="{label}">{rest}'
 
 
-_ASIDE = ("title", "statement", "source", "expected")
+_ASIDE = ("title", "statement", "source", "scenarios", "expected")
 
 
 def given(document: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:

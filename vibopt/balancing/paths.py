@@ -24,7 +24,7 @@ _WORDS = (
 """Keys whose values are words, or whole numbers that say what is meant and not how large it is."""
 _NAMED = tuple((one,) for one in ("weights", "readings", "bearings", "planes", "residual"))
 """Tables whose keys are names of the user's."""
-_ASIDE = ("conventions", "expected")
+_ASIDE = ("conventions", "scenarios", "expected")
 _COUNTS = ("holes", "most_weights", "stock")
 _ORDINARY = (
     "mass", "unbalance", "length", "angular_rate", "angle", "couple_unbalance", "force", "moment", "ratio", "velocity",

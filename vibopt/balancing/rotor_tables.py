@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 TOP = [
     "title", "statement", "source", "conventions", "planes", "sensors", "runs", "readings", "influence", "speed",
-    "scatter", "pairs", "limits", "goal", "rotor", "quality", "expected",
+    "scatter", "pairs", "limits", "goal", "rotor", "quality", "scenarios", "expected",
 ]  # fmt: skip
 
 Kind = TypeVar("Kind", bound=Table)

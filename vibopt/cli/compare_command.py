@@ -18,6 +18,7 @@ from vibopt.files.writing import checked_target, write_file
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
+    from vibopt.study.scenarios import Stepped
     from vibopt.study.variants import Cell, Row, Variants
 
 BEST = "*"
@@ -30,11 +31,21 @@ NAME = 26
 @files
 @changes
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the table (SI units, limits as margins).")
+@click.option("--scenarios", is_flag=True, help="The one file as it is, and with each of its [scenarios.NAME].")
+@click.option("--limits", metavar="STEPS", help='The one file with each limit in turn moved: "-20 %, +20 %".')
 @limited
 @anew
 @force
 @as_json
-def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | None, force: bool, as_json: bool) -> int:
+def compare(
+    files: tuple[str, ...],
+    changes: tuple[str, ...],
+    csv_file: str | None,
+    scenarios: bool,
+    limits: str | None,
+    force: bool,
+    as_json: bool,
+) -> int:
     """Set several variants beside each other: problem files, or designs saved by solve --save.
 
     A file with choices is solved, one without is measured.  A change by --set goes for all of them.
@@ -44,8 +55,16 @@ def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | No
     from vibopt.cli.progress import Bar
     from vibopt.study.variants import compare as beside
 
+    if (scenarios or limits is not None) and (len(files) > 1 or (scenarios and limits is not None)):
+        raise InputError("--scenarios and --limits are for one file, each by itself. Name one file, and one of them.")
     jobs = _read(files, changes)
+    if scenarios:
+        from vibopt.study.scenarios import variants_of
+
+        jobs = variants_of(next(iter(jobs.values())))
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
+    if limits is not None:
+        return _stepped(next(iter(jobs.values())), limits, table, as_json=as_json)
     with Bar() as bar:
         result = beside(jobs, progress=bar)
     if table is not None:
@@ -60,6 +79,52 @@ def compare(files: tuple[str, ...], changes: tuple[str, ...], csv_file: str | No
         for one in written:
             say(f"Written: {one}")
     return result.exit_code
+
+
+def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int:
+    """Every limit by itself moved by some parts."""
+    from vibopt.cli.progress import Bar
+    from vibopt.cli.sweep_table import rows_text
+    from vibopt.study.scenarios import part_of, stepped
+
+    steps = tuple(one.strip() for one in limits.split(","))
+    for one in steps:
+        part_of(one)
+    with Bar() as bar:
+        result = stepped(job, steps, progress=bar)
+    written = []
+    if table is not None:
+        rows = result.table()
+        write_file(table, rows_text([list(rows[0]), *(list(row.values()) for row in rows)]).encode())
+        written = [str(table)]
+    if as_json:
+        from vibopt.answer.jsonable import plain
+
+        say_json({"status": "ok", "written": written, **plain(result)})
+    else:
+        from vibopt.answer.text import rendered
+
+        say(rendered(lambda console: _tell_steps(result, console), width=width(), colour=colour()))
+        for name in written:
+            say(f"Written: {name}")
+    return 0
+
+
+def _tell_steps(result: Stepped, console: Console) -> None:
+    from vibopt.answer.text import grid
+
+    status, now = result.now
+    console.print(result.job.title, style="bold")
+    console.print(f"{result.goal} as it is: {now.shown if now is not None else status}")
+    rows = []
+    for path, cells in result.rows:
+        said = []
+        for bound, status, goal in cells:
+            change = result.change(goal)
+            by = f" ({100.0 * change + 0.0:+.3g} %)" if change is not None and abs(change) > 1e-9 else ""
+            said.append(f"{bound}: {goal.shown}{by or ' (the same)'}" if goal is not None else f"{bound}: {status}")
+        rows.append((path.removeprefix("limits."), *said))
+    console.print(grid(rows, ("Limit", *result.steps)))
 
 
 def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Job]:

@@ -75,6 +75,7 @@ rounding = click.option(
     help="Round the chosen values as on the drawing, and measure anew: --round 3, or --round links.mount.stiffness="
     '"50 kN/m" for steps; may be repeated.',
 )
+scenario = click.option("--scenario", metavar="NAME", help="With the changes of [scenarios.NAME] of the file.")
 workers = click.option(
     "--workers",
     type=click.IntRange(1, 64),
@@ -120,6 +121,33 @@ def changes_of(given: Sequence[str]) -> dict[str, Any]:
             raise InputError(f"--set {path} is given twice. Give it once.")
         found[path] = value_of(text)
     return found
+
+
+def with_scenario(file: str, name: str | None, given: tuple[str, ...]) -> tuple[str, ...]:
+    """The changes of a scenario of the file, then those of --set, which win; InputError where it has no such one."""
+    if name is None:
+        return given
+    from vibopt.errors import way_out
+    from vibopt.jobs import scenarios_of
+
+    job = read_job(file)
+    known = scenarios_of(job)
+    if name not in known:
+        none = " It has none: write [scenarios.NAME]." if not known else way_out(name, list(known))
+        raise InputError(f'{job.name}: there is no scenario "{name}".{none}')
+    said = changes_of(given)
+    return (*(f"{path}={_as_typed(one)}" for path, one in known[name].items() if path not in said), *given)
+
+
+def _as_typed(value: Any) -> str:
+    """A value as it is typed behind --set."""
+    from json import dumps
+
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {_as_typed(one)}' for key, one in value.items())} }}"
+    if isinstance(value, str) and type(value_of(value)) is str:
+        return value
+    return dumps(value)
 
 
 def read_job(file: str, given: Sequence[str] = ()) -> Job:

@@ -11,7 +11,20 @@ import click
 from vibopt.answer.answer import EMPTY, UNPROVEN, Answer
 from vibopt.answer.text import rendered, text_of
 from vibopt.cli.answer_cache import Asked
-from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, method, read_job, rounding
+from vibopt.cli.options import (
+    Once,
+    anew,
+    as_json,
+    changes,
+    file,
+    force,
+    limited,
+    method,
+    read_job,
+    rounding,
+    scenario,
+    with_scenario,
+)
 from vibopt.cli.output import colour, complain, note_kept, say, say_json, width
 from vibopt.errors import InputError
 from vibopt.work import seconds_of_each_answer
@@ -20,6 +33,7 @@ if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.rounded import Rounded
+    from vibopt.study.scenarios import OneForAll
 
 PROBLEMS = (".toml",)
 
@@ -30,6 +44,8 @@ PROBLEMS = (".toml",)
 @limited
 @anew
 @changes
+@scenario
+@click.option("--all-scenarios", is_flag=True, help="One design that keeps every limit in every scenario of the file.")
 @rounding
 @click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")
 @force
@@ -49,6 +65,8 @@ def solve(
     file: str,
     method: str | None,
     changes: tuple[str, ...],
+    scenario: str | None,
+    all_scenarios: bool,
     rounding: tuple[str, ...],
     save: str | None,
     save_coefficients: str | None,
@@ -64,6 +82,10 @@ def solve(
 
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
+    if all_scenarios:
+        others = (scenario, method, save, save_coefficients, *rounding)
+        return _for_all(read_job(file, changes), any(others), as_json=as_json, require_proof=require_proof)
+    changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
     target = None
     if save is not None:
@@ -98,6 +120,47 @@ def solve(
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
         return UNPROVEN
     return found.exit_code
+
+
+def _for_all(job: Job, others: bool, *, as_json: bool, require_proof: bool) -> int:
+    """One design for all scenarios."""
+    from vibopt.answer.answer import EXIT_CODES
+    from vibopt.cli.progress import Bar
+    from vibopt.study.scenarios import one_for_all
+
+    if others:
+        alone = "--all-scenarios goes with --set, --json and --require-proof alone."
+        raise InputError(f"{alone} Leave the other options out.")
+    with Bar() as bar:
+        found = one_for_all(job, progress=bar)
+    if as_json:
+        from vibopt.answer.jsonable import plain
+
+        say_json(plain(found))
+    else:
+        say(rendered(lambda console: _tell_all(found, console), width=width(), colour=colour()))
+    code = EXIT_CODES[found.status]
+    return UNPROVEN if require_proof and code == 0 and found.status != "optimal" else code
+
+
+def _tell_all(found: OneForAll, console: Console) -> None:
+    """Verdict, what is chosen, and every limit in every scenario."""
+    from vibopt.answer.text import grid, paragraph, section
+
+    console.print(found.job.title, style="bold")
+    goal = f": {found.goal[0]} {found.goal[1].shown}, the worst of all scenarios" if found.goal is not None else ""
+    console.print(f"{found.status}{goal}")
+    paragraph(console, f"{found.claim}.", 0)
+    if found.variables:
+        console.print(grid([(path, one.shown) for path, one in found.variables.items()]))
+    names = list(dict.fromkeys(key for rows in found.limits.values() for key in rows))
+    rows = [
+        (name, *(f"{one.value.shown} {one.state}".strip() if (one := held.get(name)) else "-"
+                 for held in found.limits.values()))
+        for name in names
+    ]  # fmt: skip
+    if rows:
+        section(console, "Limits", grid(rows, ("", *found.limits)))
 
 
 def _rounded(found: Answer[Any], job: Job, rounding: tuple[str, ...]) -> Rounded | None:

@@ -21,6 +21,8 @@ from vibopt.cli.options import (
     keep_design,
     limited,
     read_job,
+    scenario,
+    with_scenario,
     workers,
 )
 from vibopt.cli.output import colour, note_kept, say, say_json, width
@@ -70,6 +72,7 @@ _TURNED = (".mass", ".unbalance")
 @limited
 @anew
 @changes
+@scenario
 @force
 @as_json
 def sweep(
@@ -83,6 +86,7 @@ def sweep(
     workers: int,
     keep_design: bool,
     changes: tuple[str, ...],
+    scenario: str | None,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -95,7 +99,7 @@ def sweep(
     for path in ranges:
         if path in changes_of(changes):
             raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
-    job = read_job(file, changes)
+    job = read_job(file, with_scenario(file, scenario, changes))
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
     if table is not None and picture is not None and table.resolve() == picture.resolve():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from vibopt.cli import completing
-from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, read_job
+from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, read_job, scenario, with_scenario
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.cli.sweep_command import FORMATS, MOST_ROWS, TABLES
 from vibopt.cli.sweep_table import rows_text
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 @limited
 @anew
 @changes
+@scenario
 @force
 @as_json
 def tradeoff(
@@ -44,6 +45,7 @@ def tradeoff(
     csv_file: str | None,
     figure: str | None,
     changes: tuple[str, ...],
+    scenario: str | None,
     force: bool,
     as_json: bool,
 ) -> int:
@@ -55,7 +57,7 @@ def tradeoff(
     from vibopt.cli.progress import Bar
     from vibopt.study.tradeoff import tradeoff as weigh
 
-    job = read_job(file, changes)
+    job = read_job(file, with_scenario(file, scenario, changes))
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
     if table is not None and picture is not None and table.resolve() == picture.resolve():

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import Once, anew, as_json, changes, file, limited, read_job
+from vibopt.cli.options import Once, anew, as_json, changes, file, limited, read_job, scenario, with_scenario
 from vibopt.cli.output import colour, say, say_json, width
 
 if TYPE_CHECKING:
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 @limited
 @anew
 @changes
+@scenario
 @as_json
-def window(file: str, changes: tuple[str, ...], as_json: bool) -> int:
+def window(file: str, changes: tuple[str, ...], scenario: str | None, as_json: bool) -> int:
     """Say how far each variable may go, and by how much all may be off at once around the best centre.
 
     The goal of the file does not matter, but for how far its own answer is from the limits.
@@ -28,7 +29,7 @@ def window(file: str, changes: tuple[str, ...], as_json: bool) -> int:
     from vibopt.cli.progress import Bar
     from vibopt.study.window import window as permitted
 
-    job = read_job(file, changes)
+    job = read_job(file, with_scenario(file, scenario, changes))
     with Bar() as bar:
         result = permitted(job, progress=bar)
     if as_json:

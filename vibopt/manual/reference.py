@@ -109,6 +109,7 @@ def _balancing_file(name: str) -> str:
         words += [f"## {heading}", "" if kinds else described(shapes[key]["properties"])]
         for kind in kinds:
             words += [_said(kind), key_table(keys_of(kind)), *_inner(kind), *_refusals([kind], "###")]
+    words += ["## [scenarios.NAME]", "Named sets of changes, values by path: [studies](studies.md)."]
     return "\n\n".join(one for one in words if one)
 
 

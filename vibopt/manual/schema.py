@@ -13,6 +13,13 @@ BOUNDS = ("at_most", "at_least", "outside")
 _TEXT = {"type": "string"}
 
 
+_SCENARIOS = {
+    "type": "object",
+    "description": "Named sets of changes: values by path.",
+    "additionalProperties": {"type": "object", "minProperties": 1},
+}
+
+
 def schema_of(kind: str) -> dict[str, Any]:
     """JSON schema (draft 2020-12): "scene", "rotor", "known", "engine", or "answer".
 
@@ -28,6 +35,7 @@ def schema_of(kind: str) -> dict[str, Any]:
     parts: dict[str, Any] = {}
     made = SCHEMAS[kind](lambda table: _table(table, parts), _named)
     made["properties"]["expected"] = {"type": "array", "items": _record()}
+    made["properties"]["scenarios"] = _SCENARIOS
     return {"$schema": DIALECT, "title": f"vibopt balancing job ({kind})", **made, "$defs": parts}
 
 
@@ -63,6 +71,7 @@ def problem_schema() -> dict[str, Any]:
             "limits": _named({"oneOf": [_limit(one, name) for name, one in responses.items()]}),
             "measures": _named({"oneOf": [_measure(one, name) for name, one in responses.items()]}),
             "goal": {"oneOf": [_find_all(), *_goals(responses)]},
+            "scenarios": _SCENARIOS,
             "expected": {"type": "array", "items": _record()},
         },
         "required": ["bodies"],

@@ -46,7 +46,7 @@ def numbers_of(given: Any) -> Any:
 
 MOST = 64
 """Most combinations of places that are looked at one by one."""
-_NOT_PHYSICAL = ("title", "statement", "source", "expected")
+_NOT_PHYSICAL = ("title", "statement", "source", "scenarios", "expected")
 _UNNAMED = ("limits", "measures")
 
 

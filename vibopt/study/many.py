@@ -45,7 +45,7 @@ def answers(jobs: Iterable[Job], progress: Progress | None = None, stage: str = 
     for index, one in enumerate(many):
         if progress is not None:
             progress(stage, index / len(many))
-        found.append(answer(one))
+        found.append(answer(one, progress=progress))
     return found
 
 

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError
-from vibopt.jobs import answer, is_scene, noun_of
+from vibopt.jobs import is_scene, noun_of
 from vibopt.records import dataclass
 from vibopt.report.machine_words import listed
 from vibopt.solve.method import Progress
+from vibopt.study.many import answers
 from vibopt.study.variant_plans import rows_of_plans
 from vibopt.study.variant_rows import Cell, Row, rows_of
 
@@ -65,11 +66,7 @@ def compare(jobs: Mapping[str, Job], progress: Progress | None = None) -> Varian
     left to choose, are compared by it too.
     """
     _check(jobs)
-    found: list[Answer[Any]] = []
-    for index, job in enumerate(jobs.values()):
-        if progress is not None:
-            progress("variants", index / len(jobs))
-        found.append(answer(job))
+    found = answers(jobs.values(), progress)
     plans = [one for one in jobs.values() if not is_scene(one)]
     return Variants(tuple(jobs), tuple(found), tuple(rows_of_plans(plans, found) if plans else rows_of(found)))
 

@@ -11,6 +11,7 @@ from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, resolved, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
+from vibopt.study.many import answers
 from vibopt.study.rounded_plan import drawn
 from vibopt.study.seen import chosen_from, kept
 from vibopt.study.thresholds import Threshold, thresholds
@@ -103,8 +104,8 @@ def whatif(
     if rounding and not keep_design:
         raise InputError("--round goes with --keep-design: what is chosen anew has no rounded values to keep. Add it.")
     if not keep_design:
-        before = answer(job, progress=progress)
-        return WhatIf(job, changes, before, answer(changed, progress=progress), keep_design)
+        before, after = answers([job, changed], progress)
+        return WhatIf(job, changes, before, after, keep_design)
     _check(job, changed, changes)
     before = answer(job, progress=progress)
     fixed = kept(job, before)

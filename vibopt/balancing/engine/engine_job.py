@@ -26,7 +26,7 @@ _HAIR = 1e-9
 RECIPROCATING, ROTATING = "counterweight_share", "rotating_share"
 KEYS = (
     "title", "statement", "source", "engine", "cylinders", "counterweights", "balance_shafts", "limits", "measures",
-    "goal", "expected",
+    "goal", "scenarios", "expected",
 )  # fmt: skip
 
 

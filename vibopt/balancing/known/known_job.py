@@ -164,7 +164,7 @@ class KnownGoalTable(Table):
 
 KEYS = (
     "title", "statement", "source", "conventions", "shaft", "masses", "planes", "limits", "measures", "goal",
-    "expected",
+    "scenarios", "expected",
 )  # fmt: skip
 CONVENTIONS = ("angles", "zero")
 

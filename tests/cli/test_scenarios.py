@@ -1,0 +1,175 @@
+"""Scenarios of a file: each by itself, one design for all, and every limit moved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import vibopt as vo
+from vibopt.errors import InputError
+from vibopt.jobs import open_job, scenarios_of
+from vibopt.study.scenarios import one_for_all, stepped, variants_of
+
+ROOT = Path(__file__).parents[2] / "problems"
+Run = Callable[..., Any]
+MORE = """
+[scenarios.overload]
+"excitations.press.amplitude" = "33 kN"
+
+[scenarios.light]
+bodies.press.mass = "270 kg"
+limits.start_up.at_most = "22 mm"
+"""
+
+
+@pytest.fixture
+def press(tmp_path: Path) -> Path:
+    text = (ROOT / "isolation" / "rao_9_34.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+    file = tmp_path / "press.toml"
+    file.write_text(text + MORE, encoding="utf-8")
+    return file
+
+
+def test_a_scenario_is_its_changes(run: Run, press: Path) -> None:
+    job = open_job(press)
+    assert scenarios_of(job)["light"] == {"bodies.press.mass": "270 kg", "limits.start_up.at_most": "22 mm"}
+    alone = vo.solve(vo.with_changes(job, {"excitations.press.amplitude": "33 kN"}))
+    done = run("solve", str(press), "--scenario", "overload", "--json")
+    assert done.data["goal"]["value"] == pytest.approx(alone.goal[1].value, rel=1e-12)
+    again = run("solve", str(press), "--scenario", "overload", "--set", "excitations.press.amplitude=30 kN", "--json")
+    assert again.data["goal"]["value"] == pytest.approx(vo.solve(job).goal[1].value, rel=1e-12)
+    assert any("Scenarios of the file, overload, light, are no part of this answer" in one for one in job.notes)
+
+
+def test_compare_sets_scenarios_beside_each_other(run: Run, press: Path) -> None:
+    done = run("compare", str(press), "--scenarios", "--json")
+    assert list(done.data["variants"]) == ["as it is", "overload", "light"]
+    for name, job in variants_of(open_job(press)).items():
+        assert done.data["variants"][name]["goal"]["value"] == pytest.approx(vo.solve(job).goal[1].value, rel=1e-12)
+
+
+def test_one_design_keeps_every_limit_in_every_scenario_and_none_is_much_better(run: Run, press: Path) -> None:
+    found = one_for_all(open_job(press))
+    assert found.status == "optimal"
+    values = {path: f"{one.value:.17g} {one.si}" for path, one in found.variables.items()}
+    stiffness = "links.mount.stiffness"
+    for name, job in variants_of(open_job(press)).items():
+        document = dict(job.document)
+        mount = {**document["links"]["mount"], **{path.rpartition(".")[2]: text for path, text in values.items()}}
+        document |= {"links": {"mount": mount}}
+        for key in ("goal", "scenarios"):
+            document.pop(key, None)
+        measured = vo.solve(vo.from_dict(document), explain=False)
+        assert measured.status == "met", name
+        assert {key: one.value.value for key, one in measured.limits.items()} == pytest.approx(
+            {key: one.value.value for key, one in found.limits[name].items()}, rel=1e-9
+        )
+        alone = vo.solve(job, explain=False)
+        assert found.goal is not None
+        assert found.goal[1].value <= alone.goal[1].value * (1.0 + 1e-9)
+    # stiffer is forbidden by the worst two together: each at this stiffness leaves no damping for both
+    damping = []
+    for job in variants_of(open_job(press)).values():
+        stiffer = f"{found.variables[stiffness].value * (1.0 + 1e-5):.17g} N/m"
+        ends = []
+        for sense in ("minimise", "maximise"):
+            goal = {sense: "damping", "of": "mount"}
+            document = {**vo.with_changes(job, {stiffness: stiffer}).document, "goal": goal}
+            document.pop("scenarios")
+            answer = vo.solve(vo.from_dict(document), explain=False)
+            ends.append(answer.variables["links.mount.damping"].value.value if answer.goal is not None else None)
+        damping.append(ends)
+    alone = any(None in one for one in damping)
+    assert alone or max(low for low, _ in damping) > min(high for _, high in damping)
+
+
+def test_one_for_all_on_the_command_line(run: Run, press: Path) -> None:
+    done = run("solve", str(press), "--all-scenarios")
+    assert (done.code, done.err) == (0, "")
+    assert "optimal: stiffness" in done.out
+    assert "overload" in done.out
+    words = run("solve", str(press), "--all-scenarios", "--round", "3").err
+    assert words == (
+        "--all-scenarios goes with --set, --json and --require-proof alone. Leave the other options out.\n"
+    )
+
+
+@pytest.mark.parametrize("file", ["isolation/rao_9_34.toml", "balancing/engine_share_capped.toml"])
+def test_every_limit_moved_is_the_answer_with_that_bound(file: str) -> None:
+    job = vo.read(ROOT / file)
+    found = stepped(job, ("-10 %", "+20 %"))
+    assert [path for path, _ in found.rows] == [f"limits.{name}.at_most" for name in job.document["limits"]]
+    for path, cells in found.rows:
+        for bound, status, goal in cells:
+            alone = vo.solve(vo.with_changes(job, {path: bound}), explain=False)
+            assert alone.status == status
+            assert (goal is None) == (alone.goal is None or alone.exit_code != 0)
+            if goal is not None and alone.goal is not None:
+                assert goal.value == pytest.approx(alone.goal[1].value, rel=1e-9)
+
+
+def test_limits_moved_on_the_command_line(run: Run, press: Path, tmp_path: Path) -> None:
+    table = tmp_path / "limits.csv"
+    done = run("compare", str(press), "--limits", "-20 %, +20 %", "--csv", str(table))
+    assert (done.code, done.err) == (0, "")
+    assert "start_up.at_most" in done.out
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 7
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[scenarios.same]\n"limits.start_up.at_most" = "20 mm"\n',
+         "scenarios.same changes nothing: the file says all of it already. Leave it out."),
+        ("[scenarios.none]\n",
+         'scenarios.none changes nothing. Write changes by path below it: "limits.start_up.at_most" = "25 mm".'),
+        ('[scenarios.lost]\n"limits.startup.at_most" = "25 mm"\n', "scenarios.lost: "),
+        ("scenarios = 3\n", "scenarios"),
+    ],
+    ids=["same", "none", "lost", "number"],
+)  # fmt: skip
+def test_a_scenario_that_says_nothing_is_refused(tmp_path: Path, text: str, words: str) -> None:
+    base = (ROOT / "isolation" / "rao_9_34.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+    file = tmp_path / "press.toml"
+    file.write_text(text + base if text.startswith("scenarios") else base + text, encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        open_job(file)
+    assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("solve", "FILE", "--scenario", "overlaod"),
+         'press.toml: there is no scenario "overlaod". Did you mean "overload"?\n'),
+        (("compare", "FILE", "--limits", "20"),
+         '--limits "20" is no part of a bound. Write --limits "-20 %, +20 %".\n'),
+        (("compare", "FILE", "FILE2", "--scenarios"),
+         "--scenarios and --limits are for one file, each by itself. Name one file, and one of them.\n"),
+    ],
+)  # fmt: skip
+def test_what_is_no_scenario_is_said(run: Run, press: Path, words: tuple[str, ...], said: str) -> None:
+    other = press.with_name("other.toml")
+    other.write_bytes(press.read_bytes())
+    names = {"FILE": str(press), "FILE2": str(other)}
+    done = run(*(names.get(one, one) for one in words))
+    assert (done.code, done.err) == (2, said)
+
+
+@pytest.mark.parametrize("file", ["fan_verification_run.toml", "rao_9_3.toml", "engine_share_capped.toml"])
+def test_jobs_of_every_kind_have_scenarios(tmp_path: Path, file: str) -> None:
+    text = (ROOT / "balancing" / file).read_text(encoding="utf-8").partition("[[expected]]")[0]
+    job = vo.read(ROOT / "balancing" / file)
+    from vibopt.jobs import facts
+
+    fact = next(one for one in facts(job) if one.value and not one.place and one.unit)
+    target = tmp_path / file
+    target.write_text(f'{text}\n[scenarios.more]\n"{fact.path}" = "{fact.now(1.1)}"\n', encoding="utf-8")
+    for csv in (ROOT / "balancing").glob("*.csv"):
+        (tmp_path / csv.name).write_bytes(csv.read_bytes())
+    variants = variants_of(open_job(target))
+    assert list(variants) == ["as it is", "more"]
+    assert vo.compare(variants).names == ("as it is", "more")

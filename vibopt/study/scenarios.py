@@ -1,0 +1,242 @@
+"""Named sets of changes in a file, `[scenarios.NAME]`: each answered by itself, or one design for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.tabular import Tabular
+from vibopt.errors import InputError
+from vibopt.jobs import facts, is_open, scenarios_of, scene_only, with_changes
+from vibopt.program.pose import pose
+from vibopt.program.program import Aim, Program
+from vibopt.records import dataclass
+from vibopt.scene.open_places import open_places, open_positions
+from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
+from vibopt.solve.method import Progress
+from vibopt.solve.solve import answer as best_of
+from vibopt.study.many import answers
+from vibopt.study.seen import goal_of, goal_word
+from vibopt.verify.checked import checked_limits, disagreement, goal_row
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+
+AS_IT_IS = "as it is"
+
+
+def variants_of(job: Job) -> dict[str, Job]:
+    """The job as it is, and with the changes of each scenario, by name; InputError where the file has none."""
+    found = scenarios_of(job)
+    if not found:
+        raise InputError(
+            f'{job.name}: has no scenarios. Write [scenarios.overload] with "excitations.press.amplitude" = "36 kN", '
+            "for example."
+        )
+    return {AS_IT_IS: job, **{name: with_changes(job, changes) for name, changes in found.items()}}
+
+
+@dataclass(frozen=True, slots=True)
+class OneForAll(Tabular):
+    """One design for the job as it is and for every scenario.
+
+    status, claim
+        As of an answer; "check_failed" where a limit is missed on a machine as built.
+    goal
+        Name and value of the goal, the worst over all scenarios; None without a design.
+    variables
+        What is chosen, by path.
+    limits
+        Rows of the limits by scenario, measured on each machine as built.
+    """
+
+    job: Job
+    status: str
+    claim: str
+    goal: tuple[str, Entry] | None
+    variables: Mapping[str, Entry]
+    limits: Mapping[str, Mapping[str, Checked]]
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each limit in each scenario."""
+        return [
+            {
+                "scenario": name, "limit": key, "unit": one.value.si, "value": one.value.value, "margin": one.margin,
+                "value shown": one.value.shown,
+            }
+            for name, rows in self.limits.items() for key, one in rows.items()
+        ]  # fmt: skip
+
+    def heading(self) -> tuple[str, ...]:
+        """Title and verdict."""
+        return self.job.title, f"{self.status}: one design for {', '.join(self.limits) or 'all scenarios'}"
+
+    def to_json(self) -> dict[str, Any]:
+        """All but the job."""
+        keys = ("status", "claim", "goal", "variables", "limits")
+        return {key: getattr(self, key) for key in keys}
+
+
+def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
+    """The best one design that keeps every limit as the file is and in every scenario.
+
+    The goal is that of the worst of them.
+
+    Raises
+    ------
+    InputError
+        A job of another kind, no scenarios, nothing to choose, or scenarios that change what may be chosen.
+    """
+    instead = "vibopt compare FILE --scenarios answers each by itself."
+    scene = scene_only(job, "one design for all scenarios", instead)
+    scenes = {name: scene_only(one, "one design for all scenarios") for name, one in variants_of(scene).items()}
+    _check(scene, scenes)
+    found, _ = best_of(_merged(scenes), scene, None, progress)
+    if found.x is None:
+        claim = f"{found.claim}; no one design was found that holds in all scenarios"
+        return OneForAll(job, found.status, claim, None, {}, {})
+    chosen = {one.path: float(x) for one, x in zip(scene.variables, found.x, strict=True)}
+    limits = {name: dict(checked_limits(one, chosen)) for name, one in scenes.items()}
+    broken = [f"{key} in {name}" for name, rows in limits.items() for key, one in rows.items() if not one.met]
+    doubt = disagreement(*limits.values()) or (f"{', '.join(broken)} not met as measured" if broken else "")
+    values = {one.path: Entry(chosen[one.path], one.dimension, one.unit) for one in scene.variables}
+    rows = [goal_row(one, chosen) for one in scenes.values()]
+    worst = None
+    if scene.goal is not None:
+        pick = max if scene.goal.sense == "minimise" else min
+        worst = scene.goal.name, pick((one for one in rows if one is not None), key=lambda one: one.value.value).value
+    return OneForAll(job, "check_failed" if doubt else found.status, doubt or found.claim, worst, values, limits)
+
+
+def _check(scene: Scene, scenes: Mapping[str, Scene]) -> None:
+    if not scene.variables or scene.goal is None:
+        raise InputError(
+            f"{scene.name}: nothing is to be chosen, so there is no one design to find. vibopt compare FILE "
+            "--scenarios measures each."
+        )
+    for name, one in scenes.items():
+        if one.variables != scene.variables or open_places(one) or open_positions(one):
+            raise InputError(
+                f"{scene.name}: scenario {name} changes what may be chosen, or places are open, so there is no one "
+                "design for all. vibopt compare FILE --scenarios answers each."
+            )
+        if uncertain(one):
+            raise InputError(
+                f"{scene.name}: one design for all scenarios does not go with tolerances: each scenario has a worst "
+                "machine of its own. Leave the tolerances out, or vibopt compare FILE --scenarios."
+            )
+
+
+def _merged(scenes: Mapping[str, Scene]) -> Program:
+    """All limits of all scenarios; the goal is the worst of all."""
+    programs = {name: pose(one) for name, one in scenes.items()}
+    first = programs[AS_IT_IS]
+    limits = [
+        limit if name == AS_IT_IS else replace(limit, name=f"{limit.name} in {name}")
+        for name, one in programs.items()
+        for limit in one.limits
+    ]
+    pieces: list[Aim] = [piece for one in programs.values() if one.aim is not None for piece in one.aim.pieces]
+    aim = replace(pieces[0], others=tuple(pieces[1:])) if first.aim is not None and not _alike(pieces) else first.aim
+    return replace(first, limits=tuple(limits), aim=aim, several=True)
+
+
+def _alike(pieces: list[Aim]) -> bool:
+    """Whether the goal is of the variables alone, the same in all scenarios."""
+    powers = [one.form.powers for one in pieces]
+    return all(
+        one is not None and powers[0] is not None
+        and one.scale.tolist() == powers[0].scale.tolist() and one.exponents.tolist() == powers[0].exponents.tolist()
+        for one in powers
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped(Tabular):
+    """The goal with one bound at a time moved by some parts.
+
+    steps
+        As asked: "-20 %", "+20 %".
+    now
+        Status and goal of the job as it is.
+    rows
+        Per bound its path and, for each step, the bound, the status and the goal.
+    """
+
+    job: Job
+    goal: str
+    steps: tuple[str, ...]
+    now: tuple[str, Entry | None]
+    rows: tuple[tuple[str, tuple[tuple[str, str, Entry | None], ...]], ...]
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each bound and step; the change of the goal as a part of what it is."""
+        return [
+            {
+                "path": path, "step": step, "bound": bound, "status": status,
+                "goal": None if goal is None else goal.value, "change": self.change(goal),
+                "goal shown": None if goal is None else goal.shown,
+            }
+            for path, cells in self.rows for step, (bound, status, goal) in zip(self.steps, cells, strict=True)
+        ]  # fmt: skip
+
+    def change(self, goal: Entry | None) -> float | None:
+        """By which part the goal changes."""
+        now = self.now[1]
+        return None if goal is None or now is None or not now.value else goal.value / now.value - 1.0
+
+    def heading(self) -> tuple[str, ...]:
+        """Title and what is moved."""
+        return self.job.title, f"{self.goal} with one limit at a time moved by {', '.join(self.steps)}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The goal now, and the rows of the table."""
+        return {"goal": self.goal, "now": {"status": self.now[0], "goal": self.now[1]}, "rows": self.table()}
+
+
+def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = None) -> Stepped:
+    """The goal with every bound by itself moved by some parts, "-20 %".
+
+    Raises
+    ------
+    InputError
+        No goal to look at, no bound, or a step that is no part.
+    """
+    if not is_open(job) or not goal_word(job):
+        raise InputError(f"{job.name}: --limits shows what each limit does to the goal, and there is none.")
+    bounds = [
+        one for one in facts(job)
+        if one.path.startswith("limits.") and one.path.endswith((".at_most", ".at_least")) and one.value > 0.0
+        and one.dimension != "level"
+    ]  # fmt: skip
+    if not bounds:
+        raise InputError(f"{job.name}: has no limits with a bound to move.")
+    jobs: list[Job] = [job]
+    texts = []
+    for one in bounds:
+        for step in steps:
+            texts.append(one.now(1.0 + part_of(step)))
+            jobs.append(with_changes(job, {one.path: texts[-1]}))
+    found = answers(jobs, progress, "limits")
+    seen = [(one.status, goal_of(each, one)) for one, each in zip(found, jobs, strict=True)]
+    cells = [(text, *one) for text, one in zip(texts, seen[1:], strict=True)]
+    width = len(steps)
+    rows = tuple((one.path, tuple(cells[i * width : (i + 1) * width])) for i, one in enumerate(bounds))
+    return Stepped(job, goal_word(job), steps, seen[0], rows)
+
+
+def part_of(step: str) -> float:
+    """The part in "-20 %"; InputError where there is none."""
+    try:
+        part = float(step.strip().removesuffix("%").replace("−", "-").replace(" ", "")) / 100.0
+    except ValueError:
+        part = 0.0
+    if "%" not in step or not part > -1.0 or part == 0.0:
+        raise InputError(f'--limits "{step}" is no part of a bound. Write --limits "-20 %, +20 %".')
+    return part
+
+
+__all__ = ["AS_IT_IS", "OneForAll", "Stepped", "one_for_all", "part_of", "stepped", "variants_of"]
