@@ -41,8 +41,12 @@ MACHINES: tuple[tuple[Callable[[Draw], Drawn], bool, bool], ...] = (
     (on_a_structure, True, False),
 )
 """What may be built: the machine, whether an absorber sits on it, and whether its parts are bought."""
-OF_ITS_OWN = {"friction_force": that_rubs, "stability_threshold": that_spins, "critical_speed": that_whirls} | {
-    f"{one}bending_stress": on_a_line for one in ("", "static_", "combined_", "rms_", "peak_")
+_BENT = ("bearing_force", *(f"{one}bending_stress" for one in ("", "static_", "combined_", "rms_", "peak_")))
+OF_ITS_OWN = {
+    "friction_force": that_rubs,
+    "stability_threshold": that_spins,
+    "critical_speed": that_whirls,
+    **dict.fromkeys(_BENT, on_a_line),
 }
 """What must be built for a response that few machines have."""
 _VARIABLES = (0, 1, 1, 1, 2, 2, 3)
@@ -63,7 +67,7 @@ def scene(seed: int, folder: Path, *, small: bool = False) -> Drawn:
         rolls = Draw(f"{seed}/{attempt}", listed=bought or (small and spatial), bought=bought, small=small)
         rolls.left = min(max(rolls.pick(_VARIABLES), int(bought)), most)
         rolls.sure = small and (bought or build not in (on_a_line, about_an_axis))
-        rolls.bent = kind.endswith("bending_stress")
+        rolls.bent = kind.endswith(("bending_stress", "bearing_force"))
         made = build(rolls)
         made.folder = folder
         made = with_absorber(rolls, made) if absorber else made

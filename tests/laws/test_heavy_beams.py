@@ -185,13 +185,20 @@ def test_its_weight_bends_it_as_the_handbook_says(kind: str, arms: tuple[float, 
         "moving": {"response": "bending_stress", "of": "beam"},
         "both": {"response": "combined_bending_stress", "of": "beam"},
         "mass": {"response": "total_mass"},
+        "sag": SAG,
+        "far": {"response": "displacement", "of": "load"},
+        "reach": {"response": "combined_displacement", "of": "load"},
+        "fades": {"response": "logarithmic_decrement"},
+        "ratio": {"response": "damping_ratio"},
     }
     found = measured(scene_of(beam, measures=asked))
     own = PER_LENGTH * LONG * arms[2].get("at_ratio", 1.0)
     moment = 9.80665 * LONG * (arms[0] * LOAD + arms[1] * own)
     assert found["still"] == pytest.approx(32.0 * moment / (np.pi * WIDE**3), rel=1e-11)
     assert found["both"] == pytest.approx(found["still"] + found["moving"], rel=1e-12)
+    assert found["reach"] == pytest.approx(found["sag"] + found["far"], rel=1e-12)
     assert found["mass"] == pytest.approx(LOAD + own, rel=1e-12)
+    assert found["fades"] == pytest.approx(2.0 * np.pi * np.tan(np.arcsin(found["ratio"])), rel=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "ratio"), PLACES)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
@@ -20,7 +21,13 @@ OPERATING = 200.0 * np.pi
 
 def recorded(stem: str) -> dict[str, float]:
     document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
-    dimensions = {"stiffness": "stiffness", "force": "force", "bearings": "force", "stress": "stress"}
+    dimensions = {
+        "stiffness": "stiffness",
+        "force": "force",
+        "bearings": "force",
+        "bearing": "force",
+        "stress": "stress",
+    }
     found = {}
     for one in document["expected"]:
         name = one["path"].removeprefix("measures.").removesuffix(".value")
@@ -100,7 +107,7 @@ def test_a_damped_shaft(stem: str, loads: str, modulus: float, above: float) -> 
         "critical": greatest(*rotor, 1)[1],
         "above": whirl(*rotor, above)[1],
     }
-    right = {f"force_{name}": one for name, one in forces.items()}
+    right = {f"force_{name}": one for name, one in forces.items()} | {"bearing_running": 0.5 * forces["running"]}
     right |= {f"stress_{name}": stress * one for name, one in whirls.items()}
     assert recorded(loads) == pytest.approx(right, rel=1e-7)
 
@@ -229,3 +236,136 @@ def test_the_ship_needs_the_shaft_that_was_found() -> None:
     ((low, high),) = document["expected"][0]["value"]
     assert read_quantity(low, "length").value == pytest.approx(least, rel=1e-6)
     assert high == "500 mm"
+
+
+# programs: the shaft with its mass by its half span, limits one by one, their ends by roots
+
+
+def held_in_the_middle(
+    modulus: float, outer: float, span: float, density: float, *, inner: float = 0.0, fixed: bool = False
+) -> dict[str, float]:
+    """Stiffness, mass, and means over half a span: of the shape, its square, and its moment about the middle."""
+    second, area = np.pi * (outer**4 - inner**4) / 64.0, np.pi * (outer**2 - inner**2) / 4.0
+    shape = Polynomial([0.0, 0.0, 12.0, -16.0]) if fixed else Polynomial([0.0, 3.0, 0.0, -4.0])
+
+    def mean(of: Polynomial) -> float:
+        whole = of.integ()
+        return float(2.0 * (whole(0.5) - whole(0.0)))
+
+    return {
+        "k": (192.0 if fixed else 48.0) * modulus * second / span**3,
+        "mass": density * area * span,
+        "one": mean(shape),
+        "square": mean(shape * shape),
+        "arm": mean(shape * Polynomial([0.5, -1.0])),
+        "fibre": 0.5 * outer / second,
+    }
+
+
+def intervals(misses: Any, low: float, high: float) -> list[list[float]]:
+    """Where what may not be above zero is not, found on a grid and sharpened by roots."""
+    grid = np.geomspace(low, high, 4001)
+    good = np.array([misses(one) <= 0.0 for one in grid])
+    found, begun = [], grid[0]
+    for i in np.flatnonzero(good[1:] != good[:-1]):
+        end = float(brentq(misses, grid[i], grid[i + 1], xtol=1e-15))
+        if good[i]:
+            found.append([float(begun), end])
+        begun = end
+    return found + ([[float(begun), high]] if good[-1] else [])
+
+
+def permitted(stem: str) -> list[list[float]]:
+    document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
+    (one,) = [each for each in document["expected"] if each["path"] == "set"]
+    return [[read_quantity(end, "length").value for end in two] for two in one["value"]]
+
+
+def inside(value: float, low: float, high: float) -> float:
+    """Above zero within a band."""
+    return min(value - low, high - value) / high
+
+
+def test_every_diameter_that_holds_the_flywheel() -> None:
+    speed, off, load, span = 40.0 * np.pi, 5e-5, 45.0, 0.75
+
+    def misses(outer: float) -> float:
+        s = held_in_the_middle(200e9, outer, span, 7850.0)
+        moving = load + s["square"] * s["mass"]
+        far = load * off * speed**2 / (s["k"] - moving * speed**2)
+        on_disc, spread = load * speed**2 * (off + far), s["mass"] * speed**2 * far
+        bearing = 0.5 * (on_disc + s["one"] * spread)
+        moment = bearing * 0.5 * span - 0.5 * s["arm"] * spread * span
+        still = 9.80665 * span * (load / 4.0 + s["mass"] / 8.0)
+        own = np.sqrt(s["k"] / moving) / (2.0 * np.pi)
+        return max(
+            (abs(moment) + still) * s["fibre"] / 1e8 - 1.0,
+            abs(bearing) / 60.0 - 1.0,
+            inside(own, 16.0, 24.0),
+            inside(own, 32.0, 48.0),
+        )
+
+    right = intervals(misses, 0.01, 0.08)
+    assert np.array(permitted("rao_9_15_diameters")) == pytest.approx(np.array(right), rel=1e-7)
+
+
+def test_every_tube_that_stays_in_its_gap() -> None:
+    speed, load = OPERATING, 20.0
+
+    def misses(outer: float) -> float:
+        s = held_in_the_middle(ALUMINIUM, outer, 1.0, 2700.0, inner=0.6 * outer)
+        moving, c = load + s["square"] * s["mass"], 0.02 * np.sqrt(s["k"] * load)
+        far = load * 5e-5 * speed**2 / abs(s["k"] - moving * speed**2 + 1j * c * speed)
+        sag = 9.80665 * (load + s["one"] * s["mass"]) / s["k"]
+        return max((far + sag) / 5e-4 - 1.0, inside(np.sqrt(s["k"] / moving), 0.8 * speed, 1.2 * speed))
+
+    right = intervals(misses, 0.04, 0.15)
+    assert np.array(permitted("rao_9_19_tubes")) == pytest.approx(np.array(right), rel=1e-7)
+
+
+def test_every_diameter_with_its_separation_margins() -> None:
+    def misses(outer: float) -> float:
+        s = held_in_the_middle(STEEL, outer, 0.8, 7850.0, fixed=True)
+        moving, sag = 40.0 + s["square"] * s["mass"], 9.80665 * (40.0 + s["one"] * s["mass"]) / s["k"]
+        own = np.sqrt(s["k"] / moving)
+
+        def far(rpm: Any) -> Any:
+            w = np.asarray(rpm) * np.pi / 30.0
+            return 1.2e-4 * w**2 / np.abs(s["k"] - moving * w**2 + 400j * w)
+
+        peak = own / np.sqrt(1.0 - 2.0 * (200.0 / np.sqrt(s["k"] * moving)) ** 2) * 30.0 / np.pi
+        passed = [6300.0, peak] if peak < 6300.0 else [6300.0]
+        return max(
+            inside(own * 30.0 / np.pi, 4150.0, 7560.0),
+            far(np.linspace(5000.0, 6000.0, 101)).max() / 12.5e-6 - 1.0,
+            (far(passed).max() + sag) / 3e-4 - 1.0,
+            1.0 - own * (1.0 + 400.0 / 300.0) / (210.0 * np.pi),
+        )
+
+    right = intervals(misses, 0.03, 0.16)
+    assert np.array(permitted("separation_margins")) == pytest.approx(np.array(right), rel=1e-7)
+
+
+def test_the_bar_the_damping_and_the_stable_rotor() -> None:
+    bars = np.array([15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0, 60.0]) / 1e3
+    bows = [np.prod([bent(200e9, one, 0.75)[1], whirl(45.0, bent(200e9, one, 0.75)[0], 0.0, 1e-3, 40.0 * np.pi)[0]])
+            for one in bars]  # fmt: skip
+    assert bars[next(i for i, one in enumerate(bows) if one <= 3e7)] == 0.04
+    assert expected("rao_9_16_bars")["variables.links.shaft.beam.diameter"] == "40 mm"
+    k, _ = bent(STEEL, 0.025, 1.0)
+
+    def bearing(ratio: float) -> float:
+        c = 2.0 * ratio * np.sqrt(20.0 * k)
+        w = np.sqrt(k / 20.0) * np.linspace(0.98, 1.05, 200_001)
+        return float((0.5 * np.abs(k + 1j * w * c) * 4e-4 * w**2 / np.abs(k - 20.0 * w**2 + 1j * w * c)).max())
+
+    least = brentq(lambda one: bearing(one) - 60.0, 0.005, 0.05, xtol=1e-12)
+    found = expected("rao_9_18_damping")
+    assert read_quantity(found["variables.links.shaft.damping_ratio"], "ratio").value == pytest.approx(least, rel=1e-6)
+
+    ratio = brentq(lambda z: 5e-6 / (2.0 * z * np.sqrt(1.0 - z * z)) - 4e-5, 0.01, 0.3, xtol=1e-15)
+    root = 0.1 * 144.0 * np.pi * 60.0 / (0.1 + 2.0 * ratio)  # of k m: where both limits hold just so
+    found = expected("rao_9_21_stable")
+    stiffness = read_quantity(found["variables.links.shaft.stiffness"], "stiffness").value
+    assert stiffness == pytest.approx(root**2 / 60.0, rel=1e-6)
+    assert read_quantity(found["goal"], "damping").value == pytest.approx(2.0 * ratio * root, rel=1e-6)

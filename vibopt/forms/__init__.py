@@ -16,6 +16,7 @@ FORMS: Kinds[Form] = Kinds(
         "DecayRate": "damped.DecayRate",
         "EnergyShare": "undamped.EnergyShare",
         "FreeMotion": "damped.FreeMotion",
+        "LogDecrement": "damped.LogDecrement",
         "ModeDamping": "damped.ModeDamping",
         "ModeFrequency": "undamped.ModeFrequency",
         "ModeGap": "undamped.ModeGap",
@@ -39,7 +40,7 @@ FORMS: Kinds[Form] = Kinds(
 if TYPE_CHECKING:
     from vibopt.forms.added import Added
     from vibopt.forms.any_duration import PeakOverDurations
-    from vibopt.forms.damped import DecayRate, FreeMotion, ModeDamping
+    from vibopt.forms.damped import DecayRate, FreeMotion, LogDecrement, ModeDamping
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
     from vibopt.forms.peak_in_run_up import PeakInRunUp
@@ -64,6 +65,7 @@ __all__ = [
     "EnergyShare",
     "Form",
     "FreeMotion",
+    "LogDecrement",
     "ModeDamping",
     "ModeFrequency",
     "ModeGap",

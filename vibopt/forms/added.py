@@ -21,9 +21,9 @@ class Added(Form):
 
     parts: tuple[Form, ...]
     squares: bool = False
-    no_bounds = "is a sum of what is greatest at several instants: it has no bounds on boxes of designs"
-    not_convex = "is a sum of peaks in time, which is not convex in stiffness and damping"
-    rough = "is a sum of what is greatest at several instants, each of which jumps from one peak to another"
+    no_bounds = "is a sum of what is greatest each by itself: it has no bounds on boxes of designs"
+    not_convex = "is a sum of what is greatest each by itself, which is not convex in stiffness and damping"
+    rough = "is a sum of what is greatest each by itself, each of which jumps from one peak to another"
 
     @property
     def searched(self) -> str:

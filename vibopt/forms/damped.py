@@ -188,6 +188,65 @@ class ModeDamping(OfPoles):
 
 
 @dataclass(frozen=True, slots=True)
+class LogDecrement(Form):
+    """Log of the ratio of two deflections one period apart in the `mode`-th least damped mode, 2 pi z / sqrt(1 - z^2).
+
+    Infinite where nothing goes to and fro.
+    """
+
+    mode: int
+    one_line = True
+    no_bounds = ModeDamping.no_bounds
+    not_convex = "is a logarithmic decrement, which is not convex in stiffness and damping"
+
+    @property
+    def _ratio(self) -> ModeDamping:
+        return ModeDamping(self.mode)
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        return float(decrement(np.array(self._ratio.value(model, x))))
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        return self._ratio.slope(model, x) / (1.0 - min(self._ratio.value(model, x), 1.0 - 1e-12) ** 2)
+
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        found = self._ratio.extremes(model, x, least_wanted=least_wanted, within=within)
+        ratios = [min(float(np.exp(one.value)), 1.0 - 1e-12) for one in found]
+        return [
+            Local(log_of(float(decrement(np.array(z)))), one.slope / (1.0 - z**2), one.speeds)
+            for z, one in zip(ratios, found, strict=True)
+        ]
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        z = self._ratio.value(model, x)
+        near = max(1.0 - z**2, ROOTS) ** 1.5
+        return float(2.0 * np.pi * self._ratio.room(model, x, z, z, rounding) / near)
+
+    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
+        return (self.mode,)
+
+    def not_smooth(self, model: Model) -> str:
+        return self._ratio.not_smooth(model) or "is a logarithmic decrement, which has no end where nothing swings"
+
+    def bounded(self, model: Model) -> bool:
+        return self._ratio.bounded(model)
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        least, most = self._ratio.on_boxes(known, low, high)
+        return decrement(least), decrement(most)
+
+    def known(self, at: FormBounds) -> bool:
+        return self._ratio.known(at)
+
+
+def decrement(ratio: FloatArray) -> FloatArray:
+    """Logarithmic decrement of damping ratios, any shape; infinite from one on."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = 2.0 * np.pi * ratio / np.sqrt(1.0 - ratio**2)
+    return np.where(ratio >= 1.0, np.inf, found)
+
+
+@dataclass(frozen=True, slots=True)
 class FreeMotion(Form):
     """Motion row . u [m], with its sign, `after` a time [s] of free vibration.
 

@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import model_validator
 
 from vibopt.arrays import ComplexArray
-from vibopt.forms import Form, ModeDamping, Monomials
+from vibopt.forms import Form, LogDecrement, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.responses.parameters import OfLink
@@ -60,6 +60,43 @@ class DampingOfModes(Response):
         poles = machine.poles()
         ratios = np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))
         return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
+
+
+class LogarithmicDecrement(Response):
+    """`response = "logarithmic_decrement"`: of the `mode`-th least damped mode, 2 pi z / sqrt(1 - z^2); 1 is the least.
+
+    Keys
+    ----
+    mode: Which of the least damped modes, 1 is the least damped.
+    """
+
+    mode: int = 1
+    less_is_worse: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _words(self) -> "LogarithmicDecrement":
+        if self.mode < 1:
+            raise word("has a mode below 1. Modes are counted from 1, the least damped.")
+        return self
+
+    @property
+    def modes(self) -> int:
+        return max(self.mode, FEW_MODES)
+
+    @property
+    def free_vibration(self) -> str:
+        return "logarithmic decrement of free vibration"
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return LogDecrement(self.mode)
+
+    def measure_static(self, machine: Machine) -> float:
+        """By what is left after one turn of each pole e^{i w t}: log of the ratio of two sizes."""
+        poles = machine.poles()
+        poles = poles[np.argsort(np.abs(poles))[machine.loose :]]
+        turning = poles[poles.real > 1e-9 * np.abs(poles)]
+        after = np.sort(2.0 * np.pi * turning.imag / turning.real)
+        return float(after[self.mode - 1]) if len(after) >= self.mode else float("inf")
 
 
 ModeDampingRatio = DampingOfModes

@@ -70,7 +70,7 @@ def permitted_values(scene: Scene, program: Program) -> Design:
         method="one_range",
         found=tuple((low.value, high.value) for low, high in intervals),
         details={"ends": intervals},
-        notes=tuple(dict.fromkeys(notes)),
+        notes=tuple({note.partition(". ")[0]: note for note in reversed(notes)}.values())[::-1],
     )
 
 

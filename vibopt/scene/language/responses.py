@@ -138,6 +138,14 @@ class Responses:
         """Least spin beyond which a whirl grows, by damping that turns with the shaft [rad/s]."""
         return Measure("stability_threshold", **words)
 
+    def combined_displacement(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """How far a body gets by its sag and its whirl together [m]."""
+        return Measure("combined_displacement", of=of, **words)
+
+    def logarithmic_decrement(self, *, mode: int | None = None, **words: Unpack[Shown]) -> Measure:
+        """Log of the ratio of two deflections one period apart, of the least damped modes."""
+        return Measure("logarithmic_decrement", mode=mode, **words)
+
     def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
         """Root mean square motion of a body under white noise, absolute [m]."""
         return Measure("rms_displacement", of=of, **words)
