@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.few import applies
+from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.solve.ranges import log_box, starts
+from vibopt.records import dataclass
+from vibopt.signals import Band
+from vibopt.solve.ranges import log_box, natural_size, starts
 
 _TRIED, _ASKED = 512, 64
 """Designs looked at, and those of them at which forms that take longer are asked."""
 _APART = 0.05
 """Distance of two beginnings, in parts of the range of logs."""
 _WEIGHT = 10.0
+_ABOUT, _SPREADS, _DAMPED = 16, (-0.2, -0.1, -0.04, 0.04, 0.1, 0.2), (0.03, 0.1, 0.25)
+"""Devices tuned about so many frequencies, how far from each other, and their damping ratios."""
+_HEAVY, _LIGHTER = (0.8, 0.3, 0.1, 0.03), (1.0, 0.25, 0.1)
+"""Parts of the greatest masses, and of its host that one is which rides on another."""
+_LITTLE = 0.05
+"""Part of the damping of those in the middle."""
+_SPRINGS, _WEIGHTS = {"frequency", "tuning", "stiffness"}, (".mass", ".mass_ratio")
 
 
 def is_cheap(part: Limit | Aim) -> bool:
@@ -25,21 +37,18 @@ def is_cheap(part: Limit | Aim) -> bool:
 
 
 def screenable(program: Program) -> bool:
-    """Whether the goal is a response over speeds, and it and every limit over speeds are cheap.
-
-    Of designs that are to be light or stiff those that promise most break limits: starts by sampled speeds do better.
-    """
+    """Whether something is asked over speeds, and the goal and every limit over speeds are cheap."""
     aims = () if program.aim is None else program.aim.pieces
-    asked: list[Limit | Aim] = [part for part in program.limits if part.form.drives]
-    return (
-        bool(aims) and all(one.form.drives and is_cheap(one) for one in aims) and all(is_cheap(part) for part in asked)
-    )
+    asked: list[Limit | Aim] = [part for part in program.parts if part.form.drives]
+    if not all(one.form.drives for one in aims) and len(_devices(program)) < 2:
+        return False  # of designs that are to be light or stiff those that promise most break limits
+    return bool(aims) and bool(asked) and all(is_cheap(part) for part in [*aims, *asked])
 
 
 def promising(program: Program, count: int) -> list[FloatArray]:
     """Up to `count` designs y = log x (n_vars,), apart from each other, that promise most comes first."""
     low, high = log_box(program)
-    y = np.clip(starts(program, _TRIED), low, high)
+    y = np.clip(np.concatenate([starts(program, _TRIED), tuned(program)]), low, high)
     cheap = [part for part in program.parts if is_cheap(part)]
     slow = [part for part in program.parts if not is_cheap(part)]
     merit = _merit(cheap, np.exp(y))
@@ -53,6 +62,71 @@ def promising(program: Program, count: int) -> list[FloatArray]:
         if len(chosen) < count and all((np.abs(one - other) / span).max() > _APART for other in chosen):
             chosen.append(one)
     return chosen
+
+
+def tuned(program: Program) -> FloatArray:
+    """Designs y = log x (n, n_vars) whose devices are tuned side by side about many frequencies; none without devices.
+
+    Of several on each other those in the middle are damped little and each is lighter than what it rides on.
+    """
+    devices = _devices(program)
+    bands = [Band(one.low, one.high) for part in program.parts for drive in part.form.drives for one in drive.bands]
+    if len(devices) < 2 or not bands:
+        return np.zeros((0, len(program.axes)))
+    about = np.geomspace(min(one.low for one in bands if one.high) or 1.0, max(one.high for one in bands), _ABOUT)
+    heavy = [1.0] if all(one.mass for one in devices) else _HEAVY
+    lighter = [1.0] if len(heavy) == 1 else _LIGHTER
+    patterns = product(about, _SPREADS, _DAMPED, heavy, lighter)
+    base = np.log(np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high))
+    return np.array([_tuned(program, devices, base, *one) for one in patterns])
+
+
+def _tuned(
+    program: Program, devices: list[_Device], base: FloatArray, about: float, spread: float, damped: float,
+    heavy: float, lighter: float,
+) -> FloatArray:  # fmt: skip
+    x = np.exp(base)
+    parts = np.array([lighter**one.depth for one in devices])
+    for device, at, part in zip(devices, np.linspace(-spread, spread, len(devices)), parts / parts.sum(), strict=True):
+        ends = [axis.high for axis in program.axes if axis.path.endswith(_WEIGHTS)]
+        mass, w = device.mass or heavy * part * sum(ends), about * (1.0 + at)
+        ratio = damped if device.last else _LITTLE * damped
+        own = {"frequency": w, "stiffness": mass * w * w, "damping_ratio": ratio, "damping": 2.0 * ratio * mass * w}
+        own |= {"mass": mass, "mass_ratio": heavy * part * sum(ends), "tuning": w / about}
+        for word, index in device.axes.items():
+            x[index] = own.get(word, x[index])
+    return np.asarray(np.log(np.maximum(x, 1e-300)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Device:
+    """A mass on a spring: its variables by their words, its mass where that is known, and how it is carried."""
+
+    axes: dict[str, int]
+    mass: float
+    depth: int
+    last: bool
+
+
+def _devices(program: Program) -> list[_Device]:
+    """What has a spring to be chosen between a host and a mass of its own."""
+    model, owners = program.model, dict[str, dict[str, int]]()
+    for index, axis in enumerate(program.axes):
+        path, _, word = axis.path.rpartition(".")
+        owners.setdefault(path.partition(".")[2], {})[word] = index
+    tuned = {
+        name for name, axes in owners.items() if _SPRINGS & set(axes) and name in model.ends and name in model.points
+    }
+    hosts = {name: next((one for one in model.ends[name] if one != name), "") for name in tuned}
+    found = []
+    for name in (one for one in owners if one in tuned):
+        depth, host = 0, hosts[name]
+        while host in hosts and depth < len(hosts):
+            depth, host = depth + 1, hosts[host]
+        own = [one for one in model.terms if one.owner == name and one.kind == INERTIA]
+        mass = sum(one.scale for one in own if not one.exponents.any())
+        found.append(_Device(owners[name], mass, depth, name not in hosts.values()))
+    return found
 
 
 def _merit(parts: list[Limit | Aim], x: FloatArray) -> FloatArray:

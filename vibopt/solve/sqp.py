@@ -35,6 +35,10 @@ _NEAR = 0.1
 _DASHES = 8
 _ALONG = 1e-3
 """Log distance up to which a step runs along a limit."""
+_LIGHT = 4.0
+"""Weight of what limits are missed by to begin with: steps may leave limits a little on their way, and go further."""
+_PRICED = 1e-6
+"""Part of the greatest price below which a limit has none."""
 _SOFT = 1e-9
 _FLAT = 1e-12
 _STIFFER = (1.0, 10.0, 100.0, 1000.0)
@@ -172,9 +176,9 @@ class Sqp:
             exact = replace(self.exact, program=self.exact.program.aiming(None), known={})
             return Sqp(exact, self.rounds, self.hopeless).run(start, only_feasible=True)
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
-        for weight in (1e2, 1e5) if not only_feasible else (1e2,):
+        for weight in (_LIGHT, 1e2, 1e5) if not only_feasible else (1e2,):
             here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)
-            if here.missed <= 1e-7 or here.missed > self.hopeless:
+            if here.missed <= 1e-7 or (here.missed > self.hopeless and weight > _LIGHT):
                 break
         return here if only_feasible else self._finish(here)
 
@@ -185,7 +189,8 @@ class Sqp:
         missed: list[float] = []
         for _ in range(self.rounds):
             missed.append(here.missed)
-            stuck = here.missed > self.hopeless and len(missed) > 8 and missed[-8] - here.missed < 0.05 * here.missed
+            stuck = weight > _LIGHT and here.missed > self.hopeless and len(missed) > 8
+            stuck = stuck and missed[-8] - here.missed < 0.05 * here.missed
             if stuck or here.missed <= enough or self.exact.budget.over:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
@@ -404,7 +409,7 @@ def _at_least(here: Point, multipliers: FloatArray) -> FloatArray:
         return multipliers
     made, steep = multipliers.copy(), float(np.abs(here.goals[0].slope).max())
     for i, piece in enumerate(here.limits, start=len(here.goals)):
-        if piece.value > -_ALONG and piece.bend is not None:
+        if piece.value > -_ALONG and piece.bend is not None and made[i] <= _PRICED * made.max():
             made[i] = max(made[i], steep / max(float(np.abs(piece.slope).max()), 1e-300))
     return made
 
@@ -439,7 +444,8 @@ def _same(piece: Piece, there: Point) -> Piece | None:
 def _convex_along(bend: FloatArray, here: Point, multipliers: FloatArray, exact: Exact) -> FloatArray:
     """A convex matrix that bends as `bend` along what the active pieces hold, so that steps stay those of Newton.
 
-    Across them, where their own rows hold the step, it is stiffened; where that is not enough it is the nearest one.
+    Across them, where their own rows hold the step, it is stiffened; where that is not enough, what it bends along them
+    is made convex by itself, so that nothing holds a step back where the bend is negative.
     """
     size = float(np.abs(bend).max(initial=0.0))
     values = np.linalg.eigvalsh(bend)
@@ -453,12 +459,13 @@ def _convex_along(bend: FloatArray, here: Point, multipliers: FloatArray, exact:
     ends = np.eye(len(bend))[(here.y <= exact.low) | (here.y >= exact.high)]
     rows = np.concatenate([goals[1:] - goals[:1], limits, ends])
     turned, lengths, _ = np.linalg.svd(rows.T, full_matrices=True)
-    held = turned[:, : int((lengths > _FLAT * lengths.max(initial=0.0)).sum())]
+    rank = int((lengths > _FLAT * lengths.max(initial=0.0)).sum())
+    held, along = turned[:, :rank], turned[:, rank:]
     for stiffness in _STIFFER:
         stiff = bend + stiffness * size * held @ held.T
         if np.linalg.eigvalsh(stiff)[0] >= 0.0:
             return np.asarray(stiff)
-    return _convex(bend)
+    return np.asarray(along @ _convex(along.T @ bend @ along) @ along.T + size * held @ held.T)
 
 
 def _convex(bend: FloatArray) -> FloatArray:
