@@ -89,12 +89,27 @@ class Conflict:
         How the conflict was proven, in words.
     left
         Names of limits for which no loosening was looked for, because of the work.
+    others
+        Names of every other smallest set that cannot hold together.
+    complete
+        Whether there is no further set: all were looked at.
     """
 
     limits: tuple[str, ...]
     loosenings: tuple[tuple[str, Entry, Entry], ...]
     proof: str
     left: tuple[str, ...] = ()
+    others: tuple[tuple[str, ...], ...] = ()
+    complete: bool = True
+
+    def others_said(self, quote: str = "") -> tuple[str, ...]:
+        """The other sets in words, and that some may be missing; `quote` stands around each name."""
+        rows = [", ".join(f"{quote}{name}{quote}" for name in one) for one in self.others]
+        said = [
+            f"Nor {'these' if len(one) > 1 else 'this'}: {row}." for one, row in zip(self.others, rows, strict=True)
+        ]
+        said += [] if self.complete else ["There may be further sets: not all were looked at."]
+        return tuple(said)
 
     @property
     def least(self) -> tuple[str, Entry, Entry] | None:
@@ -105,7 +120,8 @@ class Conflict:
 
     def to_json(self) -> dict[str, Any]:
         steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
-        return {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
+        said = {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
+        return {**said, "others": [list(one) for one in self.others], "complete": self.complete}
 
 
 @dataclass(frozen=True, slots=True)

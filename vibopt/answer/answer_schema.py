@@ -85,6 +85,8 @@ PARTS = {
             "loosenings": listed(table({"limit": TEXT, "from": ref("number"), "to": ref("number")})),
             "left": TEXTS,
             "proof": TEXT,
+            "others": listed(TEXTS),
+            "complete": {"type": "boolean"},
         }
     ),
 }

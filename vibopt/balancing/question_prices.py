@@ -12,6 +12,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from vibopt.answer.answer import Conflict, Least, Nearest
+from vibopt.answer.clashes import every_clash
 from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.rotor_tables import Bounded
@@ -147,26 +148,6 @@ Step = tuple[str, Entry, Entry]
 """A limit, its bound now, and the bound that alone makes the job possible."""
 
 
-def smallest_set(names: Sequence[str], possible: Callable[[tuple[str, ...]], bool]) -> tuple[str, ...]:
-    """Limits that cannot hold together, none of which can be left out; empty where it is not the limits.
-
-    Parameters
-    ----------
-    names
-        All limits; together they are impossible.
-    possible
-        Whether an answer keeps the limits named.
-    """
-    if not possible(()):
-        return ()
-    kept = tuple(names)
-    for name in names:
-        fewer = tuple(one for one in kept if one != name)
-        if not possible(fewer):
-            kept = fewer
-    return kept
-
-
 def clash(
     names: Sequence[str], possible: Callable[[tuple[str, ...]], bool],
     loosened: Callable[[tuple[str, ...]], list[Step]], proof: str, solves: int, work: float, budget: Budget,
@@ -176,7 +157,7 @@ def clash(
     Parameters
     ----------
     names, possible
-        As for `smallest_set`.
+        All limits, which together are impossible, and whether an answer keeps those named.
     loosened
         What helps alone, of some limits.
     proof
@@ -187,15 +168,23 @@ def clash(
     if solves * work > budget.most:
         many = f"{solves} more solutions would exceed the budget"
         return None, f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
-    kept = smallest_set(names, possible)
-    if not kept:
+    with metered() as meter:
+        found = every_clash(names, lambda some: not possible(some), lambda: meter.done <= _OF_SETS * budget.most)
+    if not found.sets:
         return None, ""
-    conflict = Conflict(kept, tuple(loosened(kept)), proof)
+    kept, *others = found.sets
+    shared = tuple(one for one in kept if all(one in other for other in others))
+    conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete)
     together = "These cannot hold together" if len(kept) > 1 else "This cannot hold"
     told = ", or ".join(f"{name} {now.shown} -> {then.shown}" for name, now, then in conflict.loosenings)
-    return conflict, f"{together}: {', '.join(kept)}." + (f" Smallest loosening of one: {told}." if told else "")
+    first = f"{together}: {', '.join(kept)}."
+    return conflict, " ".join(
+        [first, *conflict.others_said(), *([f"Smallest loosening of one: {told}."] if told else [])]
+    )
 
 
+_OF_SETS = 0.2
+"""Part of the work for a conflict that the sets behind the first may take."""
 _CLOSE = 1e-6
 """Part by which a common factor of all bounds is known."""
 _WIDEST, _NARROWEST, _FURTHER = 1e12, 1e-9, 4.0

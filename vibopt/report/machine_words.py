@@ -15,7 +15,7 @@ from vibopt.scene.open_places import asked_positions
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MAXIMISE, Design, Scene, Variable
 from vibopt.signals import Amplitude
-from vibopt.units import plain, show
+from vibopt.units import outward, plain, show
 from vibopt.units.spelling import split_detector
 from vibopt.values.fields import Fact, rule_of
 
@@ -174,7 +174,19 @@ def conflict_words(design: Design) -> list[str]:
     together = "These cannot hold together" if len(conflict.limits) > 1 else "This cannot hold"
     proof = [f"  {conflict.proof}"] if conflict.proof and conflict.proof != design.claim else []
     steps = loosening_words(design)
-    return [f"{together}: {names}.", *proof, *([f"Smallest loosening of one: {', or '.join(steps)}."] if steps else [])]
+    one = [f"Smallest loosening of one: {', or '.join(steps)}."] if steps else []
+    return [f"{together}: {names}.", *proof, *conflict.others_said('"'), *one, *_all_words(design)]
+
+
+def _all_words(design: Design) -> list[str]:
+    """By how much every limit at once has to give way, as the nearest design shows."""
+    near = design.nearest
+    rows = [] if near is None else list(near.limits.values())
+    worst = max((-one.margin for one in rows), default=0.0)
+    sides = {one.side for one in rows}
+    if len(rows) < 2 or not 0.0 < worst < (9.0 if sides == {"at_most"} else 1.0) or "outside" in sides:
+        return []
+    return [f"With every limit wider by {outward(100.0 * worst, 'at_most'):.12g} % all could hold."]
 
 
 def loosening_words(design: Design) -> list[str]:

@@ -1,4 +1,4 @@
-"""Why there is no design: a smallest set of limits that cannot hold together, and what loosening helps."""
+"""Why there is no design: every smallest set of limits that cannot hold together, and what loosening helps."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+from vibopt.answer.clashes import Clashes, every_clash
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.method import Found
@@ -21,8 +22,12 @@ class Loosening:
     bound: float
 
 
-def smallest_conflict(program: Program, answer: Answer) -> tuple[Limit, ...]:
-    """Limits that cannot hold together, none of which can be left out.
+Key = tuple[str, str]
+"""Name and side of a limit, which may be asked at many places."""
+
+
+def conflicts(program: Program, answer: Answer, may: Callable[[], bool] = lambda: True) -> Clashes[Key]:
+    """Every set of limits that cannot hold together, and of which none can be left out.
 
     Parameters
     ----------
@@ -30,14 +35,16 @@ def smallest_conflict(program: Program, answer: Answer) -> tuple[Limit, ...]:
         Proven infeasible.
     answer
         Solves a program without a goal; only a proven "infeasible" counts.
+    may
+        Whether, after the first set, another answer may be asked for.
     """
-    kept = list(program.limits)
-    for name, side in dict.fromkeys((one.name, one.side) for one in kept):  # one limit, many places
-        fewer = [one for one in kept if (one.name, one.side) != (name, side)]
-        trial = replace(program, limits=tuple(fewer), aim=None)
-        if answer(trial).status == "infeasible":
-            kept = fewer
-    return tuple(kept)
+
+    def clashes(some: tuple[Key, ...]) -> bool | None:
+        kept = tuple(one for one in program.limits if (one.name, one.side) in some)
+        status = answer(replace(program, limits=kept, aim=None)).status
+        return True if status == "infeasible" else None if status == "unproven" else False
+
+    return every_clash(list(dict.fromkeys((one.name, one.side) for one in program.limits)), clashes, may)
 
 
 def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) -> list[Loosening]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
@@ -12,13 +13,16 @@ from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.solve.advice import Answer, confirmed_bound
 from vibopt.solve.choose import modest
-from vibopt.solve.conflict import loosenings, smallest_conflict
+from vibopt.solve.conflict import Key, conflicts, loosenings
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.solve.ranges import closed
 from vibopt.units import show
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
+
+_OF_SETS = 0.2
+"""Part of the work for a conflict that the sets behind the first may take."""
 
 
 def physical_words(scene: Scene, clash: Impossible) -> str:
@@ -80,13 +84,19 @@ def conflict_of(
         Looks for no loosening.
     """
     finite = closed(program)
-    clash = _clash(finite)
-    names = tuple(dict.fromkeys(limit.name for limit in clash))
-    if not names:
+    if (bound := impossible(finite)) is not None:  # what the balance of forces speaks of is left out last
+        finite = replace(finite, limits=tuple(sorted(finite.limits, key=lambda one: one.name in bound.limits)))
+    with metered() as meter:
+        clashes = conflicts(
+            finite, _ask, lambda: meter.done <= most * _OF_SETS and not late("the search for conflicts")
+        )
+    order = list(dict.fromkeys(one.name for one in program.limits))
+    sets = tuple(dict.fromkeys(tuple(sorted({name for name, _ in one}, key=order.index)) for one in clashes.sets))
+    if not sets:
         return None
     rows: list[tuple[str, Entry, Entry]] = []
     left: list[str] = []
-    guesses = {} if names_only else _guesses(finite, clash)
+    guesses = {} if names_only else _guesses(finite, clashes.sets)
     with metered() as meter:
         for (name, side), guess in guesses.items():
             response = scene.limits.get(name)
@@ -97,7 +107,8 @@ def conflict_of(
             elif (enough := confirmed_bound(scene, name, side, guess, answer)) is not None:
                 given = getattr(response, side)
                 rows.append((name, shown_value(response, given.value, given.unit), enough))
-    return Conflict(names, tuple(rows), found.claim, tuple(dict.fromkeys(left)))
+    others = sets[1:]
+    return Conflict(sets[0], tuple(rows), found.claim, tuple(dict.fromkeys(left)), others, clashes.complete)
 
 
 def _ask(part: Program) -> Found:
@@ -106,16 +117,11 @@ def _ask(part: Program) -> Found:
     return modest(part).solve(part)
 
 
-def _clash(program: Program) -> tuple[Limit, ...]:
-    bound = impossible(program)
-    if bound is not None:
-        return tuple(limit for limit in program.limits if limit.name in bound.limits)
-    return smallest_conflict(program, _ask)
-
-
-def _guesses(program: Program, clash: tuple[Limit, ...]) -> dict[tuple[str, str], float]:
-    """By name and side the bound [SI] that should be enough."""
+def _guesses(program: Program, sets: tuple[tuple[Key, ...], ...]) -> dict[tuple[str, str], float]:
+    """By name and side the bound [SI] that should be enough, of the limits that are in every set: no other helps."""
     found: dict[tuple[str, str], float] = {}
+    shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
+    clash = tuple(one for one in program.limits if (one.name, one.side) in shared)
     for one in loosenings(program, clash, _ask):
         found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound)
     return found

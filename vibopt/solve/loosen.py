@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from vibopt.answer.answer import Conflict
+from vibopt.answer.clashes import Clashes
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.program.pose import RATED
@@ -16,7 +17,7 @@ from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.advice import confirmed_bound
 from vibopt.solve.choose import modest
-from vibopt.solve.conflict import smallest_conflict
+from vibopt.solve.conflict import conflicts
 from vibopt.solve.method import Found
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
@@ -25,8 +26,8 @@ _BOUNDS = ("at_most", "at_least", "outside")
 Row = tuple[str, Entry, Entry]
 
 
-def clash_of(program: Program, *, most: float) -> tuple[str, ...]:
-    """Names of limits that cannot hold together on the machines that a program asks about.
+def clashes_of(program: Program, *, most: float) -> Clashes[str]:
+    """Names of the limits of every set that cannot hold together on the machines that a program asks about.
 
     After `most` of work [nominal ms] no further limit is left out.
     """
@@ -37,8 +38,10 @@ def clash_of(program: Program, *, most: float) -> tuple[str, ...]:
                 return Found("unproven", None, "", "")
             return modest(part).solve(part)
 
-        clash = smallest_conflict(program, asked)
-    return tuple(dict.fromkeys(spoken_name(one) for one in clash))
+        found = conflicts(program, asked, lambda: meter.done <= 0.2 * most)
+    spoken: dict[tuple[str, str], str] = {(one.name, one.side): spoken_name(one) for one in program.limits}
+    sets = tuple(dict.fromkeys(tuple(dict.fromkeys(spoken[key] for key in one)) for one in found.sets))
+    return Clashes(sets, found.complete, found.answers)
 
 
 def spoken_name(limit: Limit) -> str:
@@ -47,7 +50,7 @@ def spoken_name(limit: Limit) -> str:
 
 
 def conflict_over_tolerances(
-    scene: Scene, names: tuple[str, ...], found: Found, answer: Callable[[Scene], Design], *, most: float
+    scene: Scene, clashes: Clashes[str], found: Found, answer: Callable[[Scene], Design], *, most: float
 ) -> Conflict | None:
     """Limits that cannot hold together, and the bound of each with which all would hold over the tolerances.
 
@@ -58,13 +61,15 @@ def conflict_over_tolerances(
     """
     rows: list[Row] = []
     left: list[str] = []
+    names, *others = clashes.sets or ((),)
     with metered() as meter:
-        for name in (one for one in names if one in scene.limits):
+        for name in (one for one in names if one in scene.limits and all(one in other for other in others)):
             if meter.done > most or late("the search for loosenings"):
                 left.append(name)
             elif (row := _loosened(scene, name, answer)) is not None:
                 rows.append(row)
-    return Conflict(names, tuple(rows), found.claim, tuple(left)) if names else None
+    said = Conflict(names, tuple(rows), found.claim, tuple(left), tuple(others), clashes.complete)
+    return said if names else None
 
 
 def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row | None:
@@ -94,4 +99,4 @@ def with_conflict(design: Design, conflict: Conflict | None) -> Design:
     return replace(design, conflict=conflict if conflict.limits else None, notes=(*design.notes, words))
 
 
-__all__ = ["clash_of", "conflict_over_tolerances", "with_conflict"]
+__all__ = ["clashes_of", "conflict_over_tolerances", "with_conflict"]

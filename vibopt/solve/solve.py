@@ -287,14 +287,16 @@ def _over_tolerances(
 
 def _loosened(scene: Scene, design: Design, found: Found, clash: Program | None, patience: float) -> Design:
     """The design with the limits that clash (on the machines of `clash`), and what loosening one of them would do."""
-    from vibopt.solve.loosen import clash_of, conflict_over_tolerances, with_conflict
+    from vibopt.answer.clashes import Clashes
+    from vibopt.solve.loosen import clashes_of, conflict_over_tolerances, with_conflict
 
     def again(one: Scene) -> Design:
         return solve(one, explain=False)
 
-    names = design.conflict.limits if design.conflict is not None else ()
-    names = clash_of(clash, most=patience) if clash is not None else names
-    return with_conflict(design, conflict_over_tolerances(scene, names, found, again, most=patience))
+    known = design.conflict
+    sets = Clashes((known.limits, *known.others) if known is not None else (), known is None or known.complete, 0)
+    sets = clashes_of(clash, most=patience) if clash is not None else sets
+    return with_conflict(design, conflict_over_tolerances(scene, sets, found, again, most=patience))
 
 
 class _Clock:
