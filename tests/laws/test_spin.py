@@ -179,3 +179,27 @@ def test_what_does_not_spin_is_told(document: dict[str, Any], said: str) -> None
     with pytest.raises(InputError) as caught:
         from_dict(document)
     assert any(one.endswith(said) for one in caught.value.messages), caught.value.messages
+
+
+def test_what_no_spring_calls_back_grows_at_any_spin() -> None:
+    one = np.eye(1)
+    assert threshold(3.0 * one, 2.0 * one, 4.0 * one, 0.0 * one) == 0.0
+    assert threshold_in_planes(3.0 * one, 6.0 * one, 4.0 * one, 0.0 * one) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bearings_without_mass_are_in_both_routes(seed: int) -> None:
+    mass, fixed, rotating, stiffness = chain(seed, 3, 1)
+    mass[0, 0] = 0.0
+    found = threshold(mass, fixed, rotating, stiffness)
+    assert threshold_in_planes(mass, fixed + rotating, rotating, stiffness) == pytest.approx(found, rel=1e-6)
+    mass[0, 0] = 1e-9
+    assert threshold(mass, fixed, rotating, stiffness) == pytest.approx(found, rel=1e-6)
+
+
+def test_a_broken_link_is_told_alone() -> None:
+    with pytest.raises(InputError) as caught:
+        from_dict(altered(shaft={"rotating_damping": "-3 N s/m"}))
+    assert [one.partition(": ")[2] for one in caught.value.messages] == [
+        'links.shaft.rotating_damping = "-3 N s/m" is negative. Write a positive value, for example "5 kN s/m".'
+    ]

@@ -54,6 +54,8 @@ def threshold(
     size = np.sqrt(np.maximum(np.abs(np.diag(stiffness)) + np.diag(mass), 1e-300))
     if not rotating.any():
         return float("inf")
+    if _unheld(stiffness / np.outer(size, size), rotating / np.outer(size, size)):
+        return 0.0
     strengths, ways = np.linalg.eigh(rotating / np.outer(size, size))
     strong = strengths > _NOTHING * strengths.max()
     turns = gyroscopic is not None and bool(gyroscopic.any())
@@ -61,6 +63,13 @@ def threshold(
         way = size * ways[:, strong][:, 0] * np.sqrt(strengths[strong][0])
         return min(_of_one(mass, fixed + rotating, stiffness, way), default=float("inf"))
     return _of_several(mass, fixed, rotating, stiffness, gyroscopic if turns else None)
+
+
+def _unheld(stiffness: FloatArray, rotating: FloatArray) -> bool:
+    """Whether a rotating damper drags what no spring calls back: that grows at every spin."""
+    values, ways = np.linalg.eigh(stiffness)
+    loose = ways[:, values <= 1e-13 * max(values[-1], 1e-300)]
+    return bool(np.abs(rotating @ loose).max(initial=0.0) > 1e-9 * np.abs(rotating).max())
 
 
 def _of_one(mass: FloatArray, damping: FloatArray, stiffness: FloatArray, way: FloatArray) -> Iterator[float]:

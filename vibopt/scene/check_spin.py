@@ -51,6 +51,13 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
                 f"excitations.{one} {what}, but {where} turns with a shaft: it brakes what whirls slower than it spins "
                 "in another way forward than backward. Shake with unbalances at steady speeds, or leave it out.",
             )
+    empty = [body for body, one in scene.bodies.items() if one.massless]
+    if len(turns) > 1 and empty:
+        mistakes.add(
+            path,
+            f"{where} turns with a shaft, and so does {list(turns)[1]}, beside bodies.{empty[0]} without a mass: where "
+            "several do, thresholds are found among bodies with a mass. Give it one, or leave one of the dampers out.",
+        )
     if len(turns) > 1 and places.freedoms(scene) > MOST:
         mistakes.add(
             path,
@@ -63,7 +70,7 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
     """Whether a response has no meaning with, or without, dampers that turn with a shaft; adds the mistake."""
     turns = turning(scene)
     if response.response == _THRESHOLD:
-        if not turns:
+        if not turns and set(places.raw(scene, "links")) <= set(scene.links):
             mistakes.add(
                 path,
                 f"{dotted(path)} asks for the stability_threshold, but no damper turns with a shaft: nothing makes its "
