@@ -15,6 +15,10 @@ Response = Literal["primary_force", "primary_couple", "secondary_force", "second
 HIGHEST_ORDER = 20
 
 
+_LONGEST_CRANK = 0.9999
+"""Part of the rod; the series of its orders have some 21 / (1 - ratio) terms."""
+
+
 class EngineTable(Table):
     """[engine]: one slider-crank for all cylinders; a cylinder may have masses of its own.
 
@@ -68,6 +72,11 @@ class EngineTable(Table):
             raise word('needs stroke or crank_radius, one of the two. Write stroke = "86 mm".')
         if self.radius >= self.rod.value:
             raise word("has a rod that is not longer than the crank radius: such a crank cannot turn.")
+        if self.radius > _LONGEST_CRANK * self.rod.value:
+            raise word(
+                "has a rod that is longer than the crank radius by less than 0.01 %: its piston is thrown about without "
+                "end at half a stroke. Write a longer rod."
+            )
         if not 2 <= self.orders <= HIGHEST_ORDER:
             raise word(f"has orders = {self.orders}. Write a number from 2 to {HIGHEST_ORDER}.")
         return self

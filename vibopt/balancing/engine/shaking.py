@@ -7,17 +7,19 @@ crank.  Their ellipse is |P| + |N| at its longest; in-line pistons alone have |P
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cache
-from math import comb
 
 import numpy as np
+from scipy.special import binom
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob, Share
 from vibopt.records import dataclass
 
-_SMALL = 1e-18
+_DIGITS = 21.0
+"""Powers of the squared ratio are summed down to exp(-2 * 21), 1e-18."""
 
 
 def exact_orders(ratio: float, highest: int) -> FloatArray:
@@ -42,17 +44,12 @@ def truncated_orders(ratio: float, highest: int) -> FloatArray:
 @cache
 def _cosine_of_root(ratio: float, half: int) -> float:
     """Coefficient of cos(2 half a) in sqrt(1 - ratio² sin²(a)) / ratio."""
-    total, choose, power = 0.0, 1.0, 1.0
-    for n in range(1, 2000):
-        choose *= (1.5 - n) / n
-        power *= -(ratio**2) / 4.0
-        if n < half:
-            continue
-        term = 2.0 * choose * power * (-1) ** half * comb(2 * n, n - half)
-        total += term
-        if abs(term) < _SMALL * abs(total):
-            break
-    return total / ratio
+    first = -abs(binom(0.5, half)) * 2.0 * (ratio / 2.0) ** (2 * half)
+    count = math.ceil(_DIGITS / -math.log(ratio)) + half
+    k = np.arange(1.0, count)
+    steps = (half + k - 1.5) * (half + k - 0.5) / (k * (2.0 * half + k)) * ratio**2
+    sum_of_terms = 1.0 + float(np.cumprod(steps)[::-1].sum())  # all of one sign, the small ones first
+    return (-1.0) ** half * first * sum_of_terms / ratio
 
 
 _GRID = 1440
