@@ -220,3 +220,10 @@ def test_what_does_not_go_with_a_table_of_prices_is_refused(run: Run, press: str
     both = run("whatif", press, "--thorough", "--set", "bodies.press.mass=310 kg")
     assert both.code == 2
     assert "--thorough goes without --set: two answers are all there is. Leave one of them out." in both.err
+
+
+@pytest.mark.parametrize("name", ["engine_v_twin", "rao_9_3"])
+def test_numbers_without_a_step_are_listed_with_the_reason(run: Run, name: str) -> None:
+    done = run("whatif", str(Path(__file__).parents[2] / "problems" / "balancing" / f"{name}.toml"))
+    assert done.code == 0
+    assert "it is zero, and nothing says how large a step is" in " ".join(done.out.split())

@@ -39,7 +39,7 @@ def range_words(now: Entry, ways: Sequence[Way], *, gain: bool = True) -> str:
     Without `gain` not where there is nothing more to gain.
     """
     known = [one for one in ways if one.far is not None]
-    words = ("from", "to") if len(known) > 1 else ("to",)
+    words = ("from", "to")[-len(known) :] if known else ()
     said = [f"{word} {_end(now, one, gain=gain)}" for word, one in zip(words, known, strict=True)]
     return f"the same holds {' '.join(said)}" if said else ""
 
