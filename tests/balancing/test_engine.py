@@ -233,8 +233,8 @@ crank = "180 deg"
         (
             'rod = "150 mm"',
             'rod = "45.001 mm"',
-            "engine.toml line 2: engine has a rod that is longer than the crank radius by less than 0.01 %: its piston is "
-            "thrown about without end at half a stroke. Write a longer rod.",
+            "engine.toml line 2: engine has a rod that is longer than the crank radius by less than 0.01 %: its piston "
+            "is thrown about without end at half a stroke. Write a longer rod.",
         ),
         (
             'rod = "150 mm"',

@@ -74,8 +74,8 @@ class EngineTable(Table):
             raise word("has a rod that is not longer than the crank radius: such a crank cannot turn.")
         if self.radius > _LONGEST_CRANK * self.rod.value:
             raise word(
-                "has a rod that is longer than the crank radius by less than 0.01 %: its piston is thrown about without "
-                "end at half a stroke. Write a longer rod."
+                "has a rod that is longer than the crank radius by less than 0.01 %: its piston is thrown about "
+                "without end at half a stroke. Write a longer rod."
             )
         if not 2 <= self.orders <= HIGHEST_ORDER:
             raise word(f"has orders = {self.orders}. Write a number from 2 to {HIGHEST_ORDER}.")

@@ -44,12 +44,12 @@ def truncated_orders(ratio: float, highest: int) -> FloatArray:
 @cache
 def _cosine_of_root(ratio: float, half: int) -> float:
     """Coefficient of cos(2 half a) in sqrt(1 - ratio² sin²(a)) / ratio."""
-    first = -abs(binom(0.5, half)) * 2.0 * (ratio / 2.0) ** (2 * half)
-    count = math.ceil(_DIGITS / -math.log(ratio)) + half
+    first = -2.0 * abs(float(binom(0.5, half))) * (ratio / 2.0) ** (2 * half)
+    count = math.ceil(-_DIGITS / math.log(ratio)) + half
     k = np.arange(1.0, count)
     steps = (half + k - 1.5) * (half + k - 0.5) / (k * (2.0 * half + k)) * ratio**2
     sum_of_terms = 1.0 + float(np.cumprod(steps)[::-1].sum())  # all of one sign, the small ones first
-    return (-1.0) ** half * first * sum_of_terms / ratio
+    return float((-1) ** half) * first * sum_of_terms / ratio
 
 
 _GRID = 1440
