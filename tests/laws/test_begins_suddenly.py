@@ -238,3 +238,28 @@ def test_what_makes_no_sense_is_refused(name: str) -> None:
     with pytest.raises(InputError) as refused:
         vo.from_dict({**TABLE, **change})
     assert f"scene: {message}" in refused.value.messages
+
+
+@pytest.mark.parametrize("on_base", [False, True])
+@pytest.mark.parametrize("off", [1e-3, 1e-4, 1e-8])
+def test_an_undamped_beat_reaches_the_sum_of_both_amplitudes(off: float, *, on_base: bool) -> None:
+    """However long it takes: 10 kg on 4 kN/m near 20 rad/s, by the formula of the books; both routes agree."""
+    speed = 20.0 * (1.0 + off)
+    steady = speed**2 / abs(20.0**2 - speed**2) * 1e-3 if on_base else 1.0 / abs(4e3 - 10.0 * speed**2)
+    press, fan = TABLE["excitations"]["press"], TABLE["excitations"]["fan"]
+    given = {**press, "displacement": "1 mm"} if on_base else {**fan, "amplitude": "1 N"}
+    asks = TABLE["measures"]["rattle" if on_base else "place"]
+    links = {"mount": {**TABLE["links"]["mount"], "damping": "0 N s/m"}}
+    found = asked({"asked": asks}, links=links, excitations={"it": {**given, "speed": f"{speed!r} rad/s"}})
+    free = 20.0 / speed if on_base else speed / 20.0
+    assert found["asked"] == pytest.approx(steady * (1.0 + free), rel=1e-6)
+
+
+def test_a_slow_beat_that_hardly_fades_is_followed_to_its_greatest_value() -> None:
+    """Over a thousand periods to the first top of a beat, by the formula of the books on a grid."""
+    speed, c = 20.0 * (1.0 + 4e-4), 1e-3
+    force = {**TABLE["excitations"]["fan"], "amplitude": "1 N", "speed": f"{speed!r} rad/s"}
+    links = {"mount": {**TABLE["links"]["mount"], "damping": f"{c} N s/m"}}
+    found = asked({"asked": TABLE["measures"]["place"]}, links=links, excitations={"it": force})
+    times = np.linspace(370.0, 410.0, 50_001)
+    assert found["asked"] == pytest.approx(np.abs(begun(400.0, 0.1 * c, speed, times)).max() / MASS, rel=1e-5)

@@ -514,6 +514,19 @@ def test_samples_that_were_left_out_of_an_even_record_are_on_straight_lines(tmp_
     assert found[0] == pytest.approx(found[1], rel=1e-12)
 
 
+@pytest.mark.parametrize("form", ["{:.3f}", "{:.4f}"])
+def test_a_table_may_quote_decimal_commas_between_commas(form: str, tmp_path: Path) -> None:
+    """As a spreadsheet writes them; "1,500" beside "0,010" parts no thousands."""
+    found = []
+    for name, quote in (("comma", True), ("point", False)):
+        cells = [(form.format(0.01 * i), form.format(np.sin(0.3 * i))) for i in range(30)]
+        rows = [",".join(f'"{one.replace(".", ",")}"' if quote else one for one in row) for row in cells]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],a [m/s²]", *rows]), encoding="utf-8")
+        record = {"kind": "record", "on": "box", "file": str(tmp_path / f"{name}.csv")}
+        found.append(told({**BOX, "excitations": {"s": record}}))
+    assert found[0] == found[1]
+
+
 @pytest.mark.parametrize("stiffness", ["30 kN/m", "1 MN/m", "100 MN/m", "40 GN/m"])
 def test_a_long_load_on_a_stiff_machine_has_one_value_by_both_routes(stiffness: str, tmp_path: Path) -> None:
     """Up to thousands of vibrations under one half sine; and near the static value where it is stiff."""

@@ -23,11 +23,14 @@ _NOTHING = 1e-12
 _SURE = 1e-13
 _MET, _FADED = 1e-9, 1e-12
 """Part of a speed by which it must miss every pole; part of a reading to which what fades is no more."""
+_ROUNDING, _APART, _ALIKE, _FAINT = 1e-15, 1e10, 1e-11, 1e-9
+"""Part of the fastest rate that is no decay; condition of modes up to which they are told apart; parts of a speed by
+which two are one, and of the greatest wave one that is none."""
 _STOPPED, _TOGETHER = 1e-9, 1e-10
 """Parts to which rounding brings the speed of a base that stops, and the difference of speeds that are one."""
-_FIRST, _QUICK, HORIZON = 4.0, 16.0 * np.pi, 1000.0
+_FIRST, _QUICK, HORIZON, BEATS = 4.0, 16.0 * np.pi, 1000.0, 40.0
 """Periods in the first window behind the load, of the slowest motion or of one in 1 / rate if that is shorter; each
-further one is twice as long; periods of the slowest motion in all."""
+further one is twice as long; periods of the slowest motion in all, and times as many where beats are longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +156,8 @@ class _Lasting:
 
     state
         (size,): what of the machine's state is their motion.
-    sum, most
-        Of the amplitudes, and the greatest of all of them together, which is as much where no period is common.
+    speeds, waves
+        Of each sine, and its amplitude; without end where one meets a vibration that nothing damps.
     """
 
     def __init__(self, own: FloatArray, whole: Numbers, row: Numbers, start: Numbers) -> None:
@@ -164,16 +167,46 @@ class _Lasting:
         turns = values.imag > 0.0
         speeds = values[turns].imag
         near = np.abs(np.linalg.eigvals(own)[:, None] - 1j * speeds).min(axis=0)
-        self.state, self.sum, self.most = np.zeros(size), float("inf"), float("inf")
+        self.state, self.speeds, self.waves = np.zeros(size), np.ones(1), np.array([np.inf + 0j])
         if (near <= _MET * speeds).any():
             return
         signals = 2.0 * (vectors * np.linalg.solve(vectors, start[size:].astype(complex)))[:, turns]
         pairs = zip(speeds, (whole[:size, size:] @ signals).T, strict=True)
         follows = np.array([np.linalg.solve(1j * speed * np.eye(size) - own, pushed) for speed, pushed in pairs]).T
         self.state = follows.real.sum(axis=1)
-        waves = row[:size] @ follows + row[size:] @ signals
-        self.sum = float(np.abs(waves).sum())
-        self.most = float(combined(waves, tuple(speeds / speeds.min()), "peak"))
+        self.speeds, self.waves = speeds, row[:size] @ follows + row[size:] @ signals
+
+    def undamped(self, behind: Behind, row: Numbers, moving: FloatArray) -> FloatArray:
+        """Take up what of a motion (size,) rings on for ever because nothing damps it; what is left of the motion."""
+        rates, shapes = behind.modes[0][0], behind.modes[1][0]
+        faint = np.maximum(_NOTHING * np.abs(rates), _ROUNDING * np.abs(rates).max(initial=0.0))
+        rings = (rates.imag > faint) & (np.abs(rates.real) <= faint)
+        if not rings.any() or np.linalg.cond(shapes) > _APART:
+            return moving
+        basis = behind.basis[0]
+        shares = 2.0 * np.linalg.solve(shapes, (basis.T @ moving).astype(complex))[rings]
+        ringing = basis @ (shapes[:, rings] * shares)
+        self.speeds = np.concatenate([self.speeds, rates.imag[rings]])
+        self.waves = np.concatenate([self.waves, row @ ringing])
+        return np.asarray(moving - ringing.real.sum(axis=1))
+
+    @property
+    def sum(self) -> float:
+        """Of the amplitudes."""
+        return float(np.abs(self.waves).sum())
+
+    @property
+    def most(self) -> float:
+        """The greatest of all sines together, for ever: of those without a common period the sum, which they near."""
+        order = np.argsort(self.speeds)
+        speeds, waves = self.speeds[order], self.waves[order]
+        which = np.cumsum(np.diff(speeds, prepend=speeds[:1]) > _ALIKE * speeds)
+        together = np.zeros(which[-1] + 1, dtype=complex)
+        np.add.at(together, which, waves)
+        speeds = speeds[np.unique(which, return_index=True)[1]]
+        felt = np.abs(together) > _FAINT * np.abs(together).max()
+        felt[np.abs(together).argmax()] = True
+        return float(combined(together[felt], tuple(speeds[felt] / speeds[felt].min()), "peak"))
 
 
 class Behind:
@@ -205,6 +238,16 @@ class Behind:
         return np.asarray(2.0 * np.pi / np.where(np.isfinite(slowest), slowest, 1.0))
 
     @cached_property
+    def horizon(self) -> FloatArray:
+        """How long what rings on is followed, (n,), in 1 / rate: over two beats with what lasts, long as they are."""
+        if not self.lasts:
+            return HORIZON * self.period
+        speeds = np.abs(np.linalg.eigvals(self.whole[0, self.size :, self.size :]).imag)
+        apart = np.abs(np.abs(self.modes[0][0].imag)[:, None] - speeds).min(initial=np.inf)
+        beats = 4.0 * np.pi / max(float(apart), 1e-300)
+        return np.asarray(np.clip(beats, HORIZON * self.period, BEATS * HORIZON * self.period))
+
+    @cached_property
     def modes(self) -> tuple[Numbers, Numbers]:
         """Of the motions that are not rigid: rates and shapes."""
         values, vectors = np.linalg.eig(self.basis.mT @ self.a @ self.basis)
@@ -228,7 +271,7 @@ class Behind:
             else:
                 before, last = self._windows[-1]
                 gone = sum(one for one, _ in self._windows)
-                length = np.minimum(2.0 * before, np.maximum(HORIZON * self.period - gone, before))
+                length = np.minimum(2.0 * before, np.maximum(self.horizon - gone, before))
                 whole = (length == 2.0 * before).all()
                 along = last.doubled() if whole else Along(self.whole * length[:, None, None])
             self._windows.append((length, along))
@@ -251,9 +294,13 @@ class _Followed:
         free = behind.start[:, :size]
         if behind.lasts:
             lasting = _Lasting(machine.own[0], behind.whole[0], self.reads[0], behind.start[0])
-            free, self.sum, self.most = free - lasting.state, lasting.sum, lasting.most
+            free = free - lasting.state
         self.drifting = (behind.drifts @ free[..., None])[..., 0]
         self.moving = free - self.drifting
+        if behind.lasts:
+            if np.isfinite(lasting.sum):
+                self.moving = lasting.undamped(behind, self.row[0], self.moving[0])[None]
+            self.sum, self.most = lasting.sum, lasting.most if np.isfinite(lasting.sum) else np.inf
         self.size = _dot(np.abs(self.row), np.abs(free))
         self.still = _dot(self.row, self.drifting)
         self.state = np.array(behind.start)
@@ -262,10 +309,10 @@ class _Followed:
         """Window by window, until nothing greater can come."""
         found, behind = self.found, self.behind
         alive = self._stays(seen)
-        gone, index, period = np.zeros(len(self.still)), 0, behind.period
+        gone, index, horizon = np.zeros(len(self.still)), 0, behind.horizon
         while len(alive):
             alive = alive[self._may_rise(alive)]
-            over = gone[alive] >= HORIZON * period[alive] * (1.0 - _SURE)
+            over = gone[alive] >= horizon[alive] * (1.0 - _SURE)
             found.open[alive[over]] = True
             alive = alive[~over]
             if not len(alive):

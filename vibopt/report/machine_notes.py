@@ -179,6 +179,8 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
             "Some mode is hardly damped: what begins suddenly is followed over a thousand periods of the slowest mode, "
             "and no further."
         ]
+    if lasts:
+        return ["Nothing is damped: what rings on meets what lasts in every way, and the greatest is that of all time."]
     return ["Nothing is damped: what rings on is followed over a thousand periods of its slowest mode, and no further."]
 
 

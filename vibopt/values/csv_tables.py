@@ -14,6 +14,10 @@ from vibopt.records import dataclass
 SHEET = Kind("a CSV file", 5_000_000, "Name the CSV file, relative to the problem file.", "Name a CSV file.")
 MOST_COLUMNS = 10_000
 _COMMA = re.compile(r",(?=\d)")
+_WITH_COMMA, _WITH_POINT = (
+    re.compile(r"[-+]?(\d+),(\d+)(?:[eE][-+]?\d+)?"),
+    re.compile(r"[-+]?\d*\.\d+(?:[eE][-+]?\d+)?"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +27,8 @@ class Sheet:
     rows
         Rows that are not empty, each with its number in the sheet (from 1) and its cells without blanks around them.
     comma
-        Whether a comma in a number is the decimal sign, for it does not part the columns.
+        Whether a comma in a number is the decimal sign: it does not part the columns, or stands in quotation marks and
+        cannot part thousands.
     """
 
     rows: tuple[tuple[int, tuple[str, ...]], ...]
@@ -57,7 +62,16 @@ def sheet_of(file: FilePath) -> Sheet:
     if widest > MOST_COLUMNS:
         raise InputError(f"{file.name} has {widest} columns, more than the {MOST_COLUMNS} that are read.")
     cells = [tuple(map(str.strip, row)) for row in parsed]
-    return Sheet(tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row)), sign != ",")
+    rows = tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row))
+    return Sheet(rows, sign != "," or _quoted(cells))
+
+
+def _quoted(cells: list[tuple[str, ...]]) -> bool:
+    """Whether commas in cells that commas part are decimal signs: no point is, and not all could part thousands."""
+    every = [one for row in cells for one in row]
+    numbers = [found for one in every if (found := _WITH_COMMA.fullmatch(one))]
+    decimal = any(len(one[2]) != 3 or one[1] == "0" for one in numbers)
+    return decimal and not any(_WITH_POINT.fullmatch(one) for one in every)
 
 
 def text_of(file: FilePath) -> str:

@@ -2,7 +2,8 @@
 
 The other road to a peak in time: bodies and joints with their positions and velocities, and the signals as functions
 of time; no exponential of a matrix, and no segment.  Behind the load it goes on until the motion has faded, or over
-a thousand periods of what is next to undamped; under sines that last until only these are left, which are then steady.
+a thousand periods of what is next to undamped; under sines that last until only these are left, which are then steady,
+and what nothing damps.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
 from vibopt.mechanics.combine import whole_orders
 from vibopt.mechanics.machine import Course, Machine
@@ -34,10 +35,13 @@ _PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _SAMPLES, _BEST, _POINTS, _NEAR = 24, 6, 100, 0.9
 """Samples in the shortest period; greatest ones that are looked at more closely; points of a record in a period; part
 of the greatest from which an end of a stretch is looked at, too."""
-_ZOOMS, _ACROSS = 5, 33
-"""Closer looks at each of them, and points of one."""
-_PERIODS, _LOOKS, _HORIZON = 3.0, 6, 1000.0
-"""Periods of the slowest mode in a look behind the load, how many looks there are, and periods in all."""
+_LEVEL, _LEVELS = 1e-4, 200
+"""Part of the greatest top by which others may be lower and still be it, and how many of them are looked at closely."""
+_ZOOMS, _ACROSS, _MANY = 5, 33, (50_000, 500_000)
+"""Closer looks at each of them, and points of one; most samples of a stretch, without and beside what lasts."""
+_PERIODS, _LOOKS, _HORIZON, _BEATS = 3.0, 6, 1000.0, 40.0
+"""Periods of the slowest mode in a look behind the load, how many looks there are, periods in all, and times as many
+where beats with what lasts are longer."""
 _INSIDE, _SOON = 1e-9, 1e-12
 """Part of a stretch, and of the time in which anything changes, by which signals are read inside: ends may be jumps."""
 _EVEN = 1e-9
@@ -85,20 +89,55 @@ class Simulated:
 
     def _steady(self, response: TransientResponse) -> float:
         """Greatest of a response to what goes on for ever, when all else has faded."""
-        waves, speeds = [], []
+        waves: list[complex] = []
+        speeds: list[float] = []
         for one in self._lasting:
             speed, own = np.array([2.0 * np.pi / one.length]), one.blows.get(0.0, 0.0) * one.length / (2.0 * np.pi)
             size = np.array([own or float(one.signal(np.array([0.25 * one.length]))[0])], dtype=complex)
             acts = {one.on: size}
             motion = self.machine.shake(speed, *((acts, {}) if one.family == "bodies" else ({}, acts)))
-            waves.append(response.steady.measure(self.machine, motion)[0])
+            waves.append(complex(response.steady.measure(self.machine, motion)[0]))
             speeds.append(float(speed[0]))
+        for turns, wave in self._undamped(response):
+            same = next((i for i, one in enumerate(speeds) if abs(one - turns) <= _NONE * 10.0 * turns), None)
+            if same is not None:
+                waves[same] += wave
+            else:
+                waves, speeds = [*waves, wave], [*speeds, turns]
+        sizes = np.abs(waves)
+        felt = [i for i, size in enumerate(sizes) if size > _MET * sizes.max()] or [0]
+        waves, speeds = [waves[i] for i in felt], [speeds[i] for i in felt]
         orders = whole_orders(tuple(one / min(speeds) for one in speeds))
         if orders is None:
             return float(np.abs(waves).sum())
         angles = np.linspace(0.0, 2.0 * np.pi, int(_FINE * orders.max()) + 1)
         values = np.abs(np.imag(np.array(waves) @ np.exp(1j * orders[:, None] * angles)))
         return max(_top(values, at) for at in _tops(np.concatenate([values[-2:-1], values, values[1:2]])))
+
+    def _undamped(self, response: TransientResponse) -> list[tuple[float, complex]]:
+        """Speed and wave of each vibration that was left and that nothing damps."""
+        from scipy.linalg import eig
+
+        system, loads = self._states.matrices
+        low = self._spans[-_LOOKS][0]
+        free = np.asarray(self._run(len(self._spans) - _LOOKS)(low), dtype=float)
+        for one, load in zip(self.excitations, loads.T, strict=True):
+            if one.endless:
+                speed, size = 2.0 * np.pi / one.length, float(one.signal(np.array([0.25 * one.length]))[0])
+                follows = np.linalg.solve(1j * speed * np.eye(len(system)) - system, load * size)
+                free = free - np.imag(follows * np.exp(1j * speed * low))
+        known: Any = eig(system, left=True, right=True)
+        rates, left, shapes = known
+        faint = np.maximum(_NONE * np.abs(rates), 1e-15 * np.abs(rates).max())
+        rings = (rates.imag > faint) & (np.abs(rates.real) <= faint)
+        left, shapes, turns = left[:, rings].conj().T, shapes[:, rings], rates.imag[rings]
+        shares = 2.0 * np.linalg.solve(left @ shapes, left @ free) * np.exp(-1j * turns * low)
+        states = shapes * shares
+        every = np.hstack([np.zeros((len(system), 1)), states.real, states.imag])
+        quiet = np.full(every.shape[1], 2.0 * self._spans[-1][1])
+        still, *read = (response.trace(self.machine, self._course(quiet, every)) * np.ones(len(quiet))).tolist()
+        count = len(turns)
+        return [(float(turns[i]), 1j * (read[i] - still + 1j * (read[count + i] - still))) for i in range(count)]
 
     @property
     def _over(self) -> tuple[Once, ...]:
@@ -138,10 +177,16 @@ class Simulated:
         modes = self.machine.natural_frequencies()
         slow = float(modes[modes > 1e-9 * modes.max(initial=0.0)].min(initial=np.inf))
         if self._lasting:
-            decays = np.abs(self.machine.poles().imag)
-            moving = decays[decays > _NONE * slow]
-            faded = -np.log(_GONE) / float(moving.min()) if len(moving) == len(decays) else np.inf
-            return min(faded, _HORIZON * 2.0 * np.pi / slow) / _LOOKS + max(one.length for one in self._lasting)
+            poles = self.machine.poles()
+            decays = np.abs(poles.imag)
+            moving, rings = decays[decays > _NONE * slow], (decays <= _NONE * slow) & (np.abs(poles) > _MET * slow)
+            faded = -np.log(_GONE) / float(moving.min()) if len(moving) else _PERIODS * 2.0 * np.pi / slow
+            faded = faded if len(moving) + rings.sum() == len(decays) else np.inf
+            speeds = 2.0 * np.pi / np.array([one.length for one in self._lasting])
+            apart = float(np.abs(np.abs(poles.real)[:, None] - speeds).min(initial=np.inf))
+            longest = _HORIZON * 2.0 * np.pi / slow
+            beats = min(max(longest, 4.0 * np.pi / max(apart, 1e-300)), _BEATS * longest)
+            return min(faded, beats) / _LOOKS + max(one.length for one in self._lasting)
         return _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else max(one.length for one in self.excitations)
 
     @cached_property
@@ -307,14 +352,18 @@ class Simulated:
             at = np.clip(np.atleast_1d(time), low + edge, high - edge)
             return np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
 
-        count = int(np.clip(_SAMPLES * self._fastest(number) * (high - low) / (2.0 * np.pi), _SAMPLES, 50_000))
+        count = int(
+            np.clip(
+                _SAMPLES * self._fastest(number) * (high - low) / (2.0 * np.pi), _SAMPLES, _MANY[bool(self._lasting)]
+            )
+        )
         bent = np.concatenate([one.kinks for one in self.excitations])
         times = np.union1d(np.linspace(low, high, count), bent[(bent > low) & (bent < high)])
         values, count = value(times), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
         edges = [i for i in (0, count - 1) if values[i] > _NEAR * values.max()]  # a top may hide beside an end
-        near = np.array([*tops[np.argsort(-values[tops])[:_BEST]], *edges], dtype=int)
+        near = np.unique([*tops[np.argsort(-values[tops])[:_BEST]], *_even_tops(values), *edges]).astype(int)
         left, right = times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)]
         for _ in range(_ZOOMS if len(near) else 0):  # all tops at once, each time between the neighbours of its best
             closer = np.linspace(left, right, _ACROSS, axis=1)
@@ -374,13 +423,25 @@ def _carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
     return found
 
 
-def _tops(values: FloatArray) -> list[int]:
-    """Where parabolas through three samples are greatest, a few of them."""
+def _heights(values: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Where samples have tops, and how high parabolas through three of them are there."""
     left, middle, right = values[:-2], values[1:-1], values[2:]
     inner = np.flatnonzero((middle >= left) & (middle >= right))
     bent = np.maximum(2.0 * middle[inner] - left[inner] - right[inner], 1e-300)
-    high = middle[inner] + (right[inner] - left[inner]) ** 2 / (8.0 * bent)
-    return [int(one) + 1 for one in inner[np.argsort(-high)[:_BEST]]]
+    return inner + 1, middle[inner] + (right[inner] - left[inner]) ** 2 / (8.0 * bent)
+
+
+def _tops(values: FloatArray) -> list[int]:
+    """Where parabolas through three samples are greatest, a few of them."""
+    at, high = _heights(values)
+    return [int(one) for one in at[np.argsort(-high)[:_BEST]]]
+
+
+def _even_tops(values: FloatArray) -> list[int]:
+    """Where samples have tops that may be the greatest; of many, some all along."""
+    at, high = _heights(values)
+    good = at[high >= (1.0 - _LEVEL) * high.max(initial=0.0)]
+    return [int(one) for one in good[:: max(1, len(good) // _LEVELS)]]
 
 
 def _top(values: FloatArray, at: int) -> float:
