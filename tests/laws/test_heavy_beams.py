@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from vibopt.errors import InputError
+from vibopt.report.curves import panels
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 from vibopt.verify.as_built import machine_of
@@ -293,3 +294,15 @@ def test_a_wrong_beam_is_told(beam: dict[str, Any], link: dict[str, Any], said: 
     with pytest.raises(InputError) as caught:
         scene_of({}, bases={"floor": {}}, links=links, measures={"k": STIFF})
     assert any(one.endswith(said) for one in caught.value.messages), caught.value.messages
+
+
+def test_a_curve_of_whirl_and_weight_together_passes_through_what_is_measured() -> None:
+    scene = scene_of(
+        {"kind": "fixed"},
+        limits={"both": {"response": "combined_bending_stress", "of": "beam", "at_most": "99 MPa"}},
+    )
+    design = solve(scene, explain=False)
+    (panel,) = panels(design)
+    curve = panel.curves[0]
+    there = np.interp(12.0, curve.x, curve.y)
+    assert there == pytest.approx(design.limits["both"].value.value / 1e6, rel=1e-3)

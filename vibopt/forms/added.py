@@ -11,6 +11,7 @@ from vibopt.forms.form import Form, by_differences
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
+    from vibopt.forms.modulus import Modulus
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
 
@@ -28,6 +29,11 @@ class Added(Form):
     @property
     def searched(self) -> str:
         return next((part.searched for part in self.parts if part.searched), "")
+
+    @property
+    def swings(self) -> Modulus | None:
+        moving = [part.swings for part in self.parts if part.swings is not None]
+        return moving[0] if len(moving) == 1 else None
 
     def value(self, model: Model, x: FloatArray) -> float:
         return self._together([part.worst(model, x).value for part in self.parts])

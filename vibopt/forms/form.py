@@ -99,6 +99,11 @@ class Form:
         return None
 
     @property
+    def swings(self) -> Modulus | None:
+        """What of it is a response over speeds, where one part is and all else stands beside it."""
+        return self.harmonic
+
+    @property
     def powers(self) -> Monomials | None:
         """Itself where it is a sum of powers of the variables, which needs no machine."""
         return None

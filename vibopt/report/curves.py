@@ -30,7 +30,7 @@ from vibopt.scene.space import members
 from vibopt.signals import Band, Drive
 from vibopt.units import best_unit, show, to_unit
 from vibopt.units.spelling import split_detector
-from vibopt.verify.as_built import factors_of
+from vibopt.verify.as_built import factors_of, machine_of
 
 POINTS = 500
 MOST_CURVES = 6
@@ -332,9 +332,16 @@ class _Drawing:
         at = show(excitation.from_rotation(speed), excitation.speed.unit, excitation.speed.dimension)
         return f"{shown} at {at}"
 
+    def _beside(self, one: _Entry) -> float:
+        """What adds to it at every speed."""
+        if type(one.response).beside is HarmonicResponse.beside:
+            return 0.0
+        chosen = {each.path: value for each, value in zip(self.scene.variables, self.design.x, strict=True)}
+        return one.response.beside(machine_of(self.scene, chosen))
+
     def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
         asked = [form_of(self.scene, self.model, each) for each in members(self.scene, one.response)]
-        forms = [form.harmonic for form in asked if form.harmonic is not None]
+        forms = [form.swings for form in asked if form.swings is not None]
         form = max(forms, key=lambda each: each.value(self.model, self.x)) if len(forms) > 1 else forms[0]
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
@@ -343,7 +350,7 @@ class _Drawing:
     ) -> Curve:
         """A response of some model at given speeds, the other excitations at their worst."""
         values = DriveResponse(model, form, drive, self.x)(speeds)
-        values = together(form, values, rest_of(model, form, drive, self.x))
+        values = together(form, values, rest_of(model, form, drive, self.x)) + self._beside(one)
         known = np.ones(speeds.shape, dtype=bool)
         if not one.response.normalised:
             bands = self.scene.excitations[self.excitation].known_bands

@@ -77,7 +77,7 @@ def _is_plain(scene: Scene) -> bool:
         and not (scene.absorbers or scene.structures or scene.rotors or scene.mounts or scene.others)
         and all(not one.freedoms and one.rolling is None for one in bodies)
         and all(one.mass is not None or one.weight is not None for one in bodies)
-        and all(one.part is None and not one.says_axis and one.beam is None for one in links)
+        and all(one.part is None and not (one.says_axis or one.turns_with_shaft) and one.beam is None for one in links)
     )
 
 
