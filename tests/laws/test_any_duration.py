@@ -10,7 +10,7 @@ import pytest
 import vibopt as vo
 from vibopt.errors import InputError
 from vibopt.forms import PeakOverDurations
-from vibopt.program.pose import form_of
+from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
 
 TOWER: dict[str, Any] = {
@@ -132,3 +132,28 @@ def test_two_unknown_durations_are_told_apart() -> None:
         "scene: measures.sway counts 2 pulses of unknown duration, excitations.blast and excitations.gust. Name one: "
         'due_to = ["blast"], or add up the greatest of each: combine = "sum".',
     )
+
+
+@pytest.mark.parametrize("lasts", [{"duration_up_to": "30 ms"}, {"duration": "11 ms"}])
+def test_designs_of_which_some_lack_the_damper_of_a_joint_have_the_values_of_each_alone(lasts: dict[str, str]) -> None:
+    """A joint without mass is a state where a damper holds it, and none where a spring alone does."""
+    damping = {"from": "100 N s/m", "to": "5 kN s/m"}
+    pulse = {"kind": "pulse", "on": "floor", "shape": "half sine", "acceleration": "200 m/s²"}
+    document: dict[str, Any] = {
+        "title": "machine on a joint",
+        "bases": {"floor": {}},
+        "bodies": {"machine": {"mass": "10 kg"}, "joint": {"mass": "0 kg"}},
+        "links": {
+            "spring": {"between": ["machine", "floor"], "stiffness": "40 kN/m"},
+            "upper": {"between": ["machine", "joint"], "stiffness": "40 kN/m"},
+            "lower": {"between": ["joint", "floor"], "stiffness": "10 kN/m", "damping": damping},
+        },
+        "excitations": {"shock": {**pulse, **lasts}},
+        "goal": {"minimise": "peak_acceleration", "of": "machine"},
+    }
+    x = np.array([[0.0], [100.0], [0.0], [1000.0]])
+    together, alone = (pose(vo.from_dict(document)).aim for _ in range(2))
+    assert together is not None
+    assert alone is not None
+    each = [alone.form.value(alone.model, one) for one in x]
+    assert together.form.values(together.model, x) == pytest.approx(each, rel=1e-10)
