@@ -203,3 +203,13 @@ def test_a_broken_link_is_told_alone() -> None:
     assert [one.partition(": ")[2] for one in caught.value.messages] == [
         'links.shaft.rotating_damping = "-3 N s/m" is negative. Write a positive value, for example "5 kN s/m".'
     ]
+
+
+def test_the_thinnest_stable_shaft_spins_at_its_threshold() -> None:
+    limits = {"stable": {"response": "stability_threshold", "at_least": "6000 rpm"}}
+    document = rotor(limits=limits, goal={"minimise": "stiffness", "of": "shaft"})
+    document["links"]["shaft"]["beam"]["diameter"] = {"from": "20 mm", "to": "60 mm"}
+    document["excitations"]["u"]["speed"] = "6000 rpm"
+    found = solve(from_dict(document), explain=False)
+    assert found.status == "optimal", found.claim
+    assert found.measures["least"].value.value == pytest.approx(200.0 * np.pi, rel=1e-8)
