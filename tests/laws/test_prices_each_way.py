@@ -13,6 +13,7 @@ from vibopt.answer.entry import Way
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
 from vibopt.study.holding import state_of
+from vibopt.study.price_words import range_rows, rows_of
 from vibopt.study.prices import Prices, Ranked, priced, prices
 
 PROBLEMS = Path(__file__).parent.parent.parent / "problems"
@@ -129,6 +130,15 @@ def test_every_number_has_a_price_or_says_why_not() -> None:
             assert row.ranged or row.why, (file, row.path)
             if row.why.startswith(("left out", "its range")):
                 assert row.path in said, (file, row.path)
+
+
+@pytest.mark.parametrize("file", [*CHEAP, "balancing/rao_9_13_holes.toml", "balancing/engine_phasing_four.toml"])
+def test_a_table_that_ran_out_of_work_is_told_all_the_same(file: str) -> None:
+    found = prices(open_job(PROBLEMS / file), most=100.0)
+    assert len(list(range_rows(found))) == len(found.rows)
+    assert len(list(rows_of(found))) == sum(len(one.ways) for one in found.rows)
+    assert found.table()
+    assert found.to_json()["rows"]
 
 
 def test_an_edge_of_what_frequencies_keep_out_of_has_a_price() -> None:

@@ -91,7 +91,7 @@ def state_of(job: Job, found: Answer[Any], value: float) -> State:
             return State(value, found.status, None, frozenset())
         least = min(rows, key=lambda name: rows[name].margin)
         broken = {f"{name} broken" for name, one in rows.items() if not one.met}
-        return State(value, found.status, Entry(rows[least].margin, "ratio"), frozenset({least, *broken}))
+        return State(value, found.status, Entry(rows[least].margin, "ratio", "%"), frozenset({least, *broken}))
     goal = goal_of(job, found)
     if goal is None or found.status not in ("optimal", "feasible"):
         return State(value, found.status, None, frozenset())
