@@ -39,7 +39,9 @@ _REALS = (0.03, 0.3, 1.0)
 """Real s to begin with, in parts of a natural frequency; at less of it digits would be lost."""
 _ROUNDS, _TURNS, _HALVINGS, _MODES = 400, 3, 50, 3
 _NEAR = 1e-9
-_LIGHTEST, _STEPS = 0.25, 7
+_HUNDRED = 99.5
+"""Percent from which on they are whole numbers."""
+_LIGHTEST, _STEPS = 0.02, 9
 """Part of its mass down to which a lighter device is looked for, and halvings."""
 
 
@@ -265,7 +267,8 @@ def with_bound(program: Program, found: Found) -> Found:
     if not max(known, 0.0) < least < value < np.inf:
         return found
     what = "same mass could reach" if aim.form.powers is None else "least mass would weigh"
-    above = f"at most {100.0 * (value / least - 1.0):.2g} % above what any passive device of the {what}"
+    part = 100.0 * (value / least - 1.0)
+    above = f"at most {part:{'.2g' if part < _HUNDRED else '.0f'}} % above what any passive device of the {what}"
     claim = f"{found.claim}; {above}, however it is made"
     return replace(found, claim=claim, bound=least, details={**found.details, "bound": least})
 
