@@ -23,6 +23,8 @@ CHEAP = (
     "balancing/engine_share_capped.toml", "balancing/rao_9_6_capped.toml",
 )  # fmt: skip
 """One or two of each kind of job, with limits, caps and facts, and an analysis."""
+TOO_MUCH = 10_000.0
+"""Work of an answer [nominal ms] of which a hundred are too many for a test."""
 SLOW = pytest.param("mounts/inertia_base.toml", marks=pytest.mark.slow)
 
 
@@ -189,7 +191,7 @@ def test_a_job_without_a_design_and_a_path_that_is_not_there_are_refused() -> No
 
 @pytest.mark.slow
 def test_nearly_all_active_limits_of_the_problems_have_a_price_with_a_range() -> None:
-    """At least 95 of 100."""
+    """At least 95 of 100, those of the answers that take most work counted as without one."""
     active, have = [], []
     for file in sorted(PROBLEMS.rglob("*.toml")):
         job = open_job(file)
@@ -198,7 +200,8 @@ def test_nearly_all_active_limits_of_the_problems_have_a_price_with_a_range() ->
         if found.goal is None or not names or found.status not in ("optimal", "feasible"):
             continue
         paths = [one.path for one in facts(job) if one.path.startswith(tuple(f"limits.{name}." for name in names))]
-        rows = prices(job, found=found, only=paths, most=60.0 * max(found.work, 500.0)).rows
+        patient = found.work <= TOO_MUCH
+        rows = prices(job, found=found, only=paths, thorough=True).rows if patient else ()
         for name in names:
             active.append((file.name, name))
             have += [(file.name, name)] * any(one.ranged and one.path.split(".")[1] == name for one in rows)
