@@ -12,6 +12,8 @@ from vibopt.errors import InputError
 from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.shaft_waves import Section, WhirlingShaft
+from vibopt.report.campbell import campbell_of
+from vibopt.report.figures.campbell_diagram import campbell_figure
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict, from_text
 from vibopt.solve import solve
@@ -116,6 +118,33 @@ def test_the_whirl_under_an_unbalance_is_answered_and_agreed(speed: str) -> None
         "sag": {"response": "static_deflection", "of": "second"},
     }
     assert min(asked(document, **measures).values()) > 0.0
+
+
+def test_whirls_of_the_campbell_diagram_part_with_the_spin_and_meet_it_at_the_critical_speeds() -> None:
+    machine = machine_of(from_dict(friswell()), {})
+    still = machine.free_whirls(0.0)  # type: ignore[attr-defined]
+    assert still[still > 0.0] == pytest.approx(-still[still < 0.0][::-1], rel=1e-6)
+    for sense in (1.0, -1.0):
+        for speed in machine.critical_speeds(sense)[:3]:
+            whirls = sense * machine.free_whirls(float(speed))  # type: ignore[attr-defined]
+            assert np.abs(whirls / speed - 1.0).min() <= 1e-4
+    found = machine.free_whirls(4000.0 * RPM)  # type: ignore[attr-defined]
+    assert np.sort(np.abs(found))[:6] == pytest.approx(WHIRLS_AT_4000, rel=5e-4)
+
+
+def test_a_campbell_diagram_is_drawn_of_rotors_alone() -> None:
+    design = solve(from_dict(friswell()))
+    drawn = campbell_of(design)
+    model = model_of(from_dict(friswell()))
+    assert drawn.critical == pytest.approx(
+        natural_frequencies(model, model.values(NONE))[: len(drawn.critical)], rel=1e-9
+    )
+    assert len(drawn.critical) > 1
+    assert len(campbell_figure(drawn, "two discs").axes) == 1
+    table = {"title": "t", "bodies": {"b": {"mass": "2 kg"}}, "measures": {"m": {"response": "total_mass"}}}
+    with pytest.raises(InputError) as caught:
+        campbell_of(solve(from_dict(table)))
+    assert caught.value.messages == ("scene: --campbell is of rotors, and there is none. Leave --campbell out.",)
 
 
 # Closed forms

@@ -59,6 +59,7 @@ def _map_of(args: list[str]) -> Iterator[str]:
 @click.option(
     "--spectrum", is_flag=True, help="Draw the shock spectrum of what comes once instead, and the machine in it."
 )
+@click.option("--campbell", is_flag=True, help="Draw the Campbell diagram of rotors: whirls against the spin.")
 @method
 @limited
 @changes
@@ -71,6 +72,7 @@ def plot(
     as_map: str | None,
     sketch: bool,
     spectrum: bool,
+    campbell: bool,
     method: str | None,
     changes: tuple[str, ...],
     fresh: bool,
@@ -91,11 +93,13 @@ def plot(
         raise InputError("--sketch draws the machine and --map two of its numbers: leave one of them out.")
     if spectrum and (sketch or as_map is not None):
         raise InputError("--spectrum draws the load and --sketch or --map the machine: leave one of them out.")
+    if campbell and (sketch or spectrum or as_map is not None):
+        raise InputError("--campbell draws whirls against the spin: leave --sketch, --spectrum and --map out.")
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
     found = answered(Asked(file, job, changes, method), fresh=fresh)
     form = format_of(target, FORMATS)
-    drawn = _spectrum(found, form) if spectrum else None
+    drawn = _campbell(found, form) if campbell else _spectrum(found, form) if spectrum else None
     write_file(target, drawn or (_sketched(found, form) if sketch else _drawn(found, job, as_map, form)))
     return _done(found, target, as_json)
 
@@ -129,6 +133,19 @@ def _spectrum(found: Answer[Any], form: str) -> bytes:
     from vibopt.report.spectrum_views import spectrum_asked
 
     return saved(response_figure(spectrum_asked(found), found.title), form)
+
+
+def _campbell(found: Answer[Any], form: str) -> bytes:
+    """Whirls of rotors against the spin."""
+    from vibopt.jobs import is_scene
+    from vibopt.report.figures import saved
+
+    if not is_scene(found.job):
+        raise InputError(f"{found.name}: --campbell is of rotors that are modelled, [rotors.NAME]. Leave it out.")
+    from vibopt.report.campbell import campbell_of
+    from vibopt.report.figures.campbell_diagram import campbell_figure
+
+    return saved(campbell_figure(campbell_of(found), found.title), form)
 
 
 def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes:

@@ -169,6 +169,19 @@ class RotatingMachine(Machine):
         quick = min(one.quick for one in self.shafts.values())
         return np.sort([self._met(float(one), sense) for one in np.sort(speeds[speeds <= quick])[:_LOWEST]])
 
+    def free_whirls(self, spin: float) -> FloatArray:
+        """Frequencies of undamped whirl at a spin [rad/s], forward ones above zero and backward ones below, ascending.
+
+        By the pieces; none above where their waves are short.
+        """
+        mass, _, stiffness, _, polar = self.slow
+        n = len(mass)
+        moved = np.linalg.solve(stiffness, np.hstack([mass, spin * polar]))
+        state = np.block([[np.zeros((n, n)), np.eye(n)], [moved[:, :n], -moved[:, n:]]])
+        periods = np.linalg.eigvals(state).real
+        found = 1.0 / periods[np.abs(periods) > _REAL * np.abs(periods).max()]
+        return np.sort(found[np.abs(found) <= min(one.quick for one in self.shafts.values())])
+
     def natural_frequencies(self) -> FloatArray:
         """Critical speeds of the whirl with the spin, which an unbalance drives [rad/s]."""
         return self.critical_speeds()

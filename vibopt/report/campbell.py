@@ -1,0 +1,95 @@
+"""The Campbell diagram of a design with rotors: frequencies of free whirl against the spin, and critical speeds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeGuard
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.errors import InputError
+from vibopt.mechanics.machine import Machine
+from vibopt.records import dataclass
+from vibopt.report.what_to_build import machine_in
+from vibopt.scene.scene import Design, Scene
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.rotating import RotatingMachine
+
+_SPINS = 81
+_BEYOND, _ABOVE = 1.25, 2.2
+"""How far the diagram goes beyond the highest speed of the file, and how much higher its frequencies than that."""
+
+
+@dataclass(frozen=True, eq=False)
+class Campbell:
+    """Whirls that are free at each spin, without damping.
+
+    spins
+        Shape (n,) [rad/s].
+    forward, backward
+        Sizes of their frequencies, ascending at each spin, (n, m) and (n, k) [rad/s].
+    critical, against
+        Critical speeds of forward and of backward whirl up to the last spin [rad/s].
+    running
+        Speeds of the unbalances, low and high [rad/s].
+    """
+
+    spins: FloatArray
+    forward: FloatArray
+    backward: FloatArray
+    critical: FloatArray
+    against: FloatArray
+    running: tuple[tuple[float, float], ...]
+
+    @property
+    def top(self) -> float:
+        """Highest frequency that is drawn [rad/s]."""
+        return _ABOVE * float(self.spins[-1])
+
+
+def campbell_of(design: Design) -> Campbell:
+    """Of the finished design; its critical speeds by direct solution, without a grid.
+
+    Raises
+    ------
+    InputError
+        Nothing spins, there is no design, or no speed says how far to look.
+    """
+    scene, machine = design.scene, machine_in(design)
+    if not scene.rotors:
+        raise InputError(f"{scene.name}: --campbell is of rotors, and there is none. Leave --campbell out.")
+    if machine is None or not _spins(machine):
+        raise InputError(f"{scene.name}: there is no Campbell diagram: there is no design ({design.status}).")
+    bands = _running(scene)
+    if not bands:
+        raise InputError(
+            f"{scene.name}: nothing says how far to look. Add an unbalance with its speed, or a limit of "
+            "critical_speed with outside."
+        )
+    last = _BEYOND * max(high for _, high in bands)
+    spins = np.linspace(0.0, last, _SPINS)
+    found = [machine.free_whirls(float(spin)) for spin in spins]
+    forward, backward = _table([one[one > 0.0] for one in found]), _table([np.sort(-one[one < 0.0]) for one in found])
+    critical, against = (one[one <= last] for one in (machine.critical_speeds(), machine.critical_speeds(-1.0)))
+    return Campbell(spins, forward, backward, critical, against, bands)
+
+
+def _spins(machine: Machine) -> TypeGuard[RotatingMachine]:
+    return hasattr(machine, "free_whirls")
+
+
+def _running(scene: Scene) -> tuple[tuple[float, float], ...]:
+    """Speeds of what is out of balance, or those that limits keep away from [rad/s]."""
+    bands = [band for one in scene.excitations.values() for band in one.own_bands()]
+    bands = bands or [band for one in scene.limits.values() for band in one.outside_bands]
+    return tuple(dict.fromkeys((band.low, band.high) for band in bands if 0.0 < band.high < np.inf))
+
+
+def _table(rows: list[FloatArray]) -> FloatArray:
+    """Rows of as many whirls as all of them have."""
+    count = min(len(row) for row in rows)
+    return np.array([row[:count] for row in rows])
+
+
+__all__ = ["Campbell", "campbell_of"]

@@ -1,0 +1,54 @@
+"""A Campbell diagram: spin across, frequency of free whirl up, forward and backward, orders one and two."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.report.campbell import Campbell
+from vibopt.report.figures.paper import BLUE, FAINT, FREE, RED, SIZE, WIDTH, dress, label, legend, place, sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_RPM, _HZ = 30.0 / np.pi, 0.5 / np.pi
+
+
+def campbell_figure(found: Campbell, title: str) -> Figure:
+    """Lines of whirl, of one and two times the spin, dots at critical speeds, running speeds shaded."""
+    figure = sheet(WIDTH, 4.8)
+    axes: Any = figure.subplots()
+    dress(axes, f"{title}: Campbell diagram", "spin [rpm]", "frequency of free whirl [Hz]")
+    rpm, top = found.spins * _RPM, found.top * _HZ
+    for low, high in found.running:
+        if high > low:
+            axes.axvspan(low * _RPM, high * _RPM, color=FREE, lw=0.0, zorder=1, label="running speeds")
+        else:
+            axes.axvline(low * _RPM, color=FREE, lw=5.0, zorder=1, label="running speed")
+    kinds = (("forward", found.forward, BLUE, "-"), ("backward", found.backward, RED, "--"))
+    for way, table, colour, style in kinds:
+        for line in table.T:
+            if line.min() * _HZ <= top:
+                axes.plot(rpm, line * _HZ, style, color=colour, lw=1.5, zorder=3, label=f"{way} whirl")
+    for order, style in ((1, "-"), (2, ":")):
+        axes.plot(rpm, order * rpm / 60.0, style, color=FAINT, lw=1.0, zorder=2)
+        at = min(rpm[-1], 60.0 * top / order)
+        axes.annotate(f"{order}x", (at, order * at / 60.0), xytext=(-4, 3), textcoords="offset points", ha="right",
+                      fontsize=SIZE - 1, color=FAINT)  # fmt: skip
+    marks = []
+    for speeds, colour, way in ((found.critical, BLUE, "forward"), (found.against, RED, "backward")):
+        for speed in speeds.tolist():
+            axes.plot(speed * _RPM, speed * _HZ, "o", ms=6, mfc="white", mec=colour, mew=1.5, zorder=6,
+                      label=f"critical speed, {way}")  # fmt: skip
+            marks.append(label(axes, f"{speed * _RPM:.4g} rpm", speed * _RPM, speed * _HZ))
+    axes.set_xlim(0.0, float(rpm[-1]))
+    axes.set_ylim(0.0, top)
+    legend(figure, axes)
+    figure.draw_without_rendering()
+    every = [np.column_stack([rpm, line * _HZ]) for table in (found.forward, found.backward) for line in table.T]
+    place(marks, axes.transData.transform(np.concatenate([*every, np.column_stack([rpm, rpm / 60.0])])))
+    return figure
+
+
+__all__ = ["campbell_figure"]
