@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from math import isnan
 from typing import Any
@@ -61,6 +61,8 @@ def packed(data: Any, job: Callable[[Any], Any]) -> Any:
     if isinstance(data, Sequence):
         inner = [packed(one, job) for one in data]
         return inner if isinstance(data, list) else {_KIND: "tuple", "of": inner}
+    if callable(data):  # words that are made when they are looked at
+        return {_KIND: "said", "of": packed(data(), job)}
     raise NotStoredError(f"{kind.__name__} is not stored")
 
 
@@ -82,6 +84,8 @@ def unpacked(data: Any, job: Callable[[Any], Any]) -> Any:
     if kind == "array":
         values: Any = np.array(unpacked(of, job), dtype=np.dtype(data["type"]))
         return values.reshape(data["shape"])
+    if kind == "said":
+        return partial(str, unpacked(of, job))
     if kind == "table":
         return {unpacked(key, job): unpacked(one, job) for key, one in of}
     if kind == "tuple":
