@@ -359,7 +359,8 @@ class Transient(Excitation, Once):
 
 def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Amplitude) -> Line:
     """A line along `direction`, leading by `phase` [rad]."""
-    return Line(order, direction * np.exp(1j * phase), amplitude)
+    turned = direction * np.exp(1j * phase) if phase else direction.astype(complex)
+    return Line(order, turned, amplitude)
 
 
 def order_lines(shaker: Excitation, harmonics: Sequence[Any], direction: FloatArray) -> tuple[Line, ...]:

@@ -23,39 +23,41 @@ class LoneMachine(Machine):
     """
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
-        """As in any machine, a complex `omega` too; stretches of joints keep their digits beside a common motion."""
+        """As in any machine, a complex `omega` too."""
         (body, mass), *_ = self.masses.items()
-        inertia = mass * omega**2
-        apart: dict[str, ComplexArray] = {}
-        held: ComplexArray = np.zeros(omega.shape, dtype=complex)
-        load: ComplexArray = held + forces.get(body, 0.0)
+        load: Any = forces.get(body, 0.0)
+        held: Any = 0j
         for joint in self.joints:
             if body in joint.ends:
                 stiff = joint.dynamic(omega)
                 held = held + stiff
                 other = bases.get(joint.ends[joint.ends[0] == body])
                 load = load if other is None else load + stiff * other
-        moved = load / (held - inertia)
-        for joint in self.joints if bases else ():
-            if body in joint.ends:
-                sign = 1.0 if joint.ends[1] == body else -1.0
-                apart[joint.name] = sign * self._beside(joint, omega, forces, bases) / (held - inertia)
-        still = np.zeros(omega.shape, dtype=complex)
-        points = {body: moved} | {base: bases.get(base, still) for base in self.bases}
-        return Motion(points, forces, np.asarray(omega), apart)
+        points = {body: load / (held - mass * omega**2)}
+        for base in self.bases:
+            points[base] = bases[base] if base in bases else np.zeros(omega.shape, dtype=complex)
+        return Motion(points, forces, np.asarray(omega))
 
-    def _beside(
-        self, joint: Joint, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
-    ) -> ComplexArray:
-        """What moves the body beside the other end of a joint: the force, its inertia, and ends that move otherwise."""
+    def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
+        """As of any machine; where a base moves it keeps its digits beside the common motion.
+
+        What moves the body beside the other end: the force, its inertia, and ends that move otherwise.
+        """
         (body, mass), *_ = self.masses.items()
-        still = np.zeros(omega.shape, dtype=complex)
-        y = bases.get(joint.ends[joint.ends[0] == body], still)
-        load = mass * omega**2 * y + forces.get(body, 0.0)
+        other = joint.ends[joint.ends[0] == body]
+        if body not in joint.ends or not any(motion.points[base].any() for base in self.bases):
+            return super().stretch_of(joint, motion)
+        y = self.position(other, motion)
+        inertia = mass * motion.omega**2
+        load: Any = inertia * y + motion.forces.get(body, 0.0)
+        held: Any = 0j
         for one in self.joints:
             if body in one.ends:
-                load = load + one.dynamic(omega) * (bases.get(one.ends[one.ends[0] == body], still) - y)
-        return load
+                stiff = one.dynamic(motion.omega)
+                held = held + stiff
+                load = load + stiff * (self.position(one.ends[one.ends[0] == body], motion) - y)
+        sign = 1.0 if joint.ends[1] == body else -1.0
+        return np.asarray(sign * load / (held - inertia))
 
     def turning(self, read: Callable[[FloatArray], FloatArray], power: float) -> FloatArray | None:
         """As in any machine.  Shape (n, ...), where ... is that of the machines' numbers; 0 where none is real.
@@ -70,7 +72,7 @@ class LoneMachine(Machine):
         found = turning_points(read, bottom, natural, power)
         if found is None:
             return None
-        resonance = np.broadcast_to(np.sqrt(natural), (1, *found.shape[1:]))
+        resonance = np.sqrt(natural) + np.zeros((1, *found.shape[1:]))
         return np.concatenate([resonance, np.where(np.isfinite(found), found, 0.0)])
 
     @cached_property

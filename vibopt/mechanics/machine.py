@@ -100,7 +100,7 @@ class Joint:
     def dynamic(self, omega: FloatArray) -> ComplexArray:
         """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""
         spring = self.stiffness * (1.0 + 1j * self.loss_factor)
-        return np.asarray(spring + 1j * omega * self.damping - omega**2 * self.inertance, dtype=complex)
+        return np.asarray(spring + omega * (1j * self.damping - omega * self.inertance), dtype=complex)
 
     @property
     def four(self) -> tuple[float, float, float, float]:

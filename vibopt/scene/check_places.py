@@ -12,18 +12,7 @@ from vibopt.scene.scene import Scene
 
 def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """Add what is wrong with the places of a response."""
-    bodies, links, absorbers = (list(places.raw(scene, one)) for one in ("bodies", "links", "absorbers"))
-    moving, joints = places.moving(scene), places.links(scene)
-    known = {
-        "body": moving,
-        "link": joints,
-        "joining link": links,
-        "body or link": list(dict.fromkeys([*moving, *joints])),
-        "point": places.points(scene),
-        "absorber": absorbers,
-        "mass": [*bodies, *absorbers],
-        "mount": [],
-    }
+    known = places.named(scene)
     if check_in_space(scene, path, response, mistakes):
         _parameter(scene, path, response, mistakes, broken)
         return
@@ -73,7 +62,8 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
 
 def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """A property of a link or of an absorber that it does not have."""
-    key, name = response.response, getattr(response, "of", None)
+    said, key = vars(response), response.response
+    name = said.get("of")
     missing, where = _missing(scene, response, name), dotted(path)
     if missing:
         mistakes.add(path, f"{where} asks for the {key} of {name}, but {missing}")
@@ -82,7 +72,7 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
         if not every - places.turning(scene):
             what = f"the mass of all {response.sums[0]}"
             mistakes.add(path, f"{where} asks for {what}, but there is none that moves along a line.")
-    mode, many = getattr(response, "mode", 1), max(places.freedoms(scene), 1)
+    mode, many = said.get("mode", 1), max(places.freedoms(scene), 1)
     if mode > many:
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {many}.")
 

@@ -76,7 +76,7 @@ def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
 
 
 def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
-    given = [key for key in ("at_most", "at_least", "outside") if getattr(response, key, None) is not None]
+    given = [key for key in ("at_most", "at_least", "outside") if vars(response).get(key) is not None]
     name = ".".join(str(one) for one in path)
     if path[0] == "limits" and not given:
         extra = response.other_bound

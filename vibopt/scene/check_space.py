@@ -252,12 +252,11 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
     """Whether a response asks about something in space, where its place and direction are checked here."""
     if _half_read(scene):
         return True
-    where, key = dotted(path), response.response
-    name = getattr(response, "of", None) or getattr(response, "through", None) or getattr(response, "across", None)
+    where, key, said = dotted(path), response.response, vars(response)
+    name, into = said.get("of") or said.get("through") or said.get("across"), said.get("into")
     group, inside = mount_of(scene, name), name is not None and place_in_space(scene, name)
-    into = getattr(response, "into", None)
     ends = {end for table in scene.mounts.values() for end in table.between}
-    way = getattr(response, "direction", None) or getattr(response, "axis", None)
+    way = said.get("direction") or said.get("axis")
     if response.sort != "steady" and (inside or group or into in ends):
         what = "white noise" if response.sort == "random" else "what comes once"
         mistakes.add(path, f"{where}: {what} is not supported for machines in space yet. Remove it.")
@@ -274,7 +273,7 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
         _of_mount(scene, path, response, str(name), group, mistakes)
         return True
     for link in ("through", "across"):
-        if inside and getattr(response, link, None) == name:
+        if inside and said.get(link) == name:
             mistakes.unknown_name((*path, link), str(name), "link or mount", places.links(scene))
             return True
     if inside:
@@ -293,11 +292,11 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
             )
         return True
     there = name in (*places.moving(scene), *places.ends(scene)) or into in places.points(scene)
-    for said, article, only in (("direction", "a", "line"), ("axis", "an", "axis")):
-        if said in response.model_fields_set and there and not _unread(scene, str(name)):
+    for word, article, only in (("direction", "a", "line"), ("axis", "an", "axis")):
+        if word in response.model_fields_set and there and not _unread(scene, str(name)):
             mistakes.add(
-                (*path, said),
-                f"{where} has {article} {said}, but {name or into} knows one {only} only. Remove {said}.",
+                (*path, word),
+                f"{where} has {article} {word}, but {name or into} knows one {only} only. Remove {word}.",
             )
     return False
 

@@ -97,7 +97,7 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
 
 def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
     where = ".".join(str(one) for one in path)
-    lines = line_count(scene, response)
+    lines = line_count(scene, *names)
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
         mistakes.add(
@@ -137,7 +137,7 @@ def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[st
     if not response.normalised:
         return
     where = ".".join(str(one) for one in path)
-    if len(names) > 1 or line_count(scene, response) > 1:
+    if len(names) > 1 or line_count(scene, *names) > 1:
         mistakes.add(
             path,
             f"{where} is a ratio to one excitation of one frequency, but several act. Name one in due_to, or limit "
@@ -164,17 +164,9 @@ def reached(
 ) -> bool:
     """Whether something arrives at a response; where nothing does it is a mistake, and not a limit that holds."""
     before = len(mistakes.found)
-    moving, ends, near = set(places.moving(scene)), places.ends(scene), places.neighbours(scene)
-    moved: set[str] = set()
-    todo = [scene.excitations[one].on for one in names]
-    while todo:
-        here = todo.pop()
-        if here in moved:
-            continue
-        moved.add(here)
-        todo += [one for one in near.get(here, ()) if one in moving]
-    known = set(places.points(scene)) | set(ends)
-    for place in sorted({name for name, _ in response.places().values()} & known):
+    moving, ends, moved = places.moving(scene), places.ends(scene), places.shaken(scene, *names)
+    asked = {name for name, _ in response.places().values()}
+    for place in sorted(one for one in asked if one in ends or one in places.points(scene)):
         if place in moving:
             still = place not in moved
         elif place in ends:

@@ -13,7 +13,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
-from vibopt.scene.places import devices, rubbing
+from vibopt.scene.places import devices, once, rubbing
 from vibopt.scene.scene import Scene
 from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment, Sweep, Sweeps
 from vibopt.units import Quantity
@@ -124,10 +124,10 @@ def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:
     return "peak" if response.combine == "peak" else "sum"
 
 
-def line_count(scene: Scene, response: HarmonicResponse) -> int:
-    """Number of harmonics that the response counts, over all its excitations."""
-    one = np.ones(1)
-    return sum(len(scene.excitations[name].lines(one)) for name in names_for(scene, response))
+@once
+def line_count(scene: Scene, *names: str) -> int:
+    """Number of harmonics of some excitations."""
+    return sum(len(scene.excitations[name].lines(np.ones(1))) for name in names)
 
 
 _LEAST = 1.0

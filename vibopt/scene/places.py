@@ -81,6 +81,35 @@ def points(scene: Scene) -> list[str]:
 
 
 @once
+def named(scene: Scene) -> dict[str, list[str]]:
+    """Names that a response may speak of, by the word for what they are."""
+    bodies, joining, absorbers = (list(raw(scene, one)) for one in ("bodies", "links", "absorbers"))
+    return {
+        "body": moving(scene),
+        "link": links(scene),
+        "joining link": joining,
+        "body or link": list(dict.fromkeys([*moving(scene), *links(scene)])),
+        "point": points(scene),
+        "absorber": absorbers,
+        "mass": [*bodies, *absorbers],
+        "mount": [],
+    }
+
+
+@once
+def shaken(scene: Scene, *names: str) -> set[str]:
+    """Points that excitations move, by whatever leads there."""
+    moved: set[str] = set()
+    todo, free, near = [scene.excitations[one].on for one in names], set(moving(scene)), neighbours(scene)
+    while todo:
+        here = todo.pop()
+        if here not in moved:
+            moved.add(here)
+            todo += [one for one in near.get(here, ()) if one in free]
+    return moved
+
+
+@once
 def links(scene: Scene) -> list[str]:
     """Everything that joins two points by a spring or a damper: links and absorbers."""
     return [one for kind, name, table in _raw_devices(scene) for one in kind.links_in(name, table)]

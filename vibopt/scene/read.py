@@ -233,8 +233,10 @@ class _Parts:
 
     def _values(self, path: tuple[str, ...], made: Table) -> None:
         """Note the design variables and the readings of a table's values, those of tables in it too."""
-        for key in type(made).model_fields:
-            value, inner = getattr(made, key), (*path, key)
+        for key, value in vars(made).items():
+            if not isinstance(value, (Table, Fact, Choice, tuple)):
+                continue
+            inner = (*path, key)
             if isinstance(value, Table):
                 self._values(inner, value)
             for number, one in enumerate(value if isinstance(value, tuple) else (), start=1):

@@ -61,8 +61,7 @@ def uncertain_at(scene: Scene, chosen: Mapping[str, float]) -> tuple[Uncertain, 
 
 
 def _own(path: str, table: Table) -> Iterator[tuple[str, float]]:
-    for key in type(table).model_fields:
-        value = getattr(table, key)
+    for key, value in vars(table).items():
         if isinstance(value, Table):
             yield from _own(f"{path}.{key}", value)
         elif isinstance(value, (Fact, Choice)) and value.tolerance > 0.0:

@@ -26,8 +26,9 @@ _COARSE = (33, 513)
 _FEWER = 4
 """Times as many questions as a coarse round has, for it to be worth its time."""
 _CHUNK = 1024
-_BEGIN = np.linspace(0.0, 1.0, 129)[:, None]
-"""Parts of each range of speeds at which a limit is looked at first, where nothing better is known."""
+_BEGIN, _EACH = np.linspace(0.0, 1.0, 129)[:, None], 8
+"""Parts of each range of speeds at which a limit is looked at first, where nothing better is known; of many every 8th.
+"""
 
 Speeds = list[tuple[int, FloatArray]]
 """Squared frequencies at which limits are looked at first: (index of the limit, one per question)."""
@@ -130,7 +131,8 @@ def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) ->
             rows.append(plain_row(asked, numbers, index, count))
         for b, point in enumerate(kind.points):
             low, high = numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"]
-            parts = _BEGIN[:1] if point else _BEGIN[:: len(_BEGIN) - 1] if first else _BEGIN
+            each = len(_BEGIN) - 1 if first else _EACH if count > 1 else 1
+            parts = _BEGIN[:1] if point else _BEGIN[::each]
             rows.append(harmonic_row(asked, numbers, index, (low + parts * (high - low) + np.zeros(count)) ** 2))
     rows += [harmonic_row(asked, numbers, index, w[None]) for index, w in first]
     return np.concatenate(rows, axis=1)
