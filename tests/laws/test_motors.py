@@ -99,6 +99,36 @@ def test_a_motor_that_sticks_sticks_in_the_coupled_motion_and_is_said() -> None:
     assert size < 0.2 * (2.0 * np.pi * 10.0) ** 2 / STIFFNESS / 0.06 * 1.1
 
 
+@pytest.mark.parametrize(("torque", "ratio"), [(6.0, 0.03), (60.0, 0.0)])
+def test_a_motor_that_sticks_is_drawn_against_what_load_and_vibration_take(torque: float, ratio: float) -> None:
+    """Once, however much is asked; the mark is where the closed form of one mass leaves nothing over."""
+    from vibopt.report.curves import panels
+
+    more = {"response": "peak_velocity", "of": "fan"}
+    document = fan(by_torque(torque, 2.0, 2.0), ratio=ratio)
+    document["measures"]["v"] = more
+    [panel] = panels(solved(document))
+    assert panel.title == "Torque of the run-up of blades: the motor sticks"
+    [mark] = panel.marks
+    held = mark.x * np.pi / 30.0
+    natural = np.sqrt(STIFFNESS / MASS)
+    assert mark.words == f"sticks at {mark.x:.4g} rpm"
+    if not ratio:
+        assert (
+            "excitations.blades: the motor may stick at about 604 rpm. The vibration takes up more than any motor "
+            "gives there, torque and load leave 59.68 N m. Take more damping, less unbalance or more torque."
+        ) in solved(document).notes
+        assert held == pytest.approx(natural, rel=1e-6)
+        return
+    moved = 1.0 / (STIFFNESS - MASS * held**2 + 2j * ratio * natural * MASS * held)
+    taken = -0.5 * (0.2 * held**2) ** 2 * moved.imag
+    assert 2.0 * (held / LAST) ** 2 + taken == pytest.approx(torque, rel=1e-6)
+    assert held < natural
+    both, motor, _ = panel.curves
+    assert np.interp(mark.x, both.x, both.y) == pytest.approx(mark.y, rel=1e-6)
+    assert motor.y[0] == torque
+
+
 def test_the_record_of_the_fan_by_its_motor() -> None:
     """Of the coupled motion, 2 % of it above; the resonance by its closed form."""
     file = Path(__file__).parents[2] / "problems/run_up/fan_by_its_motor.toml"

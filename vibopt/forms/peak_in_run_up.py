@@ -146,7 +146,8 @@ class PeakInRunUp(Form):
         motor, own = self.sweep, machine.modal(Reading(self.load, 0.0 * self.load, 0.0 * self.load))
 
         def drag(speeds: FloatArray) -> FloatArray:
-            moved = (own.parts / (1j * speeds[..., None] - own.poles)).sum(axis=-1)
+            with np.errstate(divide="ignore", invalid="ignore"):  # at an undamped resonance it has no end
+                moved = (own.parts / (1j * speeds[..., None] - own.poles)).sum(axis=-1)
             return motor.drag(moved, speeds)
 
         return replace(machine, sweep=motor.against(drag, own.poles) or NO_SWEEP), read

@@ -10,6 +10,7 @@ import numpy as np
 from vibopt.answer.blocks import spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
+from vibopt.excitations.run_up import motor_of
 from vibopt.forms import PeakInRunUp, PeakInTime, PeakOverDurations
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
@@ -23,10 +24,14 @@ from vibopt.responses.response import place_of
 from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.scene import Design
 from vibopt.units import best_unit, show, to_unit
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.by_torque import ByTorque
 
 _POINTS, _FINE, _PERIODS, _EVEN = 600, 2500, 4.0, 1e-6
 """Points of a curve, and of one that beats; periods of the slowest mode that are shown behind the load; part by which
 two peaks that are as great may differ."""
+_SEEN = 4.0
+"""How much of what a vibration would take is shown, in the motor's greatest torque."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +60,7 @@ def histories(design: Design, model: Model) -> list[Panel]:
     for one in asked:
         first.setdefault((one.response.response, place_of(one.response), names_for(scene, one.response)), one)
     drawn = [_panel(design, model, one) for one in first.values()]
-    return [one for one in drawn if one is not None]
+    return [*{(one.title, one.excitation): one for one in drawn if one is not None}.values()]
 
 
 def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
@@ -112,7 +117,7 @@ def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunU
     x = np.array(design.x)
     peak, count = form.peak(model, x), mount_count(model, form.output, x)
     if not isfinite(peak.value):
-        return None
+        return _torques(design, *names_for(design.scene, asked.response))
     machine, row = form.run_up(model, x, model.values(x))
     sweep, length = machine.sweep, float(machine.sweep.times[-1])
     top_time = min(peak.time, length)
@@ -149,6 +154,41 @@ def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunU
         x_span=span,
         y_span=(0.0, 1.25 * top),
     )
+
+
+def _torques(design: Design, name: str) -> Panel | None:
+    """Of a motor that sticks: its torque against the speed, beside that of load and vibration, and where they meet."""
+    scene = design.scene
+    motor, chosen = (
+        motor_of(scene.excitations[name]),
+        dict(zip([one.path for one in scene.variables], design.x, strict=True)),
+    )
+    if motor is None:
+        return None
+    course = ByTorque(machine_of(scene, chosen), motor, scene.excitations[name].on)
+    if not course.sticks:
+        return None
+    unit, held = scene.excitations[name].speed.unit, course.held_at
+    speeds = np.union1d(course.speeds, [held])
+    gives, load = motor.driving.at(speeds), motor.load.at(speeds)
+    full = max(float(gives.max()), float(load.max()))
+    needs = np.minimum(load + course.taken(speeds), 100.0 * full)
+    per, size = to_unit(1.0, unit, "angular_rate"), best_unit(full, "moment")
+    factor, every = to_unit(1.0, size, "moment"), np.ones(len(speeds), dtype=bool)
+    top = factor * min(max(full, float(needs.max())), _SEEN * full)
+    at = factor * float(motor.driving.at(np.array([held]))[0])
+    return Panel(
+        title=f"Torque of the run-up of {name}: the motor sticks",
+        x_label=f"speed of {name} [{unit}]", y_label=f"torque [{size}]",
+        curves=(
+            Curve("load and steady vibration", per * speeds, factor * needs, every),
+            Curve("motor", per * speeds, factor * gives, every, worst=True),
+            Curve("load", per * speeds, factor * load, every, before=True),
+        ),
+        zones=(), marks=(Mark(name, f"sticks at {show(held, unit, 'angular_rate')}", per * held, at),), own=(),
+        excitation=name, log_x=False, log_y=False, x_span=(per * speeds[0], per * speeds[-1]),
+        y_span=(min(0.0, 1.2 * factor * float(min(gives.min(), load.min()))), 1.25 * top),
+    )  # fmt: skip
 
 
 def _end(model: Model, form: PeakInTime, peak: Peak, x: FloatArray) -> float:

@@ -98,6 +98,7 @@ def _torque(scene: Scene, machine: Machine, name: str) -> list[str]:
     speed, taken, left = course.dearest
     where, much, rest = show(speed, unit, ROTATION), show(taken, "N m", "moment"), show(left, "N m", "moment")
     if course.sticks:
+        much = much if isfinite(taken) else "more than any motor gives"
         return [
             f"excitations.{name}: the motor may stick at about {where}. The vibration takes up {much} there, torque "
             f"and load leave {rest}. Take more damping, less unbalance or more torque."

@@ -17,6 +17,8 @@ from vibopt.records import dataclass
 
 _EVEN, _AROUND = 600, 200
 """Speeds looked at evenly, and around each resonance."""
+_BARE = 1e-10
+"""Damping ratio below which a resonance has none."""
 
 
 @dataclass(frozen=True)
@@ -30,20 +32,57 @@ class ByTorque:
     def taken(self, speeds: FloatArray) -> FloatArray:
         """Mean torque that the steady vibration takes up [N m]: force times velocity over the speed, (n,)."""
         force = np.asarray(self.motor.unbalance * speeds**2, dtype=complex)
-        moved = self.machine.shake(speeds, {self.on: force}, {}).points[self.on]
-        with np.errstate(invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moved = self.machine.shake(speeds, {self.on: force}, {}).points[self.on]
             return np.asarray(np.nan_to_num(0.5 * np.real(force * np.conj(1j * moved)), nan=np.inf))
+
+    @cached_property
+    def speeds(self) -> FloatArray:
+        """Speeds of the way, close together around each resonance, rising, (n,) [rad/s]."""
+        low, high = sorted((self.motor.begins, self.motor.stays))
+        poles = self.machine.poles()
+        around = np.abs(poles.real)[:, None] + np.abs(poles.imag)[:, None] * np.linspace(-8.0, 8.0, _AROUND)
+        speeds = np.unique(np.concatenate([np.linspace(low, high, _EVEN), np.clip(around.ravel(), low, high)]))
+        return np.asarray(speeds[speeds > 0.0])
+
+    @property
+    def held_at(self) -> float:
+        """The first speed on the way up at which load and vibration take all that the motor gives [rad/s]."""
+        from scipy.optimize import brentq
+
+        rates = self.rate(self.speeds)
+        stuck = int(np.argmax(rates <= 0.0))
+        if stuck == 0:
+            return float(self.speeds[0] if rates[0] <= 0.0 else self.dearest[0])
+        before = float(rates[stuck - 1])
+
+        def left(speed: float) -> float:
+            """As a part of what is left before; an undamped resonance takes without end."""
+            return max(float(self.rate(np.array([speed]))[0]) / before, -1.0)
+
+        return float(brentq(left, float(self.speeds[stuck - 1]), float(self.speeds[stuck])))
+
+    @cached_property
+    def _endless(self) -> float | None:
+        """The first undamped resonance on the way that the unbalance excites [rad/s]; None without one."""
+        low, high = sorted((self.motor.begins, self.motor.stays))
+        poles = self.machine.poles()
+        bare = np.sort(poles.real[(np.abs(poles.imag) <= _BARE * poles.real) & (poles.real > low)])
+        for one in bare[bare < high]:
+            force = np.ones(2, dtype=complex)
+            near = self.machine.shake(one * (1.0 + np.array([1e-7, 1e-5])), {self.on: force}, {}).points[self.on]
+            if abs(near[0]) > 50.0 * abs(near[1]):  # a hundred times nearer, a hundred times greater
+                return float(one)
+        return None
 
     @cached_property
     def dearest(self) -> tuple[float, float, float]:
         """Where the vibration takes up the greatest part of what is left: speed [rad/s], torque, and what is left."""
         from scipy.optimize import minimize_scalar
 
-        low, high = sorted((self.motor.begins, self.motor.stays))
-        poles = self.machine.poles()
-        around = np.abs(poles.real)[:, None] + np.abs(poles.imag)[:, None] * np.linspace(-8.0, 8.0, _AROUND)
-        speeds = np.unique(np.concatenate([np.linspace(low, high, _EVEN), np.clip(around.ravel(), low, high)]))
-        speeds = speeds[speeds > 0.0]
+        if self._endless is not None and self._sense > 0.0:
+            return self._endless, float("inf"), float(self.motor.left(np.array([self._endless]))[0])
+        speeds = self.speeds
 
         def part(speed: Any) -> FloatArray:
             at = np.atleast_1d(speed)
