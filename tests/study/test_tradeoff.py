@@ -177,3 +177,12 @@ def test_what_cannot_be_weighed_is_said(against: str, points: int, words: str) -
     with pytest.raises(InputError) as error:
         vo.tradeoff(vo.read(PRESS), against, points)
     assert str(error.value) == words
+
+
+def test_a_response_in_words_is_named_as_it_was_given() -> None:
+    with pytest.raises(InputError) as error:
+        vo.tradeoff(vo.read(PRESS), against="displacement of nobody")
+    assert str(error.value) == (
+        'rao_9_34.toml: --against "displacement of nobody": measure.of = "nobody" names no body of this scene. '
+        "Known: press."
+    )

@@ -188,6 +188,8 @@ def _check_count(ranges: Mapping[str, str], points: int | None, sample: Sample, 
     if points is not None and points < 2:
         raise InputError(f"--points {points} is not between 2 and {MOST_POINTS}.")
     count = how_many(ranges, points, sample)
+    if count > most > MOST_POINTS:
+        raise InputError(f"{count} points are more than the {most} of one sweep. Take fewer --points.")
     if count > most:
         raise InputError(
             f"{count} points are {count} answers, more than the {MOST_POINTS} that are answered unasked. Take fewer "

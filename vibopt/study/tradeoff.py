@@ -154,9 +154,14 @@ def _bounded(job: Job, against: str) -> tuple[Job, str]:
     if table is None:
         known = [*(f"limits.{one}" for one in job.document.get("limits", {})), *(f"measures.{one}" for one in tables)]
         raise InputError(f"{job.name}: --against {against} is none of its limits or measures.{way_out(against, known)}")
-    name = name if words.startswith("measures.") else "second_goal"
+    name = name if words.startswith("measures.") else _IN_WORDS
     document = {**job.document, "measures": {**tables, name: dict(table)}}
-    found = answer(of_document(document, Mistakes(job.name, None)), explain=False)
+    try:
+        measured = of_document(document, Mistakes(job.name, None))
+    except InputError as error:
+        words = f'--against "{against}": measure'
+        raise InputError([one.replace(f"measures.{_IN_WORDS}", words) for one in error.messages]) from None
+    found = answer(measured, explain=False)
     row = found.measures.get(name)
     if row is None or not 0.0 < row.value.value < np.inf:
         raise InputError(f"{job.name}: --against {against}: the best design has no such value to begin from.")
@@ -188,6 +193,9 @@ def _table(words: str) -> dict[str, str] | None:
     pairs: dict[str, str] = dict(zip(parts[1::2], parts[2::2], strict=True))
     return {"response": parts[0].strip().replace(" ", "_"), **pairs} if re.fullmatch(r"[a-z_ ]+", parts[0]) else None
 
+
+_IN_WORDS = "second_goal"
+"""Name of the limit of a response in words."""
 
 Holds = Callable[[Point | None], bool]
 Gap = tuple[float, float, Holds]
