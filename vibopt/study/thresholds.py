@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
@@ -192,6 +191,8 @@ def _meetings(margins: Margins, low: float, high: float) -> list[float]:
     first, last = margins.above(low), margins.above(high)
     if first is None or last is None or first.shape != last.shape:
         return []
+    from scipy.optimize import brentq
+
     found = []
     for index in np.flatnonzero(first * last < 0.0):
 
@@ -223,6 +224,8 @@ def _top(margins: Margins, three: list[float]) -> float | None:
 
 def _climbed(margins: Margins, three: list[float], index: int) -> float | None:
     """Up to the top of one limit between the outer two of three; the first failing value met on the way."""
+    from scipy.optimize import minimize_scalar
+
     bad: list[float] = []
 
     def fall(value: float) -> float:
@@ -245,6 +248,8 @@ def _climbed(margins: Margins, three: list[float], index: int) -> float | None:
 
 def _edge(margins: Margins, good: float, bad: float) -> float:
     """The first failing value between a good and a bad one, to the last digits."""
+    from scipy.optimize import brentq
+
     root = float(brentq(margins.most, good, bad, xtol=1e-300, rtol=4.0 * np.finfo(float).eps, maxiter=200))
     step = 4.0 * np.finfo(float).eps * max(abs(root), 1e-6 * abs(bad - good))
     way = 1.0 if bad > good else -1.0
