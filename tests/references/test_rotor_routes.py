@@ -1,0 +1,194 @@
+"""Recorded answers of the rotors: two-node elements of the textbook, both planes together, extrapolated."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq, minimize_scalar
+
+from vibopt.units import read_quantity
+
+PROBLEMS = Path(__file__).parents[2] / "problems/shafts"
+RPM = np.pi / 30.0
+DIMENSIONS = {
+    "length": "length", "diameter": "length", "inner_diameter": "length", "at": "length", "width": "length",
+    "outer_diameter": "length", "mass": "mass", "diametral": "inertia", "polar": "inertia", "density": "density",
+    "modulus": "modulus", "stiffness": "stiffness", "damping": "damping",
+}  # fmt: skip
+
+
+def said(table: Any, key: str) -> float:
+    return float(read_quantity(table[key], DIMENSIONS[key]).value) if key in table else 0.0
+
+
+def element(long: float, outer: float, inner: float, table: Any) -> tuple[Any, Any, Any]:
+    """Stiffness, inertia and polar inertia (4, 4) of Timoshenko's beam, by its static shapes and quadrature."""
+    modulus, density = said(table, "modulus"), said(table, "density")
+    area, second = np.pi * (outer**2 - inner**2) / 4.0, np.pi * (outer**4 - inner**4) / 64.0
+    hole = (inner / outer) ** 2
+    kappa = 7.8 * (1.0 + hole) ** 2 / (8.8 * (1.0 + hole) ** 2 + 23.6 * hole)  # Cowper, Poisson's ratio 0.3
+    phi = 12.0 * modulus * second / (kappa * modulus / 2.6 * area * long**2)
+    near, far = (4.0 + phi) * long**2, (2.0 - phi) * long**2
+    k = np.array([[12.0, 6 * long, -12.0, 6 * long], [6 * long, near, -6 * long, far],
+                  [-12.0, -6 * long, 12.0, -6 * long], [6 * long, far, -6 * long, near]])  # fmt: skip
+    points, weights = np.polynomial.legendre.leggauss(6)
+    s, weight = 0.5 + 0.5 * points, 0.5 * long * weights
+    w = np.array([1 - 3 * s**2 + 2 * s**3 + phi * (1 - s), long * (s - 2 * s**2 + s**3 + phi * (s - s**2) / 2),
+                  3 * s**2 - 2 * s**3 + phi * s, long * (s**3 - s**2 + phi * (s**2 - s) / 2)])  # fmt: skip
+    t = np.array([6 * (s**2 - s) / long, 1 - 4 * s + 3 * s**2 + phi * (1 - s), 6 * (s - s**2) / long,
+                  3 * s**2 - 2 * s + phi * s])  # fmt: skip
+    moves, tilts = ((one * weight) @ one.T / (1.0 + phi) ** 2 for one in (w, t))
+    stiff = k * modulus * second / (long**3 * (1.0 + phi))
+    return stiff, density * (area * moves + second * tilts), 2.0 * density * second * tilts
+
+
+class Rotor:
+    """Stiffness, inertia, damping and polar inertia of one plane; `first`: a diameter [m] of the first section."""
+
+    def __init__(self, stem: str, many: int, first: float) -> None:
+        document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
+        (table,) = document["rotors"].values()
+        ends = np.concatenate([[0.0], np.cumsum([said(one, "length") for one in table["sections"]])])
+        places = {name: said({"at": at}, "at") for name, at in table["stations"].items()}
+        places |= {one["name"]: said(one, "at") for one in table["discs"]}
+        cuts = np.unique(np.round([*ends, *places.values()], 9))
+        pieces = [np.linspace(a, b, many + 1)[:-1] for a, b in pairwise(cuts)]
+        nodes = np.concatenate([*pieces, cuts[-1:]])
+        self.at = {name: 2 * int(np.abs(nodes - place).argmin()) for name, place in places.items()}
+        self.k, self.m, self.c, self.p = (np.zeros((2 * len(nodes), 2 * len(nodes))) for _ in range(4))
+        for i, (a, b) in enumerate(pairwise(nodes)):
+            which = int(np.searchsorted(ends, 0.5 * (a + b))) - 1
+            section = table["sections"][which]
+            outer = first if first and not which else said(section, "diameter")
+            here = slice(2 * i, 2 * i + 4)
+            parts = element(b - a, outer, said(section, "inner_diameter"), table)
+            for target, part in zip((self.k, self.m, self.p), parts, strict=True):
+                target[here, here] += part
+        for one in table["discs"]:
+            self._disc(one)
+        self.links = document["links"]
+        for link in self.links.values():
+            i = self.at[link["between"][0]]
+            self.k[i, i] += said(link, "stiffness")
+            self.c[i, i] += said(link, "damping")
+
+    def _disc(self, one: Any) -> None:
+        i, mass, diametral, polar = self.at[one["name"]], said(one, "mass"), said(one, "diametral"), said(one, "polar")
+        if not mass:
+            outer, inner, wide = (said(one, key) for key in ("outer_diameter", "inner_diameter", "width"))
+            mass = said(one, "density") * np.pi / 4.0 * (outer**2 - inner**2) * wide
+            polar = mass * (outer**2 + inner**2) / 8.0
+            diametral = polar / 2.0 + mass * wide**2 / 12.0
+        self.m[i, i] += mass
+        self.m[i + 1, i + 1] += diametral
+        self.p[i + 1, i + 1] += polar
+
+    def orbit(self, on: str, unbalance: float, of: str, spin: float) -> float:
+        """Major half axis of the orbit at a place [m], of an unbalance [kg m] that turns; x and y solved together."""
+        one = self.k - spin**2 * self.m + 1j * spin * self.c
+        across = 1j * spin**2 * self.p  # spin times polar inertia times the rate of the other plane
+        force = np.zeros(len(one))
+        force[self.at[on]] = unbalance * spin**2
+        both = np.linalg.solve(np.block([[one, across], [-across, one]]), np.concatenate([force, -1j * force]))
+        x, y = both[self.at[of]], both[len(one) + self.at[of]]
+        return float(np.sqrt(0.5 * (abs(x) ** 2 + abs(y) ** 2 + abs(x**2 + y**2))))
+
+    def force(self, on: str, unbalance: float, link: str, spin: float) -> float:
+        """That a link passes on [N]."""
+        dynamic = said(self.links[link], "stiffness") + 1j * spin * said(self.links[link], "damping")
+        return abs(dynamic) * self.orbit(on, unbalance, self.links[link]["between"][0], spin)
+
+    def critical(self, sense: float) -> Any:
+        """Speeds of free whirl as fast as the spin, forward (1) or backward (-1), ascending [rad/s]."""
+        inverse = eigh(self.m - sense * self.p, self.k, eigvals_only=True)
+        return 1.0 / np.sqrt(inverse[inverse > 0.0][::-1])
+
+
+def limit(ask: Callable[[Rotor], float], stem: str, first: float = 0.0, many: int = 2) -> float:
+    """Of ever finer elements, whose error falls by four and then by sixteen at each halving."""
+    coarse, fine, finest = (ask(rotor(stem, one, first)) for one in (many, 2 * many, 4 * many))
+    return (64.0 * finest - 20.0 * fine + coarse) / 45.0
+
+
+@cache
+def rotor(stem: str, many: int, first: float) -> Rotor:
+    return Rotor(stem, many, first)
+
+
+def expected(stem: str) -> dict[str, Any]:
+    document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
+    return {one["path"]: one["value"] for one in document["expected"]}
+
+
+def lengths(pairs: Any) -> Any:
+    return [read_quantity(one, "length").value for pair in pairs for one in pair]
+
+
+def greatest(ask: Callable[[Rotor, float], float], stem: str, low: float, high: float) -> tuple[float, float]:
+    """Where a range of spins answers most [rad/s], by a net and then a search in it, and how much."""
+    spins = np.linspace(low, high, 601)
+    near = int(np.argmax([ask(rotor(stem, 2, 0.0), float(one)) for one in spins]))
+    ends = tuple(spins[np.clip([near - 1, near + 1], 0, len(spins) - 1)])
+    found: Any = minimize_scalar(
+        lambda spin: -limit(lambda one: ask(one, spin), stem), bounds=ends, options={"xatol": 1e-7 * high}
+    )
+    return float(found.x), -float(found.fun)
+
+
+def test_the_diameters_of_the_fan_end_where_it_whirls_as_fast_as_the_edge_of_a_band() -> None:
+    stem, running = "fan_on_a_stepped_shaft", 1480.0 * RPM
+    bands = [(0.85 * order * running, 1.15 * order * running) for order in (1, 2)]
+
+    def root(edge: float) -> float:
+        found = brentq(lambda wide: limit(lambda one: one.critical(1.0)[0], stem, wide) - edge, 0.05, 0.14, xtol=1e-11)
+        return float(found)
+
+    found = lengths(expected(stem)["set"])
+    assert found == pytest.approx([0.05, root(bands[1][0]), root(bands[1][1]), 0.14], rel=2e-7)
+    for wide in np.linspace(0.05, 0.14, 91):
+        one = rotor(stem, 2, float(wide))
+        apart = not any(low < speed < high for speed in one.critical(1.0) for low, high in bands)
+        far = one.orbit("fan", 6e-4, "fan", running)
+        force = one.force("fan", 6e-4, "fan_bearing", running)
+        assert (apart and far <= 5e-5 and force <= 2e3) == (not found[1] < wide < found[2])
+
+
+def test_the_speeds_of_the_pump_end_where_the_impeller_takes_a_quarter_of_the_clearance() -> None:
+    stem = "pump_rotor"
+
+    def far(one: Rotor, spin: float) -> float:
+        return one.orbit("impeller", 4.5e-4, "impeller", spin)
+
+    peak, most = greatest(far, stem, 300.0 * RPM, 6000.0 * RPM)
+    sides = [(300.0 * RPM, peak), (peak, 6000.0 * RPM)]
+    ends = [brentq(lambda spin: limit(lambda one: far(one, spin), stem) - 5e-5, *side, xtol=1e-9) for side in sides]
+    right, pairs = expected(stem), expected(stem)["set"]
+    rates = [read_quantity(one, "angular_rate").value for pair in pairs for one in pair]
+    assert rates == pytest.approx([300.0 * RPM, ends[0], ends[1], 6000.0 * RPM], rel=2e-7)
+    assert read_quantity(right["limits.wear_ring.value"], "length").value == pytest.approx(most, rel=2e-7)
+
+
+@pytest.mark.parametrize("name", ["first", "second", "third", "front", "rear"])
+def test_the_turbine_whirls_most_on_its_way_up(name: str) -> None:
+    stem, bearing = "three_disc_turbine", name in ("front", "rear")
+
+    def ask(one: Rotor, spin: float) -> float:
+        return (one.force if bearing else one.orbit)("second", 1.6e-3, f"{name}_bearing" if bearing else name, spin)
+
+    _, most = greatest(ask, stem, 1.0, 6000.0 * RPM)
+    right = expected(stem)[f"measures.{name}.value"]
+    assert read_quantity(right, "force" if bearing else "length").value == pytest.approx(most, rel=2e-7)
+
+
+@pytest.mark.parametrize(("name", "sense"), [("forward", 1.0), ("backward", -1.0)])
+def test_critical_speeds_of_the_turbine(name: str, sense: float) -> None:
+    right = read_quantity(expected("three_disc_turbine")[f"measures.{name}.value"], "angular_rate").value
+    assert right == pytest.approx(limit(lambda one: one.critical(sense)[1], "three_disc_turbine"), rel=2e-7)
