@@ -147,6 +147,20 @@ def test_a_campbell_diagram_is_drawn_of_rotors_alone() -> None:
     assert caught.value.messages == ("scene: --campbell is of rotors, and there is none. Leave --campbell out.",)
 
 
+def test_a_campbell_diagram_of_a_set_of_values_says_how_to_choose_one() -> None:
+    document = friswell(sections=[{"length": "1.5 m", "diameter": {"from": "40 mm", "to": "60 mm"}}])
+    document["limits"] = {"apart": {"response": "critical_speed", "at_least": "100 rpm"}}
+    document["goal"] = {"find_all": "rotors.rotor.sections.1.diameter"}
+    del document["measures"]
+    with pytest.raises(InputError) as caught:
+        campbell_of(solve(from_dict(document)))
+    assert caught.value.messages == (
+        "scene: find_all answers with values of rotors.rotor.sections.1.diameter, and a Campbell diagram is of one "
+        'machine. Choose it: vibopt plot scene --campbell --set rotors.rotor.sections.1.diameter="50 mm" -o '
+        "campbell.svg",
+    )
+
+
 # Closed forms
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
@@ -60,7 +61,7 @@ def campbell_of(design: Design) -> Campbell:
     if not scene.rotors:
         raise InputError(f"{scene.name}: --campbell is of rotors, and there is none. Leave --campbell out.")
     if machine is None or not _spins(machine):
-        raise InputError(f"{scene.name}: there is no Campbell diagram: there is no design ({design.status}).")
+        raise InputError(_no_machine(design))
     bands = _running(scene)
     if not bands:
         raise InputError(
@@ -73,6 +74,21 @@ def campbell_of(design: Design) -> Campbell:
     forward, backward = _table([one[one > 0.0] for one in found]), _table([np.sort(-one[one < 0.0]) for one in found])
     critical, against = (one[one <= last] for one in (machine.critical_speeds(), machine.critical_speeds(-1.0)))
     return Campbell(spins, forward, backward, critical, against, bands)
+
+
+def _no_machine(design: Design) -> str:
+    """Why there is no Campbell diagram, and of which machine one would be."""
+    scene = design.scene
+    if design.found is None:
+        return f"{scene.name}: there is no Campbell diagram: there is no design ({design.status})."
+    (one,) = scene.variables
+    sets = [(a.value, b.value) for a, b in design.found]
+    low, high = max(sets, key=lambda ends: ends[1] - ends[0], default=(one.low, one.high))
+    there = Entry(0.5 * (low + high), one.dimension, one.unit).shown
+    return (
+        f"{scene.name}: find_all answers with values of {one.path}, and a Campbell diagram is of one machine. Choose "
+        f'it: vibopt plot {scene.name} --campbell --set {one.path}="{there}" -o campbell.svg'
+    )
 
 
 def _spins(machine: Machine) -> TypeGuard[RotatingMachine]:
