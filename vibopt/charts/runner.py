@@ -7,7 +7,15 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 
-from vibopt.charts import absorber_cases, balancing_cases, isolation_cases, mount_fidelity, shock_cases
+from vibopt.charts import (
+    absorber_cases,
+    balancing_cases,
+    friction_cases,
+    isolation_cases,
+    mount_fidelity,
+    run_up_cases,
+    shock_cases,
+)
 from vibopt.charts import own_scenes as own
 from vibopt.charts.fidelity import Fidelity, on_both_models
 from vibopt.charts.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Case, Table, Trial
@@ -18,7 +26,7 @@ Progress = Callable[[str, float], None]
 CLASSES = (RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES)
 FAMILIES: Mapping[str, ModuleType] = {
     "isolation": isolation_cases, "absorbers": absorber_cases, "balancing": balancing_cases, "mounts": mount_fidelity,
-    "shock": shock_cases,
+    "shock": shock_cases, "run_up": run_up_cases, "friction": friction_cases,
 }  # fmt: skip
 """Each has its cases and methods as tables, `speed` and `hard`, and the rows of `fidelity`."""
 

@@ -26,7 +26,7 @@ _files = click.argument("files", metavar="[FILE]...", nargs=-1)
 _quick = click.option("--quick", is_flag=True, help="Fewer scenes, methods and runs; which ones is fixed.")
 _family = click.option(
     "--family",
-    type=click.Choice(["isolation", "absorbers", "balancing", "mounts", "shock"]),
+    type=click.Choice(["isolation", "absorbers", "balancing", "mounts", "shock", "run_up", "friction"]),
     help="Stock cases of one kind only; all if left out.",
 )
 _figure = click.option(

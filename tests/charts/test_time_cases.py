@@ -1,0 +1,79 @@
+"""The truths of the charts of run-ups and dry friction: each by another route."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vibopt.charts import friction_cases, run_up_cases
+from vibopt.charts.friction_cases import Slip
+from vibopt.charts.run_up_cases import Passage
+from vibopt.charts.trial import DEFAULT, REFUSES, RIGHT, SILENT, UNPROVEN
+
+RUN_UPS, HARD_RUN_UPS = run_up_cases.speed(quick=True), run_up_cases.hard(quick=True)
+SLIPS, HARD_SLIPS = friction_cases.speed(quick=True), friction_cases.hard(quick=True)
+EVERY = [(table, *row) for table in (RUN_UPS, HARD_RUN_UPS, SLIPS, HARD_SLIPS) for row in table.cases]
+
+
+@pytest.mark.parametrize(("table", "case", "given"), EVERY, ids=[case.name for _, case, _ in EVERY])
+def test_vibopt_is_right_in_every_row(
+    table: run_up_cases.Table, case: run_up_cases.Case, given: Slip | Passage
+) -> None:
+    one = table.tried(case, given, DEFAULT, 1)
+    assert (one.verdict, one.error < 3e-7) == (RIGHT, True), one.error
+
+
+@pytest.mark.parametrize("rate", [0.02, 0.2, 5.0])
+def test_the_truth_of_a_run_up_is_duhamels_integral(rate: float) -> None:
+    """One mass, by Gauss's rule on short panels: neither a frame nor an integrator nor Faddeeva's function."""
+    one = Passage(1, 0.05, 0.3, 2.5, rate)
+    size, when = run_up_cases.truth(one)
+    turn, fade = np.sqrt(1.0 - 0.05**2), 0.05
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    edges = np.unique(np.append(np.linspace(0.0, when, int(8.0 * when) + 8), min(one.length, when)))
+    half = 0.5 * np.diff(edges)[:, None]
+    at = edges[:-1, None] + half * (1.0 + nodes)
+    rising = np.minimum(at, one.length)
+    phase = 0.3 * rising + 0.5 * rate * rising**2 + 2.5 * (at - rising)
+    blow = np.exp(-fade * (when - at)) * np.sin(turn * (when - at)) / turn
+    driven = complex((half * weights * blow * np.exp(1j * phase)).sum())
+    begun = 1.0 / (1.0 - 0.3**2 + 2j * 0.05 * 0.3)
+    wave = np.exp(-fade * when)
+    free = begun * wave * (np.cos(turn * when) + (fade + 0.3j) / turn * np.sin(turn * when))
+    assert abs(driven + free) == pytest.approx(size, rel=1e-9)
+
+
+def test_a_slow_run_up_is_steady_and_the_asymptote_is_off_at_ordinary_rates() -> None:
+    steady = 0.5 / 0.05 / np.sqrt(1.0 - 0.05**2)
+    slow = [case.goal for case, one in HARD_RUN_UPS.cases if one.rate < 1e-5]
+    assert slow == pytest.approx([steady, steady], rel=2e-5)
+    rows = [HARD_RUN_UPS.tried(case, one, "asymptote", 1) for case, one in HARD_RUN_UPS.cases if one.rate > 1e-5]
+    assert {one.verdict for one in rows} == {UNPROVEN, REFUSES}
+    fresnel = run_up_cases.by_asymptote(Passage(1, 1e-9, 0.7, 1.5, 4e-3)).answer
+    undamped, _ = run_up_cases.truth(Passage(1, 0.0, 0.7, 1.5, 4e-3))
+    assert undamped == pytest.approx(fresnel, rel=0.05)
+    assert HARD_RUN_UPS.tried(*HARD_RUN_UPS.cases[0], "dop853", 1).status == REFUSES
+
+
+def test_equivalent_viscous_damping_is_silently_wrong_and_says_that_nothing_moves_at_the_edge() -> None:
+    rows = {case.family: set[str]() for case, _ in HARD_SLIPS.cases}
+    for case, one in HARD_SLIPS.cases:
+        rows[case.family].add(HARD_SLIPS.tried(case, one, "equivalent viscous", 1).verdict)
+    assert rows["at the edge of holding"] == {SILENT}
+    assert SILENT in rows["stops in the cycle"]
+    assert friction_cases.by_equivalent_viscous(Slip(0.8, 0.02, 0.95)).claim == "nothing moves"
+
+
+@pytest.mark.parametrize(
+    "one", [Slip(0.6, 0.02, 0.6), Slip(0.4, 0.02, 0.5), Slip(0.8, 0.02, 0.95), Slip(1.5, 0.02, 0.6)]
+)
+def test_the_integrator_repeats_the_truth_of_friction(one: Slip) -> None:
+    assert friction_cases.by_dop853(one).answer == pytest.approx(friction_cases.truth(one), rel=1e-6)
+
+
+@pytest.mark.parametrize("one", [Slip(0.6, 0.0, 0.2), Slip(1.5, 0.0, 0.3)])
+def test_the_truth_of_friction_without_stops_is_den_hartogs(one: Slip) -> None:
+    """Undamped (1931): z = (1 / (1 - r^2)^2 - (f u)^2)^(1/2), u = sin(pi / r) / (r (1 + cos(pi / r)))."""
+    turned = np.sin(np.pi / one.r) / (one.r * (1.0 + np.cos(np.pi / one.r)))
+    expected = np.sqrt(1.0 / (1.0 - one.r**2) ** 2 - (one.friction * turned) ** 2)
+    assert friction_cases.truth(one) == pytest.approx(expected, rel=1e-4 if one.r < 1.0 else 1e-3)

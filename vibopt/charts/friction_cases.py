@@ -1,0 +1,208 @@
+"""Dry friction in the charts: how far one mass swings on a link that slips, stops or holds.
+
+Asked are vibopt, DOP853 with events, and equivalent viscous damping; the truth goes from stop to stop in closed form,
+from rest, until it repeats.  Time is counted in radians of the force, lengths in static deflections under it:
+r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.charts.trial import DEFAULT, FEASIBLE, Case, Said, Table, Trial, judged
+from vibopt.mechanics.dry_friction import Rub
+from vibopt.records import dataclass
+
+if TYPE_CHECKING:
+    from vibopt.charts.fidelity import Fidelity
+
+FRICTION = "friction"
+_CLOSE, _TINY, _REPEATS, _CYCLES = 1e-9, 1e-12, 1e-7, 400
+"""Tolerances of the integrator; change of the greatest from cycle to cycle that ends it, and most cycles."""
+_SETTLED, _ROUND, _MOST, _LOOKS = 1e-13, 1e-15, 4000, 400
+"""Of the truth: change of the state that ends it, as a part and by rounding; half cycles, looks in one."""
+
+
+@dataclass(frozen=True)
+class Slip:
+    """One mass under a force of one.
+
+    r, ratio, friction
+        Frequency over the natural one; viscous damping over critical; friction over the amplitude of the force.
+    """
+
+    r: float
+    ratio: float
+    friction: float
+
+
+def by_vibopt(one: Slip) -> Said:
+    """Half a cycle closed in itself."""
+    found = Rub(one.r, one.ratio, one.friction).greatest(0, 1.0, 0j)
+    return Said("optimal", "half a cycle from stop to stop, closed by Newton's method", found)
+
+
+def by_dop853(one: Slip) -> Said:
+    """scipy's Runge-Kutta method, stopped and begun anew where the mass stops, from rest until the greatest repeats."""
+    from scipy.integrate import solve_ivp
+
+    theta, z, v, last, most = 0.0, 0.0, 0.0, 0.0, 0.0
+
+    def stops(_: float, now: FloatArray) -> float:
+        return float(now[1])
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    for cycle in range(_CYCLES):
+        last, most, until = most, 0.0, 2.0 * np.pi * (cycle + 1)
+        while theta < until - 1e-12:
+            if v == 0.0:
+                push = np.cos(theta) - z
+                side = np.sign(push) if abs(push) > one.friction else 0.0
+                if not side:
+                    theta, side = _leaves(one, theta, z, until)
+                    if theta >= until:
+                        break
+            else:
+                side = np.sign(v)
+
+            def rates(at: float, now: FloatArray, side: float = float(side)) -> list[float]:
+                rest = np.cos(at) - side * one.friction - now[0]
+                return [now[1], rest / one.r**2 - 2.0 * one.ratio / one.r * now[1]]
+
+            stops.direction = -side  # type: ignore[attr-defined]
+            found: Any = solve_ivp(rates, (theta, until), [z, v], "DOP853", events=stops, rtol=_CLOSE, atol=_TINY)
+            theta, (z, v) = float(found.t[-1]), found.y[:, -1].tolist()
+            v = 0.0 if found.status == 1 else v
+            most = max(most, float(np.abs(found.y[0]).max()))
+        theta, most = until, max(most, abs(z))
+        if abs(most - last) <= _REPEATS * most:
+            return Said("feasible", f"repeats to {_REPEATS:g} in cycle {cycle + 1}", most)
+    return Said("unproven", f"does not repeat in {_CYCLES} cycles", most)
+
+
+def by_equivalent_viscous(one: Slip) -> Said:
+    """A damper that takes as much in a cycle: (1 - r^2)^2 Z^2 + (2 zeta r Z + 4 f / pi)^2 = 1."""
+    beside, push = 2.0 * one.ratio * one.r, 4.0 / np.pi * one.friction
+    square = (1.0 - one.r**2) ** 2 + beside**2
+    root = max((beside * push) ** 2 - square * (push**2 - 1.0), 0.0)
+    size = max(float((np.sqrt(root) - beside * push) / square), 0.0)
+    return Said("optimal", "a damper that takes as much in a cycle" if size else "nothing moves", size)
+
+
+METHODS: dict[str, Callable[[Slip], Said]] = {
+    DEFAULT: by_vibopt, "dop853": by_dop853, "equivalent viscous": by_equivalent_viscous,
+}  # fmt: skip
+
+
+def truth(one: Slip) -> float:
+    """Slip for slip in closed form, each stop by Brent's method, from rest until half a cycle repeats with its sign."""
+    state, best = np.zeros(2), 0.0
+    for _ in range(_MOST):
+        behind, best = _half(one, state)
+        if np.abs(state + behind).max() <= _SETTLED * best + _ROUND:
+            return best
+        state = -behind
+    return best
+
+
+def _half(one: Slip, state: FloatArray) -> tuple[FloatArray, float]:
+    """State behind half a cycle from theta = 0, and its greatest place."""
+    from scipy.optimize import brentq
+
+    theta, z, v, best = 0.0, float(state[0]), float(state[1]), abs(float(state[0]))
+    while theta < np.pi:
+        side = float(np.sign(v))
+        if not side:
+            push = np.cos(theta) - z
+            side = float(np.sign(push)) if abs(push) > one.friction else 0.0
+        if not side:
+            theta, side = _leaves(one, theta, z, np.pi)
+            if theta >= np.pi:
+                break
+        moved = _moved(one, theta, z, v, side)
+        tau = np.linspace(0.0, np.pi - theta, _LOOKS)[1:]
+        back = np.flatnonzero(side * moved(tau)[1] <= 0.0)
+        back = back[back > 0] if not v else back
+        if len(back):
+            low = tau[back[0] - 1] if back[0] else 0.0
+            length = float(brentq(lambda at, moved=moved: float(moved(np.array([at]))[1][0]), low, tau[back[0]],
+                                  xtol=1e-15))  # fmt: skip
+        else:
+            length = np.pi - theta
+        places, speeds = moved(np.array([length]))
+        theta, z, v = theta + length if len(back) else np.pi, float(places[0]), 0.0 if len(back) else float(speeds[0])
+        best = max(best, abs(z))
+    return np.array([z, v]), best
+
+
+Moved = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+
+def _moved(one: Slip, theta: float, z: float, v: float, side: float) -> Moved:
+    """Place and speed so long behind the beginning of a slip."""
+    fade, turn = one.ratio / one.r, np.sqrt(1.0 - one.ratio**2) / one.r
+    driven = np.exp(1j * theta) / (1.0 - one.r**2 + 2j * one.ratio * one.r)
+    place = z - driven.real + side * one.friction
+    rate = (v + driven.imag + fade * place) / turn
+
+    def moved(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        shrunk, force = np.exp(-fade * tau), driven * np.exp(1j * tau)
+        free = shrunk * (place * np.cos(turn * tau) + rate * np.sin(turn * tau))
+        slope = shrunk * turn * (rate * np.cos(turn * tau) - place * np.sin(turn * tau)) - fade * free
+        return free + force.real - side * one.friction, slope - force.imag
+
+    return moved
+
+
+def _leaves(one: Slip, theta: float, z: float, until: float) -> tuple[float, float]:
+    """When friction holds no longer, and the sense of the slip; `until` where it holds to there."""
+    found = []
+    for side in (1.0, -1.0):
+        level = z + side * one.friction
+        if abs(level) < 1.0:
+            found.append((theta + (-side * np.arccos(level) - theta) % (2.0 * np.pi), side))
+    first = min(found, default=(until, 0.0))
+    return first if first[0] < until else (until, 0.0)
+
+
+def speed(*, quick: bool) -> Table:
+    """From half the resonance to twice it, with weak and strong friction."""
+    rows = [Slip(r, 0.02, f) for r in ((0.6, 0.98, 1.5) if quick else (0.6, 0.9, 0.98, 1.05, 1.5)) for f in (0.2, 0.6)]
+    cases = [(_case(one, FRICTION), one) for one in rows]
+    return Table(cases, METHODS, _judge, 1 if quick else 3, cases[-1:])
+
+
+def hard(*, quick: bool) -> Table:
+    """Next to the resonance, at the edge of holding, with stops."""
+    rows = [
+        ("friction next to resonance", Slip(1.02, 0.005, 0.79)), ("friction next to resonance", Slip(1.0, 0.01, 0.7)),
+        ("at the edge of holding", Slip(0.8, 0.02, 0.95)), ("at the edge of holding", Slip(0.8, 0.02, 0.98)),
+        ("at the edge of holding", Slip(1.5, 0.02, 0.98)),
+        ("stops in the cycle", Slip(0.4, 0.02, 0.5)), ("stops in the cycle", Slip(0.15, 0.02, 0.3)),
+        ("stops in the cycle", Slip(0.15, 0.3, 0.7)),
+    ]  # fmt: skip
+    cases = [(_case(one, family), one) for family, one in rows]
+    return Table(cases, METHODS, _judge, 1, cases[-1:])
+
+
+def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
+    """None: there is one mass."""
+    return []
+
+
+def _case(one: Slip, family: str) -> Case:
+    name = f"friction of {one.friction:g} of the force at {one.r:g} of the resonance, damping ratio {one.ratio:g}"
+    return Case(name, "", FEASIBLE, truth(one), "slip for slip in closed form", family)
+
+
+def _judge(case: Case, one: Slip, method: str, said: Said) -> Trial:
+    if said.answer is None:
+        return judged(case, method, said, np.nan, np.nan)
+    return judged(case, method, said, 0.0, abs(said.answer / case.goal - 1.0))
+
+
+__all__ = ["METHODS", "Slip", "fidelity", "hard", "speed", "truth"]
