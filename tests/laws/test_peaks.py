@@ -131,3 +131,45 @@ def test_every_crossing_of_one_mode_is_found_on_its_level(zeta: float, level: fl
     inner = [speed for speed in found if speed > 1e-6]  # a band may begin on the level itself
     assert inner == pytest.approx(list(truth), rel=1e-9)
     assert modes(np.array(found)) == pytest.approx(np.full(len(found), level), rel=1e-8)
+
+
+@few
+@given(
+    gaps=st.lists(st.floats(0.02, 1.0), min_size=3, max_size=9).filter(lambda one: len(one) % 2 == 1),
+    start=st.floats(0.05, 1.0),
+    zetas=st.sampled_from([0.0, 0.0, 1e-9, 1e-4]),
+    wide=st.booleans(),
+)
+def test_the_least_is_at_a_zero_between_poles_however_sharp(
+    gaps: list[float], start: float, zetas: float, wide: bool
+) -> None:
+    """A driving point: poles and zeros take turns, and every zero without damping is one of the response."""
+    places = start + np.cumsum([0.0, *gaps])
+    own, zeros = places[::2], places[1::2][: len(places[::2]) - 1]
+
+    def response(speed: np.ndarray) -> np.ndarray:
+        w = np.asarray(speed, dtype=float)[..., None]
+        with np.errstate(all="ignore"):
+            above = ((zeros - w) * (zeros + w)).prod(axis=-1)
+            return np.abs(above / ((own - w) * (own + w) + 2j * zetas * own * w).prod(axis=-1))
+
+    poles = np.array([side * w0 * np.sqrt(1.0 - zetas**2) + 1j * zetas * w0 for w0 in own for side in (1.0, -1.0)])
+    low, high = (0.5 * start, places[-1] + 1.0) if wide else (0.5 * (own[0] + zeros[0]), 0.5 * (zeros[0] + own[1]))
+    found = least(response, (Band(float(low), float(high)),), poles, NONE)
+    assert found.value <= 1e-9 * float(response(np.array([low]))[0])
+    assert np.abs(zeros - found.speed).min() < 1e-9 * high
+
+
+@pytest.mark.parametrize("band", [(0.1, 3.0), (0.7, 3.0), (0.7, 1.7)])
+def test_two_undamped_masses_stand_still_at_the_own_frequency_of_the_second(band: tuple[float, float]) -> None:
+    """Two masses of 1 kg on springs of 1 N/m, the first is shaken: rounding beside a pole hid the standstill at 1 rad/s."""
+
+    def response(speed: np.ndarray) -> np.ndarray:
+        w = np.asarray(speed, dtype=float)
+        with np.errstate(all="ignore"):
+            return np.abs((1.0 - w**2) / ((2.0 - w**2) * (1.0 - w**2) - 1.0))
+
+    own = np.sqrt((3.0 + np.sqrt(5.0) * np.array([-1.0, 1.0])) / 2.0)
+    found = least(response, (Band(*band),), np.concatenate([own, -own]) + 0j, NONE)
+    assert found.value < 1e-11
+    assert found.speed == pytest.approx(1.0, abs=1e-11)

@@ -9,6 +9,7 @@ means an infinite amplitude.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,7 @@ _REACH = 0.35
 _FINEST = 1e-9
 _REAL = 4e-16
 _CLOSE = 1e-3
+_NO_SCALE = 1e-300
 _LEVEL = 1e-6
 _STEP = float(_FINE[1] - _FINE[0])
 _FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
@@ -159,14 +161,15 @@ def _inside(
     response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, *, least: bool, keep: float
 ) -> list[Extreme]:
     sign = -1.0 if least else 1.0
-    low, high, squares = _resolved(response, *_intervals(band, poles, breaks))
+    low, high, squares = _resolved(response, *_intervals(band, poles, breaks), _NO_SCALE if least else 0.0)
     if not len(low):
         return []
     centre, half = 0.5 * (low + high), 0.5 * (high - low)
     fine = sign * (squares @ _TO_FINE.T)
     outward = sign * (squares @ _ENDS.T) * np.array([1.0, -1.0]) < -_LEVEL * np.abs(fine).max(axis=1, keepdims=True)
     known = outward & np.column_stack([low == band.low, high == band.high])
-    return _polish_all(response, centre, half, fine, sign, keep, _smooth(band, breaks), known)
+    top = -float(squares.min()) if least else float(fine.max())  # beside a pole the interpolant falls below zero
+    return _polish_all(response, centre, half, fine, top, sign, keep, _smooth(band, breaks), known)
 
 
 def _resolved(
@@ -174,7 +177,7 @@ def _resolved(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Halve intervals until the interpolant of each is good, and its squared values; drop those that end on a pole.
 
-    `scale` is the squared value that matters; 0 takes the greatest one met.
+    `scale` is the squared value that matters; 0 takes the greatest one met, `_NO_SCALE` counts each by its own.
     """
     squares = np.zeros((0, len(_NODES)))
     for rounds in range(13):
@@ -209,6 +212,7 @@ def _polish_all(
     centre: FloatArray,
     half: FloatArray,
     fine: FloatArray,
+    top: float,
     sign: float,
     keep: float,
     edges: FloatArray,
@@ -217,15 +221,17 @@ def _polish_all(
     """Local extremes of the fine values that may be the best, refined on the response itself.
 
     A peak may lie across the end of its interval, so only `edges`, where the response is not smooth, bound it.
-    `known` ends (n_intervals, 2) are those of the band from which the response falls: measured already.
+    `top` is the best square so far, times `sign`; `known` ends (n_intervals, 2) are those of the band from which the
+    response falls: measured already.
     """
     inner = np.zeros(fine.shape, dtype=bool)
     inner[:, 1:-1] = (fine[:, 1:-1] >= fine[:, :-2]) & (fine[:, 1:-1] >= fine[:, 2:])
     inner[:, 0] = (fine[:, 0] >= fine[:, 1]) & ~known[:, 0]
     inner[:, -1] = (fine[:, -1] >= fine[:, -2]) & ~known[:, 1]
-    top = float(fine.max())
-    room = _CLOSE * max(abs(top), 0.0)
-    threshold = top * keep**2 - room if sign > 0 else top - room - 1e-6 * float(np.abs(fine).max())
+    room = _CLOSE * abs(top)
+    threshold: Any = top * keep**2 - room
+    if sign < 0:  # a zero between two fine places stands out of its interval by less
+        threshold = 4.0 * top - _CLOSE * np.abs(fine).max(axis=1, keepdims=True)
     rows, columns = np.nonzero(inner & (fine >= threshold))
     if not len(rows):
         return []
