@@ -418,3 +418,33 @@ def test_what_is_refused(text: str, said: str) -> None:
     with pytest.raises(InputError) as caught:
         from_text(text, name="t")
     assert said in caught.value.messages
+
+
+def test_a_bearing_with_a_tolerance_has_its_worst_at_the_softest() -> None:
+    text = """
+[rotors.r]
+modulus = "207 GPa"
+density = "7850 kg/m3"
+sections = [{ length = "900 mm", diameter = "50 mm" }]
+stations = { a = "0 mm", b = "900 mm" }
+discs = [{ name = "w", at = "450 mm", mass = "10 kg" }]
+[links.one]
+between = ["a", "ground"]
+stiffness = "30 MN/m"
+tolerance = "20 %"
+[links.two]
+between = ["b", "ground"]
+stiffness = "50 MN/m"
+[excitations.u]
+kind = "unbalance"
+on = "w"
+unbalance = "600 g mm"
+speed = "1480 rpm"
+[limits.x]
+response = "displacement"
+of = "w"
+at_most = "1 mm"
+"""
+    found = solve(from_text(text)).limits["x"].value.value
+    softest = text.replace('"30 MN/m"', '"24 MN/m"').replace('tolerance = "20 %"', "")
+    assert found == pytest.approx(solve(from_text(softest)).limits["x"].value.value, rel=1e-9)

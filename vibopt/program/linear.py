@@ -101,7 +101,10 @@ class Linear:
         n = model.n_free
         change = np.eye(n + 1)
         p = model.values(np.ones(model.n_vars))
-        if model.matrix(STIFFNESS, p)[:n, :n].any(axis=0).all():  # else rigid motion, which stands by itself as it is
+        held = (
+            model.matrix(STIFFNESS, p)[:n, :n].any(axis=0).all()
+        )  # else rigid motion, which stands by itself as it is
+        if held and not model.spins:  # a whirl has fewer modes than freedoms, where polar inertia outweighs the other
             with contextlib.suppress(np.linalg.LinAlgError):
                 change[:n, :n] = mode_shapes(model, p)[1]
         whole = change.T @ np.array([*blocks, nothing], dtype=complex) @ change

@@ -63,7 +63,7 @@ def sheet_of(file: FilePath) -> Sheet:
         raise InputError(f"{file.name} has {widest} columns, more than the {MOST_COLUMNS} that are read.")
     cells = [tuple(map(str.strip, row)) for row in parsed]
     rows = tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row))
-    return Sheet(rows, sign != "," or _quoted(cells))
+    return Sheet(rows, sign != "," or ('"' in text and _quoted(cells)))
 
 
 def _quoted(cells: list[tuple[str, ...]]) -> bool:
