@@ -162,7 +162,7 @@ def test_the_least_is_at_a_zero_between_poles_however_sharp(
 
 @pytest.mark.parametrize("band", [(0.1, 3.0), (0.7, 3.0), (0.7, 1.7)])
 def test_two_undamped_masses_stand_still_at_the_own_frequency_of_the_second(band: tuple[float, float]) -> None:
-    """Two masses of 1 kg on springs of 1 N/m, the first is shaken: rounding beside a pole hid the standstill at 1 rad/s."""
+    """Two masses of 1 kg on springs of 1 N/m, the first is shaken: rounding beside a pole hid what is at 1 rad/s."""
 
     def response(speed: np.ndarray) -> np.ndarray:
         w = np.asarray(speed, dtype=float)
