@@ -405,6 +405,27 @@ REFUSED = {
         "t line 12: links.b.rotating_damping turns with a shaft, beside rotors.r: the threshold of a rotor with "
         "gyroscopic moments is not answered yet. Leave it out; it does nothing in a steady whirl.",
     ),
+    "a threshold": (
+        HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"stability_threshold"'),
+        "t line 18: measures.m asks for the stability_threshold, which is not answered yet of a rotor with gyroscopic "
+        "moments. Ask for something else.",
+    ),
+    "a disc that cannot be": (
+        HEAD
+        + SHAFT
+        + 'discs = [{ name = "fan", at = "0.2 m", mass = "3 kg", diametral = "1 kg m2", polar = "2.1 kg m2" }]\n'
+        + TAIL,
+        "t line 7: rotors.r.discs[1] has a polar moment of inertia of more than twice the diametral one: there is no "
+        "such body. A thin disc has twice.",
+    ),
+    "a tolerance of a disc": (
+        HEAD
+        + SHAFT
+        + 'discs = [{ name = "fan", at = "0.2 m", mass = { value = "3 kg", tolerance = "5 %" } }]\n'
+        + TAIL,
+        "t line 7: rotors.r.discs.1.mass has a tolerance, which only bodies, links, absorbers and mounts can have so "
+        "far. Remove it.",
+    ),
     "the mass of all": (
         HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"total_mass"'),
         "t line 18: measures.m asks for the total_mass of all bodies, and rotors.r is not counted among them. Ask for "

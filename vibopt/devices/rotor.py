@@ -83,6 +83,12 @@ class RotorDisc(Table):
                 raise word(f"gives mass and {sizes[0]}. Keep the mass with its moments of inertia, or the sizes.")
             if (self.diametral is None) != (self.polar is None):
                 raise word('gives one moment of inertia. Write both: diametral = "0.4 kg m2" and polar = "0.8 kg m2".')
+            polar, diametral = (getattr(one, "value", None) for one in (self.polar, self.diametral))
+            if polar is not None and diametral is not None and polar > 2.0 * diametral * (1.0 + 1e-9):
+                raise word(
+                    "has a polar moment of inertia of more than twice the diametral one: there is no such body. A thin "
+                    "disc has twice."
+                )
             return self
         if len(sizes) < 3:
             raise word('needs its mass, or outer_diameter, width and density. Write mass = "30 kg".')

@@ -70,6 +70,13 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
     """Whether a response has no meaning with, or without, dampers that turn with a shaft; adds the mistake."""
     turns = turning(scene)
     if response.response == _THRESHOLD:
+        if scene.rotors:
+            mistakes.add(
+                path,
+                f"{dotted(path)} asks for the stability_threshold, which is not answered yet of a rotor with "
+                "gyroscopic moments. Ask for something else.",
+            )
+            return True
         if not turns and set(places.raw(scene, "links")) <= set(scene.links):
             mistakes.add(
                 path,

@@ -64,6 +64,10 @@ def _own(path: str, table: Table) -> Iterator[tuple[str, float]]:
     for key, value in vars(table).items():
         if isinstance(value, Table):
             yield from _own(f"{path}.{key}", value)
+        elif isinstance(value, (list, tuple)):
+            tables = [(number, one) for number, one in enumerate(value, start=1) if isinstance(one, Table)]
+            for number, one in tables:
+                yield from _own(f"{path}.{key}.{number}", one)
         elif isinstance(value, (Fact, Choice)) and value.tolerance > 0.0:
             yield f"{path}.{key}", value.tolerance
 
