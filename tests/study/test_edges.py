@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibopt import jobs
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
 from vibopt.study.edges import CLOSE, stretches
@@ -74,3 +75,37 @@ def test_points_are_told_as_they_come() -> None:
         read(PRESS), "limits.start_up.at_most", "5 mm..30 mm", 5, answered=lambda fact, point: came.append(point.status)
     )
     assert came == [point.status for point in found.points]
+
+
+ENGINE = """
+[engine]
+stroke = "90 mm"
+rod = "150 mm"
+speed = "4000 rpm"
+reciprocating = "0.6 kg"
+rotating = "0.5 kg"
+counterweight_share = { from = 0, to = 1 }
+[[cylinders]]
+crank = "0 deg"
+at = "0 mm"
+[limits.sec]
+response = "secondary_force"
+at_most = "1.6 kN"
+[limits.pri]
+response = "primary_force"
+at_most = "6 kN"
+[goal]
+minimise = "primary_force"
+"""
+
+
+def test_a_point_without_a_design_says_nothing_about_single_limits_and_one_event_is_told_once() -> None:
+    found = sweep(jobs.from_text(ENGINE), "engine.rod", "50 mm..250 mm", 5)
+    bad = [point for point in found.points if point.status == "infeasible"]
+    assert len(bad) == 2
+    assert all(not point.margins for point in bad)
+    (edge,) = found.boundaries
+    assert edge.of_feasibility
+    # the second order of one piston, m r w^2 r / l, is at its bound
+    exact = 0.6 * 0.045**2 * (4000.0 * np.pi / 30.0) ** 2 / 1600.0
+    assert edge.at == pytest.approx(exact, rel=0.03)

@@ -117,7 +117,8 @@ class NaturalFrequency(Response):
 
     def measure_static(self, machine: Machine) -> float:
         found = self.frequencies_of(machine)
-        return float(found[self.mode - 1]) if self.mode <= len(found) else float("inf")
+        value: float = found[self.mode - 1] if self.mode <= len(found) else float("inf")  # of many machines, an array
+        return value
 
 
 class CriticalSpeed(NaturalFrequency):

@@ -12,6 +12,7 @@ import numpy as np
 from vibopt.answer.entry import ACTIVE, Entry
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
+from vibopt.jobs import is_scene
 from vibopt.records import dataclass
 from vibopt.study.many import answered
 from vibopt.study.points import Point, Points, shown_value
@@ -24,12 +25,16 @@ if TYPE_CHECKING:
 
 CLOSE = 1e-6
 """Distance between the two sides of a boundary, as a part of the range and of the value."""
+BY_SEARCH = 2e-5
+"""The same where a limit becomes active and answers are iterated ones: near there rounding is as large as margins."""
 ALONG_EDGES = 1e-3
 """The same along the edges of a grid whose points are answered one by one."""
 _MOST_ROUNDS, _MOST_ANSWERS = 60, 4000
 _TOGETHER = 15
 """Places looked at between two sides at a time, where many answers cost little more than one."""
 _FINEST = 1e-9
+_ONE_EVENT = 4.0
+"""Widths of a closed gap within which another is the same event."""
 
 State = tuple[str, tuple[str, ...]]
 
@@ -41,7 +46,7 @@ class Boundary:
     path
         Of the fact along which it was found.
     below, above
-        Its value on either side, no further apart than `CLOSE` unless `wide`.
+        Its value on either side, no further apart than `CLOSE`, or `BY_SEARCH`, unless `wide`.
     before, after
         Status on either side, and names of the limits that are active there or, without a design, broken.
     others
@@ -105,15 +110,16 @@ class _Gap:
 def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], points: Points) -> tuple[Boundary, ...]:
     """All changes between neighbouring points of a grid, each followed until its sides are close, along each fact."""
     many = list(points)
-    fine = _fineness(many)
+    batch = len(points.single) < len(points) // 2
+    closed = batch or is_scene(job)
+    fine = _fineness(many) if closed else ACTIVE
     states = np.empty(len(many), dtype=object)
     states[:] = [(state_of(one, fine), _goal(one)) for one in many]
     grid = states.reshape([len(one) for one in axes])
     open_gaps = list(_gaps(grid, axes))
-    batch = len(points.single) < len(points) // 2
     close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
-    narrow = _Narrowing(job, tuple(varied), fine, close, batch)
-    return tuple(_boundary(varied, gap, narrow.is_wide(gap)) for gap in narrow.all(open_gaps))
+    narrow = _Narrowing(job, tuple(varied), fine, (close, close if closed else max(close, BY_SEARCH)), batch)
+    return tuple(_boundary(varied, gap, narrow.is_wide(gap)) for gap in _merged(narrow.all(open_gaps), narrow))
 
 
 def state_of(point: Point, fine: float) -> State:
@@ -142,20 +148,54 @@ def _gaps(grid: Any, axes: Sequence[FloatArray]) -> Iterator[_Gap]:
                     yield _Gap(axis, low, high, before, after, (first, last))
 
 
+def _merged(gaps: list[_Gap], narrow: _Narrowing) -> Iterator[_Gap]:
+    """Gaps along a line that follow each other more closely than each is known are one; what ends as it began is none.
+
+    Of several the one where designs begin or end gives the place; two of these are never one.
+    """
+    runs: list[list[_Gap]] = []
+    for one in gaps:
+        last = runs[-1] if runs else []
+        both = sum(gap.before[0] != gap.after[0] for gap in (*last, one)) > 1
+        if last and not both and narrow.follows(last[-1], one):
+            last.append(one)
+        else:
+            runs.append([one])
+    for run in runs:
+        first, last_one = run[0], run[-1]
+        edge = next((one for one in run if one.before[0] != one.after[0]), None)
+        low, high = (edge.low, edge.high) if edge is not None else (first.low, last_one.high)
+        if first.before != last_one.after:
+            goals = (first.goals[0], last_one.goals[1])
+            yield _Gap(first.axis, low, high, first.before, last_one.after, goals)
+
+
 class _Narrowing:
     """Gaps cut until their two sides are close; where a third answer lies between, both halves are followed."""
 
-    def __init__(self, job: Job, varied: tuple[Varied, ...], fine: float, close: float, batch: bool) -> None:
-        self.job, self.varied, self.fine, self.close = job, varied, fine, close
+    def __init__(
+        self, job: Job, varied: tuple[Varied, ...], fine: float, close: tuple[float, float], batch: bool
+    ) -> None:
+        self.job, self.varied, self.fine = job, varied, fine
+        self.of_designs, self.of_limits = close
         self.inner = _TOGETHER if batch else 1
         self.left = _MOST_ANSWERS * self.inner
 
     def is_wide(self, gap: _Gap) -> bool:
         """Whether the sides are further apart than they should be."""
-        one, low, high = self.varied[gap.axis], gap.low[gap.axis], gap.high[gap.axis]
-        if one.whole:
-            return bool(high - low > 1.5)
-        return bool(high - low > self.close * min(one.high - one.low, max(abs(low), abs(high)) or inf))
+        low, high = gap.low[gap.axis], gap.high[gap.axis]
+        return bool(high - low > (1.5 if self.varied[gap.axis].whole else self._known_to(gap)))
+
+    def _known_to(self, gap: _Gap) -> float:
+        one, close = self.varied[gap.axis], self.of_limits if gap.before[0] == gap.after[0] else self.of_designs
+        return close * min(one.high - one.low, float(np.abs([gap.low, gap.high])[:, gap.axis].max()) or inf)
+
+    def follows(self, gap: _Gap, other: _Gap) -> bool:
+        """Whether another gap begins on the same line, behind this one by no more than a few times what is known."""
+        axis, near = gap.axis, _ONE_EVENT * self._known_to(other)
+        same = axis == other.axis and np.array_equal(np.delete(gap.low, axis), np.delete(other.low, axis))
+        closed = not (self.varied[axis].whole or self.is_wide(gap) or self.is_wide(other))
+        return bool(same and closed and 0.0 <= other.low[axis] - gap.high[axis] <= near)
 
     def all(self, gaps: list[_Gap]) -> list[_Gap]:
         for _ in range(_MOST_ROUNDS):

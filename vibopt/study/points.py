@@ -13,7 +13,7 @@ from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
-from vibopt.study.seen import GOOD, chosen, goal_of, results
+from vibopt.study.seen import GOOD, NOTHING, chosen, goal_of, results
 from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
@@ -180,7 +180,7 @@ def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, found: Answe
         status=found.status,
         goal=goal_of(job, found),
         variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
-        margins={name: one.margin for name, one in found.limits.items()},
+        margins={name: one.margin for name, one in found.limits.items() if found.status not in NOTHING},
         parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
         results=results(job, found, entries),
     )

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 GOOD = ("optimal", "feasible", "met")
 """Answers with a design, or with limits that hold."""
 _CHOOSING = ("shelf", "most_weights", "split", "forbidden")
-_NOTHING = ("infeasible", "unbounded", "check_failed")
+NOTHING = ("infeasible", "unbounded", "check_failed")
 """Answers to balancing jobs that fit nothing."""
 
 
 def goal_of(job: Job, found: Answer[Any]) -> Entry | None:
     """What was made best; None where nothing was."""
-    empty = found.goal is None or (not is_scene(job) and found.status in _NOTHING)
+    empty = found.goal is None or (not is_scene(job) and found.status in NOTHING)
     return None if empty or found.goal is None else found.goal[1]
 
 
@@ -37,7 +37,7 @@ def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = N
     if is_scene(job):
         places: dict[str, Value] = dict(found.places)
         return places | {path: one.value for path, one in found.variables.items() if ".part." not in path}
-    if found.status in _NOTHING:
+    if found.status in NOTHING:
         return {}
     known = found.entries() if entries is None else entries
     return {path: known[path] for path in job.choices if path in known}
@@ -45,7 +45,7 @@ def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = N
 
 def results(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Entry]:
     """What the answer to a balancing job measured beside its limits: readings, reactions or orders that are left."""
-    if is_scene(job) or found.status in _NOTHING:
+    if is_scene(job) or found.status in NOTHING:
         return {}
     known = found.entries() if entries is None else entries
     return {

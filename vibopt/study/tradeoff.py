@@ -324,15 +324,17 @@ class _Front:
             count = _TOGETHER if self.batch else 1
             inner = [[a * (c / a) ** (k / (count + 1)) for k in range(1, count + 1)] for a, c, _ in wide]
             self.all([b for one in inner for b in one])
-            closer = {}
-            for (a, c, holds), between in zip(wide, inner, strict=True):
-                here = [b for b in between if b in self.known]
-                low = max([a, *(b for b in here if not holds(self.known[b]))])
-                closer[a, c] = low, min([b for b in here if b > low], default=c), holds
-            last, gaps = gaps, [closer.get(one[:2], one) for one in gaps]
+            last, gaps = gaps, [self._closer(one) for one in gaps]
             if gaps == last:  # what is left between is open
                 break
         return [one[1] for one in gaps]
+
+    def _closer(self, gap: Gap) -> Gap:
+        """The loosest known bound of a gap that fails, and the next."""
+        low, high, holds = gap
+        here = [b for b in sorted(self.known) if low < b < high]
+        low = max([low, *(b for b in here if not holds(self.known[b]))])
+        return low, min([b for b in here if b > low], default=high), holds
 
     def _between(self, tight: float, loose: float, count: int) -> bool:
         """Bounds between both ends until no two neighbours are further apart than the whole over the count.

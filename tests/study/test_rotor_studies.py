@@ -1,0 +1,90 @@
+"""Studies of measured rotors: their ends and boundaries are where solve changes its answer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibopt as vo
+from vibopt.jobs import fact_at, from_text
+from vibopt.study.edges import BY_SEARCH
+
+FAN = """
+[conventions]
+phase = "lag"
+readings = "phase"
+angles = "against rotation"
+detector = "pp"
+zero = "reflective tape"
+[planes.left]
+radius = "150 mm"
+weight = { from = "0 g", to = "9 g" }
+[planes.right]
+radius = "150 mm"
+weight = { from = "0 g", to = "8 g" }
+[[runs]]
+name = "as found"
+speed = "1200 rpm"
+readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }
+[[runs]]
+name = "trial left"
+speed = "1200 rpm"
+weights = { left = "10 g @ 270 deg" }
+readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }
+[[runs]]
+name = "trial right"
+speed = "1200 rpm"
+weights = { right = "12 g @ 180 deg" }
+readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }
+[limits.a]
+response = "residual"
+at = "a"
+at_most = "2.5 mil pp"
+[limits.total]
+response = "correction"
+total = true
+at_most = "16 g"
+[goal]
+minimise = "residual"
+combine = "rms"
+"""
+
+
+@pytest.mark.parametrize("points", [3, 5, 9])
+def test_the_ends_of_a_rotors_curve_are_where_solve_changes_its_verdict_and_nothing_is_left_out(points: int) -> None:
+    found = vo.tradeoff(from_text(FAN), "limits.total", points)
+    reached = [one.value for one in found.reached]
+
+    def solved(total: float) -> tuple[str, float]:
+        answer = vo.solve(vo.with_changes(from_text(FAN), {"limits.total.at_most": f"{total:.17g} kg"}), explain=False)
+        return answer.status, answer.goal[1].value if answer.goal is not None else np.inf
+
+    assert solved(reached[0] * (1.0 - 1e-5))[0] == "infeasible"
+    assert solved(reached[0] * (1.0 + 1e-5))[0] == "optimal"
+    assert solved(reached[-1] * (1.0 - 1e-2))[1] > solved(1.0)[1]
+    assert solved(1.0)[1] == pytest.approx(found.points[-1].goal.value, rel=1e-6)
+    assert found.jumps == ()
+    assert found.gap <= 2.0 / (points - 1) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("path", "low_high", "limit"),
+    [("planes.left.weight.to", "7 g..16 g", "total"), ("limits.a.at_most", "0.7..6 mil pp", "a")],
+)
+def test_a_rotors_limit_becomes_active_where_the_plan_without_it_reaches_its_bound(
+    path: str, low_high: str, limit: str
+) -> None:
+    job = from_text(FAN)
+    found = vo.sweep(job, path, low_high, 5)
+    (edge,) = (one for one in found.boundaries if limit in {*one.before[1]} ^ {*one.after[1]})
+    free = vo.with_changes(job, {f"limits.{limit}.at_most": "1 kg" if limit == "total" else "1 m pk"})
+    away = 2.0 * BY_SEARCH * edge.at
+
+    def room(value: float) -> float:
+        """What is left of the bound in the plan that is best without the limit."""
+        moved = vo.with_changes(job if limit == "a" else free, {path: fact_at(job, path).text(value)})
+        bound = value if limit == "a" else 0.016
+        plan = vo.solve(free if limit == "a" else moved, explain=False)
+        return bound - plan.limits[limit].value.value
+
+    assert room(edge.at - away) * room(edge.at + away) < 0.0
