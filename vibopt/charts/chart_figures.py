@@ -16,6 +16,8 @@ from vibopt.report.figures.paper import BLUE, COLOURS, FAINT, GRID, INK, RED, SI
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_TITLE = 44
+"""Letters of a title that a panel has room for."""
 FLOOR = 1e-15
 """True errors below this are drawn here: they are rounding."""
 
@@ -74,7 +76,7 @@ def accuracy_figure(cases: Sequence[Scatter], default: str, above: str = "") -> 
         panel = axes.flat[index]
         last = index + columns >= len(cases)
         under = f"time over that of {default}" if last else ""
-        dress(panel, case.title, under, case.measure if index % columns == 0 else "")
+        dress(panel, "\n".join(wrap(case.title, _TITLE)), under, case.measure if index % columns == 0 else "")
         drawn.append((panel, _scatter(panel, case, default, span, top)))
     for panel in axes.flat[len(cases) :]:
         panel.set_axis_off()

@@ -133,7 +133,9 @@ def tables() -> Mapping[str, Callable[[], str]]:
     return {
         "refusals": whole_file_refusals,
         "python": lambda: rows_of(("name", ""), [_public(name) for name in sorted(_PACKAGE._HOME_OF)]),
-        "limits": lambda: key_table([key for one in ("base", "harmonic") for key in keys_of(_MODELS[one])]),
+        "limits": lambda: key_table(
+            list({key.name: key for one in ("harmonic", "base") for key in keys_of(_MODELS[one])}.values())
+        ),
         "excitations": lambda: rows_of(
             ("kind", ""), [(f"[{name}]({name}.md)", _said(kind)) for name, kind in EXCITATIONS.items()]
         ),
