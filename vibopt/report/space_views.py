@@ -13,8 +13,10 @@ from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.records import dataclass
 from vibopt.report.figures.canvas import Box, Canvas, spread, wide
 from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, drawn
+from vibopt.report.figures.rotor_drawing import rotor_figure
 from vibopt.report.machine_parts import notes_of, shake_words, sketch_of
 from vibopt.report.mount_spots import Spot, markers_of, spots_of
+from vibopt.report.rotor_parts import rotors_of
 from vibopt.report.sketch import sketch_figure
 from vibopt.report.what_to_build import machine_in
 from vibopt.scene.scene import Design, Scene
@@ -205,7 +207,7 @@ def _notes(scene: Scene) -> list[str]:
 
 
 def machine_figure(design: Design, title: str = "") -> Figure | None:
-    """The sketch of a machine with what was chosen of it: three views in space, else what stands on what.
+    """A machine with what was chosen of it: views in space, rotors from the side, else what stands on what.
 
     None of a machine in space without a design, whose places are not known, and of more boxes than a picture holds.
     """
@@ -214,6 +216,10 @@ def machine_figure(design: Design, title: str = "") -> Figure | None:
         found = views_figure(machine, design.scene, title)
         if found is not None:
             return found
+    if design.scene.rotors:
+        notes = [f"Shaken by {shake_words(design.scene, one)}.".replace("\n", ": ") for one in design.scene.excitations]
+        notes += [one.replace(" (circles)", "") for one in notes_of(design.scene)]
+        return rotor_figure(rotors_of(design), title, [line for one in notes for line in wrap(one, 118)])
     return None if is_spatial(design.scene) else sketch_figure(sketch_of(design), title=title)
 
 

@@ -17,9 +17,11 @@ from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.report import isolators
 from vibopt.report.figures import saved
 from vibopt.report.figures.paper import short
+from vibopt.report.figures.rotor_drawing import rotor_figure
 from vibopt.report.machine_parts import sketch_of
 from vibopt.report.mode_shapes import shapes_of
 from vibopt.report.mount_spots import spots_of, sums_of
+from vibopt.report.rotor_parts import rotors_of
 from vibopt.report.sheet.fit import SIZES, density_of
 from vibopt.report.sheet.judgement import assumptions_of, limit_rows, measure_rows, proof_of, verdict_of
 from vibopt.report.sheet.machine_tables import body_rows, excitation_rows
@@ -247,6 +249,8 @@ def _figure(design: Design, machine: Machine | None, unit: str) -> Any:
     title = "Plan view"
     if isinstance(machine, SpaceMachine):
         drawn = plan_figure(machine, unit, tuple(design.scene.points))
+    if design.scene.rotors:
+        drawn, title = rotor_figure(rotors_of(design), ""), "Rotor"
     if drawn is None and machine is not None:
         drawn, title = sketch_figure(sketch_of(design), SKETCH, looked_at=False), "Schematic"
     return "" if drawn is None else Markup(inline(saved(drawn, "svg").decode(), "sheet", title))

@@ -1,0 +1,61 @@
+"""What a drawing shows of a rotor: sections, discs and bearings as chosen."""
+
+from __future__ import annotations
+
+import math
+
+from vibopt.devices.rotor import RotorTable
+from vibopt.devices.spring import bore
+from vibopt.report.figures.paper import drawn
+from vibopt.report.figures.rotor_drawing import Rotor
+from vibopt.scene.places import ends
+from vibopt.scene.scene import Design
+from vibopt.values import Value
+
+_LONGEST = 24
+"""Letters of a name in a drawing."""
+
+
+def rotors_of(design: Design) -> list[Rotor]:
+    """Every rotor of a scene; what was to be chosen and is not known stands between its ends."""
+    return [_rotor(design, name, table) for name, table in design.scene.rotors.items()]
+
+
+def _rotor(design: Design, name: str, table: RotorTable) -> Rotor:
+    sections, left = [], 0.0
+    for number, one in enumerate(table.sections, start=1):
+        wide = _known(design, f"rotors.{name}.sections.{number}.diameter", one.diameter)
+        sections.append((left, left + one.length.value, wide, bore(one) * wide))
+        left += one.length.value
+    discs = []
+    for number, disc in enumerate(table.discs, start=1):
+        path = f"rotors.{name}.discs.{number}"
+        mass = "" if disc.mass is None else f"\n{_shown(design, f'{path}.mass', disc.mass)}"
+        words = f"{drawn(disc.name, _LONGEST)}{mass}"
+        discs.append((
+            words, disc.at.value, _known(design, f"{path}.outer_diameter", disc.outer_diameter),
+            _known(design, f"{path}.width", disc.width),
+        ))  # fmt: skip
+    held: dict[float, list[str]] = {}
+    for link, two in ends(design.scene).items():
+        for place in (table.places[end] for end in two if end in table.places):
+            held.setdefault(place, []).append(drawn(link, _LONGEST))
+    return Rotor(name, tuple(sections), tuple(discs), tuple((at, "\n".join(names)) for at, names in held.items()))
+
+
+def _known(design: Design, path: str, value: Value | None) -> float:
+    """SI; nan where a file says nothing."""
+    chosen = design.variables.get(path)
+    if chosen is not None:
+        return chosen.value.value
+    if value is None:
+        return math.nan
+    return float(getattr(value, "value", 0.5 * (getattr(value, "low", 0.0) + getattr(value, "high", 0.0))))
+
+
+def _shown(design: Design, path: str, value: Value) -> str:
+    chosen = design.variables.get(path)
+    return chosen.value.shown if chosen is not None else f"{_known(design, path, value):.4g} kg"
+
+
+__all__ = ["rotors_of"]
