@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import vibopt as vo
+from vibopt.cli.main import main
 from vibopt.jobs import fact_at, from_text
 from vibopt.study.edges import BY_SEARCH
 
@@ -88,3 +91,15 @@ def test_a_rotors_limit_becomes_active_where_the_plan_without_it_reaches_its_bou
         return bound - plan.limits[limit].value.value
 
     assert room(edge.at - away) * room(edge.at + away) < 0.0
+
+
+def test_designs_of_a_curve_that_are_not_proven_best_are_marked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A residual of a millionth is reached with all weights at hand, and not proven; a sum of weights is proven."""
+    (tmp_path / "fan.toml").write_text(FAN)
+    words = "not proven best: others may be better in both there, and the knee may be elsewhere."
+    for against, said in (("limits.a", True), ("limits.total", False)):
+        main(["tradeoff", str(tmp_path / "fan.toml"), "--against", against, "--points", "4"])
+        text = " ".join(capsys.readouterr().out.split())
+        assert (words in text, "tightest, not" in text, "none of them better" in text) == (said, said, said)

@@ -91,7 +91,9 @@ def _list(result: Tradeoff, console: Console) -> None:
     from vibopt.study.tradeoff import KNEE, weighs
 
     console.print(result.job.title, style="bold")
-    console.print(f"{result.goal} against {result.fact.path}: {len(result.points)} designs, none better in both")
+    open_ones = sum(point.status == "feasible" for point in result.points)
+    those = "none of them better in both" if open_ones else "none better in both"
+    console.print(f"{result.goal} against {result.fact.path}: {len(result.points)} designs, {those}")
     step = max(1, -(-len(result.points) // (MOST_ROWS // 3)))
     last = len(result.points) - 1
     paths = _columns(result)
@@ -102,7 +104,8 @@ def _list(result: Tradeoff, console: Console) -> None:
         if index % step == 0 or mark:
             values = [point.variables[path].shown if path in point.variables else "-" for path in paths]
             goal = point.goal.shown if point.goal is not None else "-"
-            rows.append((at.shown, goal, *values, weighs(point), mark))
+            proof = "not proven" if point.status == "feasible" else ""
+            rows.append((at.shown, goal, *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
     heads = (result.name, result.goal, *(path.split(".", 1)[-1] for path in paths), "Active limits", "")
     console.print(grid(rows, heads))
     if step > 1:
@@ -110,6 +113,10 @@ def _list(result: Tradeoff, console: Console) -> None:
     spacing = f"Neighbours are no further apart than {100.0 * result.gap:.2g} % of both spans together"
     jumps = f"; at {len(result.jumps)} places nothing lies between" if result.jumps else ""
     paragraph(console, f"{spacing}{jumps}. The knee is {KNEE}.")
+    if open_ones:
+        count = "1 design is" if open_ones == 1 else f"{open_ones} of the designs are"
+        better = "others may be better in both there, and the knee may be elsewhere"
+        paragraph(console, f"{count} not proven best: {better}.")
     if not result.free:
         further = f"it goes on where {result.name} is loosened further"
         paragraph(console, f"The goal has no best value of its own: {further}.")
