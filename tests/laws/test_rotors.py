@@ -405,6 +405,13 @@ REFUSED = {
         "t line 12: links.b.rotating_damping turns with a shaft, beside rotors.r: the threshold of a rotor with "
         "gyroscopic moments is not answered yet. Leave it out; it does nothing in a steady whirl.",
     ),
+    "a thread between bars": (
+        HEAD
+        + SHAFT.replace('diameter = "50 mm" }', 'diameter = "50 mm" }, { length = "1 m", diameter = "1e-9 mm" }')
+        + TAIL,
+        "t line 2: rotors.r has sections of 1e-12 m and of 0.05 m: where diameters differ by more than a factor of "
+        "1000, rounding decides how the shaft bends. Write diameters nearer to each other.",
+    ),
     "a threshold": (
         HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"stability_threshold"'),
         "t line 18: measures.m asks for the stability_threshold, which is not answered yet of a rotor with gyroscopic "

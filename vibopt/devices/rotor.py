@@ -24,6 +24,8 @@ from vibopt.values.fields import Choice, complaint
 
 _TOGETHER = 1e-9
 """Part of the length by which two places on a shaft are the same."""
+_WIDEST = 1000.0
+"""Widest over thinnest section; stiffness goes with the fourth power."""
 
 
 class Section(Table):
@@ -188,6 +190,12 @@ class RotorTable(Device):
     def _fits(self) -> "RotorTable":
         if not self.sections:
             raise word('has no sections. Write sections = [{ length = "0.5 m", diameter = "60 mm" }].')
+        wide = [one.diameter.value for one in self.sections if isinstance(one.diameter, Fact)]
+        if max(wide, default=1.0) > _WIDEST * min(wide, default=1.0):
+            raise word(
+                f"has sections of {min(wide):g} m and of {max(wide):g} m: where diameters differ by more than a factor "
+                f"of {_WIDEST:g}, rounding decides how the shaft bends. Write diameters nearer to each other."
+            )
         for name, place in self.places.items():
             if place > self.long * (1.0 + _TOGETHER):
                 raise word(

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
@@ -117,8 +118,10 @@ class NaturalFrequency(Response):
 
     def measure_static(self, machine: Machine) -> float:
         found = self.frequencies_of(machine)
-        value: float = found[self.mode - 1] if self.mode <= len(found) else float("inf")  # of many machines, an array
-        return value
+        if self.mode > len(found):
+            return float("inf")
+        value: float = found[self.mode - 1]
+        return value if np.ndim(value) else float(value)  # of many machines it is an array
 
 
 class CriticalSpeed(NaturalFrequency):
