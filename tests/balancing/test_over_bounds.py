@@ -44,7 +44,7 @@ def asked(truth: Truth, goal: str, path: str, part: float, lag: bool, against: b
 
 
 def together(found: object) -> Columns:
-    held = found.points.columns  # type: ignore[attr-defined]
+    held = found.points.columns
     assert isinstance(held, Columns)
     return held
 

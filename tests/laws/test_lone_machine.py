@@ -8,8 +8,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.built import GROUND, Joint
 from vibopt.mechanics.lone import LoneMachine
-from vibopt.mechanics.machine import GROUND, Joint, Machine
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import greatest, least
 from vibopt.signals import Band
 

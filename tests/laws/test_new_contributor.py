@@ -17,7 +17,8 @@ from vibopt.devices.link import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.machine import Joint, Machine, Motion
+from vibopt.mechanics.built import Joint, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.monomial import Monomial
 from vibopt.responses import KINDS

@@ -71,7 +71,7 @@ WHIRLS_AT_4000 = (85.389467, 87.7958637, 251.78460413, 294.71333087, 600.1793619
 @pytest.mark.parametrize(("speed", "printed"), [(0.0, FREE_AT_REST), (4000.0, WHIRLS_AT_4000)])
 def test_whirls_of_two_discs_are_those_that_are_printed(speed: float, printed: tuple[float, ...]) -> None:
     machine = machine_of(from_dict(friswell()), {})
-    mass, _, stiffness, _, polar = machine.slow  # type: ignore[attr-defined]
+    mass, _, stiffness, _, polar = machine.slow
     n, spin = len(mass), speed * RPM
     state = np.block(
         [[np.zeros((n, n)), np.eye(n)], [np.linalg.solve(mass, stiffness), np.linalg.solve(mass, spin * polar)]]
@@ -122,13 +122,13 @@ def test_the_whirl_under_an_unbalance_is_answered_and_agreed(speed: str) -> None
 
 def test_whirls_of_the_campbell_diagram_part_with_the_spin_and_meet_it_at_the_critical_speeds() -> None:
     machine = machine_of(from_dict(friswell()), {})
-    still = machine.free_whirls(0.0)  # type: ignore[attr-defined]
+    still = machine.free_whirls(0.0)
     assert still[still > 0.0] == pytest.approx(-still[still < 0.0][::-1], rel=1e-6)
     for sense in (1.0, -1.0):
         for speed in machine.critical_speeds(sense)[:3]:
-            whirls = sense * machine.free_whirls(float(speed))  # type: ignore[attr-defined]
+            whirls = sense * machine.free_whirls(float(speed))
             assert np.abs(whirls / speed - 1.0).min() <= 1e-4
-    found = machine.free_whirls(4000.0 * RPM)  # type: ignore[attr-defined]
+    found = machine.free_whirls(4000.0 * RPM)
     assert np.sort(np.abs(found))[:6] == pytest.approx(WHIRLS_AT_4000, rel=5e-4)
 
 
@@ -311,7 +311,7 @@ def test_bearings_that_whirl_least() -> None:
     del document["measures"]
     design = solve(from_dict(document))
     assert design.status == "feasible"
-    best = design.goal[1].value  # type: ignore[index]
+    best = design.goal[1].value
     for c in (2e3, 1e4, 5e4):
         there = {**friswell(), "links": held(1e6, c)}
         assert asked(there, m={"response": "displacement", "of": "second"})["m"] >= best * (1.0 - 1e-9)

@@ -10,10 +10,10 @@ from rods import BEAM, ROD, beam, rod, rod_receptance
 from vibopt.forms import Modulus, drive_response
 from vibopt.forms.extremes import line_slope
 from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.built import Joint
 from vibopt.mechanics.host import Coordinates, Matrices, digits_lost, of_modes, reduced_host
 from vibopt.mechanics.host.matrices import Dashed, negative_count
 from vibopt.mechanics.hosted import Carrier, HostedMachine
-from vibopt.mechanics.machine import Joint
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.receptance import Attached, Host

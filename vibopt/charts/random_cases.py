@@ -7,7 +7,6 @@ the questions of rotors are built round their answer.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 import numpy as np
 
@@ -131,7 +130,7 @@ def methods_of(family: str, *, quick: bool) -> tuple[str, ...]:
 
 def drawn(family: str, seed: int, count: int) -> list[Case | Asked]:
     """So many questions; each depends on the seed and its own number alone."""
-    draw = partial(DRAWN[family])
+    draw = DRAWN[family]
     return [draw(np.random.default_rng([seed, i]), f"{family} {seed}.{i}") for i in range(count)]
 
 

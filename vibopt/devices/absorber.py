@@ -12,8 +12,8 @@ from vibopt.devices.spring import Shaft
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.built import Joint, Tuned
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.machine import Joint, Tuned
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass
 from vibopt.values import Fact, Tolerance, Value, number, word

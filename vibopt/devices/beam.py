@@ -11,7 +11,7 @@ from vibopt.devices.beam_shape import Shape
 from vibopt.devices.spring import bore, check_bore
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import way_out
-from vibopt.mechanics.machine import Borne
+from vibopt.mechanics.built import Borne
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import Choice, complaint

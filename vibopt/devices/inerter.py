@@ -11,7 +11,7 @@ from vibopt.devices.link import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.machine import Joint
+from vibopt.mechanics.built import Joint
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Tolerance, Value, number, word
 from vibopt.values.directions import Direction, Place

@@ -10,7 +10,7 @@ from vibopt.devices.device import OTHER_WAY, Device, Ends
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.machine import Borne, Joint
+from vibopt.mechanics.built import Borne, Joint
 from vibopt.mechanics.model import forced, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word

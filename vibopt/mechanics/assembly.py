@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.built import GROUND, Joint, Tuned
 from vibopt.mechanics.lone import LoneMachine
-from vibopt.mechanics.machine import GROUND, Joint, Machine, Tuned
+from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:

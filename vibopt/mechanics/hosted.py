@@ -15,10 +15,12 @@ from typing import ClassVar
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.built import Motion
+from vibopt.mechanics.built_algebra import inverse_root
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices
 from vibopt.mechanics.host.matrices import Dashed
-from vibopt.mechanics.machine import Machine, Motion, inverse_root
+from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.built import Joint, Motion
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.machine import Joint, Machine, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.turning import turning_points
 
 

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.mechanics.built import GROUND, Course, Joint, Motion, Tuned
+from vibopt.mechanics.built_algebra import inverse_root, inverted, nullity, pencil_poles, steady_solution
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.turning import of_two
@@ -24,141 +26,7 @@ if TYPE_CHECKING:
 
     from vibopt.mechanics.rigid import SpaceMachine
 
-GROUND = "ground"
 _MANY = 8
-
-
-@dataclass(frozen=True, slots=True)
-class Borne:
-    """A beam as built that carries at its first end and rests on supports at its second.
-
-    stiffness, mass
-        Force over deflection where it carries [N/m], and its own mass [kg].
-    means
-        Of its shape, one where it carries, and of the square of it, over its mass.
-    frequency
-        The lowest of its own while load and supports are still [rad/s].
-    stress, left, right
-        Greatest stress, and force on either support: over the deflection u (of the forces over the force that bends
-        it so), over the acceleration of the supports and over that of u, which act against their directions.
-    """
-
-    stiffness: float
-    mass: float
-    means: tuple[float, float]
-    frequency: float
-    stress: tuple[float, float, float]
-    left: tuple[float, float, float]
-    right: tuple[float, float, float]
-
-    @property
-    def carried(self) -> tuple[float, float]:
-        """Of its mass, what moves with its load and what with its supports [kg]; a third part is its inertance."""
-        return self.mass * self.means[0], self.mass * (1.0 - self.means[0])
-
-    @property
-    def inertance(self) -> float:
-        """Between its ends, below zero where it lies between load and supports [kg]."""
-        return self.mass * (self.means[1] - self.means[0])
-
-
-@dataclass(frozen=True, slots=True)
-class Joint:
-    """Forces between two points as built, from how far and how fast these move apart; of a group the whole.
-
-    stiffness, damping, loss_factor, inertance
-        [N/m], [N s/m], of the stiffness, and [kg]: force per relative acceleration.
-    static_stiffness
-        Under weights alone [N/m].
-    count, damping_ratio, price
-        Number of mounts; of critical; of all of them.
-    friction
-        Dry friction against any slip [N].
-    stress
-        Greatest stress of what bends or twists over its stretch [Pa/m] or twist [Pa/rad]; 0 of all else.
-    borne
-        One of the beams that it is; None of all else.
-    rotating
-        Damping that turns with a shaft, which steady whirl does not feel [N s/m].
-    """
-
-    name: str
-    ends: tuple[str, str]
-    stiffness: float
-    damping: float
-    loss_factor: float
-    static_stiffness: float
-    count: float
-    damping_ratio: float = 0.0
-    price: float = 0.0
-    inertance: float = 0.0
-    friction: float = 0.0
-    stress: float = 0.0
-    borne: Borne | None = None
-    rotating: float = 0.0
-
-    def dynamic(self, omega: FloatArray) -> ComplexArray:
-        """Force per relative motion at frequencies [rad/s], shape of `omega` [N/m]."""
-        spring = self.stiffness * (1.0 + 1j * self.loss_factor)
-        return np.asarray(spring + omega * (1j * self.damping - omega * self.inertance), dtype=complex)
-
-    @property
-    def four(self) -> tuple[float, float, float, float]:
-        """What it adds to M, C, K and the hysteretic stiffness along its own stretch."""
-        return self.inertance, self.damping, self.stiffness, self.stiffness * self.loss_factor
-
-    @property
-    def carried(self) -> tuple[float, float]:
-        """Mass of beams that moves with its first end and with its second [kg]."""
-        if self.borne is None or not self.borne.mass:
-            return 0.0, 0.0
-        first, second = self.borne.carried
-        return self.count * first, self.count * second
-
-
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """Steady motion at each speed.
-
-    points
-        Complex peak displacement per point, shape of `omega` [m].
-    forces
-        Complex external force per body [N].
-    omega
-        Frequency [rad/s].
-    stretches
-        Second end less first per joint [m], where it is known better than from the points.
-    """
-
-    points: dict[str, ComplexArray]
-    forces: dict[str, ComplexArray]
-    omega: FloatArray
-    stretches: Mapping[str, ComplexArray] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class Course:
-    """Motion in time.
-
-    points
-        Displacement, velocity and acceleration of bodies and bases at each time, (3, n_times) [m, m/s, m/s^2].
-    forces
-        External force per body [N], (n_times,).
-    rubbing
-        Dry friction per joint that has some, against a slip of its second end forward [N], (n_times,).
-    """
-
-    points: Mapping[str, FloatArray]
-    forces: Mapping[str, FloatArray]
-    rubbing: Mapping[str, FloatArray] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class Tuned:
-    """What an absorber is compared with: a mass [kg] or [kg m^2], and a frequency [rad/s], 0 where there is none."""
-
-    mass: float
-    frequency: float
 
 
 @dataclass(frozen=True)
@@ -243,7 +111,7 @@ class Machine:
             mass, damping, stiffness, hysteretic = self._equations
             flat = np.ravel(omega)[:, None, None]
             elastic, dash = stiffness - flat**2 * mass, flat * damping + hysteretic
-            moved = _harmonic(elastic, dash, load.reshape(-1, len(names))).reshape(load.shape)
+            moved = steady_solution(elastic, dash, load.reshape(-1, len(names))).reshape(load.shape)
         points = {name: moved[..., i] for i, name in enumerate(names)}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
@@ -282,7 +150,7 @@ class Machine:
             -1, flat.size
         )
         load -= ((elastic + 1j * turned)[:, :, n:] @ moved.T[..., None])[..., 0]
-        found = np.hstack([_harmonic(elastic[..., :n], turned[..., :n], load), moved.T])
+        found = np.hstack([steady_solution(elastic[..., :n], turned[..., :n], load), moved.T])
         points, apart = (
             {name: np.asarray((found @ row).reshape(omega.shape), dtype=complex) for name, row in kind.items()}
             for kind in rows
@@ -439,7 +307,7 @@ class Machine:
         mass, damping, stiffness, hysteretic = self.matrices()
         n = len(mass)
         if self.jointed.any():
-            return _pencil(mass, damping, stiffness + 1j * hysteretic)
+            return pencil_poles(mass, damping, stiffness + 1j * hysteretic)
         inverse = inverted(mass)
         complex_stiffness = stiffness + 1j * hysteretic
         size = np.sqrt(np.abs(inverse @ complex_stiffness).max() + np.abs(inverse @ damping).max() ** 2)
@@ -467,7 +335,7 @@ class Machine:
     def loose(self) -> int:
         """Number of poles at zero: motions on which no spring, and again those on which no damper does any work."""
         _, damping, stiffness, _ = self.matrices()
-        return _nullity(stiffness) + _nullity(stiffness, damping)
+        return nullity(stiffness) + nullity(stiffness, damping)
 
     def natural_frequencies(self) -> FloatArray:
         """Undamped natural frequencies, ascending [rad/s], one of each body with mass, by singular values.
@@ -543,77 +411,3 @@ class Machine:
 def is_in_space(machine: Machine) -> TypeIs[SpaceMachine]:
     """Whether bodies of it move in space; asked without the file of such machines."""
     return machine.in_space
-
-
-def _pencil(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> ComplexArray:
-    """Frequencies of free motion [rad/s] of what has joints, by the finite values of a pencil.
-
-    Joints that no damper reaches keep their balance of springs at every instant, which is a space of motions.
-    """
-    from scipy.linalg import eigvals, null_space
-
-    quick = ~mass.any(axis=1) & ~damping.any(axis=1)
-    size = np.sqrt(np.abs(np.diag(stiffness)) + np.diag(damping))
-    size[size == 0.0] = 1.0
-    balanced = null_space((stiffness / np.outer(size, size))[quick]) if quick.any() else np.eye(len(mass))
-    space = balanced / size[:, None]
-    m, c, k = (space.T @ one @ space for one in (mass, damping, stiffness))
-    n, heavy = len(m), int(mass.any(axis=1).sum())
-    unit = float(np.sqrt(np.abs(k).max() / np.abs(m).max()))
-    left = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c * unit]])
-    right = np.block([[np.eye(n), np.zeros((n, n))], [np.zeros((n, n)), m * unit**2]])
-    above, below = eigvals(left, right, homogeneous_eigvals=True)
-    finite = np.argsort(np.abs(below) / np.maximum(np.abs(above), 1e-300))[::-1][: n + heavy]
-    return np.asarray(-1j * unit * above[finite] / below[finite], dtype=complex)
-
-
-def inverted(mass: FloatArray) -> FloatArray:
-    """Inverse of a mass matrix (n, n); of masses that stand alone to the last digit."""
-    own = np.diag(mass)
-    return np.diag(1.0 / own) if np.count_nonzero(mass) == len(own) else np.asarray(np.linalg.inv(mass))
-
-
-def inverse_root(mass: FloatArray) -> FloatArray:
-    """R (n, n) with R M R^T = 1."""
-    own = np.diag(mass)
-    if np.count_nonzero(mass) == len(own):
-        return np.diag(1.0 / np.sqrt(own))
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)))
-
-
-def _nullity(*matrices: FloatArray) -> int:
-    """Directions along which none of some positive matrices (n, n) does work."""
-    scaled = []
-    for matrix in matrices:
-        size = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
-        scaled.append(matrix / size[:, None] / np.abs(matrix / size[:, None]).max(initial=1e-300))
-    rank = int(np.linalg.matrix_rank(np.concatenate(scaled), tol=1e-12))
-    return int(matrices[0].shape[0]) - rank
-
-
-def _harmonic(elastic: FloatArray, dash: FloatArray, load: ComplexArray) -> ComplexArray:
-    """Solve (elastic + i dash) u = load for each frequency, (k, n, n) and (k, n); in real arithmetic where they are."""
-    n = load.shape[1]
-    if np.iscomplexobj(elastic):
-        return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
-    matrix = np.concatenate([np.concatenate([elastic, -dash], axis=2), np.concatenate([dash, elastic], axis=2)], axis=1)
-    both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
-    found: ComplexArray = both[:, :n] + 1j * both[:, n:]
-    return found
-
-
-def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve each system, rows scaled; a singular one gives inf."""
-    scale = np.abs(matrix).max(axis=-1, keepdims=True)
-    scale[scale == 0.0] = 1.0
-    matrix, right = matrix / scale, right / scale[..., 0]
-    try:
-        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=float)
-    except np.linalg.LinAlgError:
-        rows = []
-        for one, load in zip(matrix, right, strict=True):
-            try:
-                rows.append(np.linalg.solve(one, load))
-            except np.linalg.LinAlgError:
-                rows.append(np.full(load.shape, np.inf))
-        return np.array(rows)

@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.built import GROUND, Joint, Motion
+from vibopt.mechanics.built_algebra import inverse_root, steady_solution
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.machine import GROUND, Joint, Machine, Motion, _harmonic, inverse_root
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.vectors import cross
 from vibopt.records import dataclass
 
@@ -220,7 +222,7 @@ class SpaceMachine(Machine):
         mass, damping, stiffness, hysteretic = self._four
         elastic = stiffness - omega[:, None, None] ** 2 * mass
         dash = omega[:, None, None] * damping + hysteretic
-        return _harmonic(elastic, dash, load)
+        return steady_solution(elastic, dash, load)
 
     def _base(self, place: str, supports: Mapping[str, ComplexArray]) -> ComplexArray | None:
         """Motion of a base (n, 3); None where it does not move."""

@@ -14,9 +14,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.built import Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.hosted import _solved
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shaft_waves import WhirlingShaft
 from vibopt.records import dataclass
 

@@ -10,7 +10,8 @@ import numpy as np
 from vibopt.answer.blocks import at_words
 from vibopt.answer.entry import Entry
 from vibopt.excitations import Excitation
-from vibopt.mechanics.machine import GROUND, Machine
+from vibopt.mechanics.built import GROUND
+from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 from vibopt.scene.assemble import bare
 from vibopt.scene.drives import names_for

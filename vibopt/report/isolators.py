@@ -13,7 +13,8 @@ import numpy as np
 from vibopt.answer.blocks import Block, at_words, table
 from vibopt.answer.entry import Checked, Entry
 from vibopt.document.mistakes import Mistakes
-from vibopt.mechanics.machine import GROUND, Joint, Machine, is_in_space
+from vibopt.mechanics.built import GROUND, Joint
+from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.records import dataclass
 from vibopt.report.mode_shapes import Shape, shapes_of
 from vibopt.responses import KINDS

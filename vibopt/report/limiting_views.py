@@ -11,7 +11,8 @@ import numpy as np
 
 from vibopt.answer.blocks import TEXT, Block, spoken
 from vibopt.answer.entry import Entry
-from vibopt.mechanics.machine import GROUND, Machine
+from vibopt.mechanics.built import GROUND
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import form_of
 from vibopt.records import dataclass

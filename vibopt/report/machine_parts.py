@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from vibopt.devices import Device
-from vibopt.mechanics.machine import GROUND
+from vibopt.mechanics.built import GROUND
 from vibopt.records import dataclass
 from vibopt.report.figures.paper import drawn
 from vibopt.responses.response import place_of

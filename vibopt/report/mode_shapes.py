@@ -11,7 +11,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.machine import Machine, inverse_root, is_in_space
+from vibopt.mechanics.built_algebra import inverse_root
+from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.records import dataclass
 from vibopt.units import plain
 

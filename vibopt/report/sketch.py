@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.mechanics.machine import GROUND
+from vibopt.mechanics.built import GROUND
 from vibopt.records import dataclass
 from vibopt.report.figures.canvas import LETTER, Box, Canvas, along, caption_height, fitted_rows, wide
 from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, drawn

@@ -11,7 +11,8 @@ from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, way_out
 from vibopt.excitations.segments import together
-from vibopt.mechanics.machine import GROUND, Machine
+from vibopt.mechanics.built import GROUND
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shock_spectrum import Spectrum, spectra
 from vibopt.records import dataclass
 from vibopt.report.series import Curve, Mark, Panel

@@ -7,7 +7,8 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from vibopt.answer.entry import Entry
-from vibopt.mechanics.machine import Joint, Machine, is_in_space
+from vibopt.mechanics.built import Joint
+from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.report.absorber_parts import chosen_in, parts_of
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Design, Scene

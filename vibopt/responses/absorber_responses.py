@@ -6,7 +6,8 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray
 from vibopt.forms import Form, Monomials
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.built import Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.responses.parameters import sum_of
 from vibopt.responses.response import HarmonicResponse, Response

@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from vibopt.arrays import ComplexArray
 from vibopt.forms import Form, Modulus
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.built import Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point

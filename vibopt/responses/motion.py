@@ -5,7 +5,8 @@ from typing import ClassVar
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.mechanics.machine import Course, Machine, Motion
+from vibopt.mechanics.built import Course, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import across_link, along, at_point

@@ -10,7 +10,8 @@ from vibopt import forms
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.errors import QuantityError
 from vibopt.forms import Form, Modulus
-from vibopt.mechanics.machine import Course, Machine, Motion
+from vibopt.mechanics.built import Course, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
 from vibopt.units import Quantity, plain, read_quantity, to_unit

@@ -8,7 +8,8 @@ from pydantic import model_validator
 
 from vibopt.arrays import ComplexArray
 from vibopt.forms import EnergyShare, Form, ModeGap, StaticForce, StaticRow
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.built import Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.response import HarmonicResponse, Response

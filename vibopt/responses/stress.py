@@ -8,8 +8,9 @@ from pydantic import field_validator
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import Added, Form, Monomials, StaticLoad, StaticMoment
+from vibopt.mechanics.built import Course, Joint, Motion
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.machine import Course, Joint, Machine, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, forced, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.responses.motion import RelativeDisplacement

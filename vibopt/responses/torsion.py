@@ -4,7 +4,8 @@ from typing import ClassVar
 
 from vibopt.arrays import ComplexArray
 from vibopt.forms import Form
-from vibopt.mechanics.machine import Machine, Motion
+from vibopt.mechanics.built import Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.responses.motion import MotionOf, RelativeDisplacement
 from vibopt.responses.parameters import Damping, Stiffness, owned_by

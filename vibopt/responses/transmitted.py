@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import model_validator
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.mechanics.machine import Course, Machine, Motion
+from vibopt.mechanics.built import Course, Motion
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import at_point, forces_along, link_forces

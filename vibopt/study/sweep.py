@@ -12,8 +12,8 @@ from vibopt.errors import InputError
 from vibopt.jobs import answer, is_open, is_scene
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
+from vibopt.study import many
 from vibopt.study.edges import Boundary, boundaries
-from vibopt.study.many import Answered, answered
 from vibopt.study.points import Heads, Point, Points
 from vibopt.study.seen import goal_word, kept
 from vibopt.study.varied import Sample, Varied, how_many, is_variable, points_of, varied
@@ -125,7 +125,7 @@ def sweep(
     workers: int = 1,
     most: int = MOST_POINTS,
     progress: Progress | None = None,
-    answered: Answered | None = None,
+    answered: many.Answered | None = None,
 ) -> Sweep:
     """Answer a job at values of one, two or three facts.
 
@@ -176,12 +176,9 @@ def sweep(
     _check_count(ranges, points, sample, most)
     where = points_of(what, points, sample)
     facts = tuple(one.fact for one in what)
-    found = _all(base, facts, where.values, workers=workers, progress=progress, told=answered)
+    found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered)
     job = made if held and not keep_design else job
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
-
-
-_all = answered
 
 
 def _check_count(ranges: Mapping[str, str], points: int | None, sample: Sample, most: int) -> None:

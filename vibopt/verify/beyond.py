@@ -13,7 +13,8 @@ from collections.abc import Iterator
 from math import isfinite
 
 from vibopt.answer.entry import Entry
-from vibopt.mechanics.machine import Joint, Machine
+from vibopt.mechanics.built import Joint
+from vibopt.mechanics.machine import Machine
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene

@@ -19,7 +19,8 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.excitations.excitation import Excitation
 from vibopt.excitations.run_up import ends_of, motor_of, rate_of
-from vibopt.mechanics.machine import Course, Machine
+from vibopt.mechanics.built import Course
+from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
 from vibopt.signals import Line

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.answer.entry import Checked, Entry, Word
-from vibopt.mechanics.machine import Joint, Machine
+from vibopt.mechanics.built import Joint
+from vibopt.mechanics.machine import Machine
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
 from vibopt.values.fields import Choice, Fact

@@ -18,8 +18,9 @@ import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
+from vibopt.mechanics.built import Course
 from vibopt.mechanics.combine import whole_orders
-from vibopt.mechanics.machine import Course, Machine
+from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for

@@ -15,7 +15,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
-from vibopt.mechanics.machine import Course, Joint, Machine
+from vibopt.mechanics.built import Course, Joint
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import Extreme
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse

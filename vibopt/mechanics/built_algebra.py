@@ -1,0 +1,81 @@
+"""Linear algebra of the machine as built: real where it can be, singular systems without end, poles with joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+
+
+def pencil_poles(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> ComplexArray:
+    """Frequencies of free motion [rad/s] of what has joints, by the finite values of a pencil.
+
+    Joints that no damper reaches keep their balance of springs at every instant, which is a space of motions.
+    """
+    from scipy.linalg import eigvals, null_space
+
+    quick = ~mass.any(axis=1) & ~damping.any(axis=1)
+    size = np.sqrt(np.abs(np.diag(stiffness)) + np.diag(damping))
+    size[size == 0.0] = 1.0
+    balanced = null_space((stiffness / np.outer(size, size))[quick]) if quick.any() else np.eye(len(mass))
+    space = balanced / size[:, None]
+    m, c, k = (space.T @ one @ space for one in (mass, damping, stiffness))
+    n, heavy = len(m), int(mass.any(axis=1).sum())
+    unit = float(np.sqrt(np.abs(k).max() / np.abs(m).max()))
+    left = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c * unit]])
+    right = np.block([[np.eye(n), np.zeros((n, n))], [np.zeros((n, n)), m * unit**2]])
+    above, below = eigvals(left, right, homogeneous_eigvals=True)
+    finite = np.argsort(np.abs(below) / np.maximum(np.abs(above), 1e-300))[::-1][: n + heavy]
+    return np.asarray(-1j * unit * above[finite] / below[finite], dtype=complex)
+
+
+def inverted(mass: FloatArray) -> FloatArray:
+    """Inverse of a mass matrix (n, n); of masses that stand alone to the last digit."""
+    own = np.diag(mass)
+    return np.diag(1.0 / own) if np.count_nonzero(mass) == len(own) else np.asarray(np.linalg.inv(mass))
+
+
+def inverse_root(mass: FloatArray) -> FloatArray:
+    """R (n, n) with R M R^T = 1."""
+    own = np.diag(mass)
+    if np.count_nonzero(mass) == len(own):
+        return np.diag(1.0 / np.sqrt(own))
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)))
+
+
+def nullity(*matrices: FloatArray) -> int:
+    """Directions along which none of some positive matrices (n, n) does work."""
+    scaled = []
+    for matrix in matrices:
+        size = np.sqrt(np.where(np.diag(matrix) > 0.0, np.diag(matrix), 1.0))
+        scaled.append(matrix / size[:, None] / np.abs(matrix / size[:, None]).max(initial=1e-300))
+    rank = int(np.linalg.matrix_rank(np.concatenate(scaled), tol=1e-12))
+    return int(matrices[0].shape[0]) - rank
+
+
+def steady_solution(elastic: FloatArray, dash: FloatArray, load: ComplexArray) -> ComplexArray:
+    """Solve (elastic + i dash) u = load for each frequency, (k, n, n) and (k, n); in real arithmetic where they are."""
+    n = load.shape[1]
+    if np.iscomplexobj(elastic):
+        return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
+    matrix = np.concatenate([np.concatenate([elastic, -dash], axis=2), np.concatenate([dash, elastic], axis=2)], axis=1)
+    both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
+    found: ComplexArray = both[:, :n] + 1j * both[:, n:]
+    return found
+
+
+def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve each system, rows scaled; a singular one gives inf."""
+    scale = np.abs(matrix).max(axis=-1, keepdims=True)
+    scale[scale == 0.0] = 1.0
+    matrix, right = matrix / scale, right / scale[..., 0]
+    try:
+        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=float)
+    except np.linalg.LinAlgError:
+        rows = []
+        for one, load in zip(matrix, right, strict=True):
+            try:
+                rows.append(np.linalg.solve(one, load))
+            except np.linalg.LinAlgError:
+                rows.append(np.full(load.shape, np.inf))
+        return np.array(rows)
