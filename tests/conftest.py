@@ -6,14 +6,20 @@ A law tries a part of its examples by default and all of them with `-m slow`, wh
 import os
 
 import pytest
-from hypothesis import is_hypothesis_test, settings
+from hypothesis import HealthCheck, is_hypothesis_test, settings
+from hypothesis.internal.conjecture import providers
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 os.environ["VIBOPT_CACHE"] = "off"  # each answer of a test is its own
 
-settings.register_profile("same", derandomize=True, database=None, deadline=None)
+settings.register_profile(
+    "same", derandomize=True, database=None, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("same")
+
+# Numbers that stand in the modules imported so far are drawn, too: what is drawn would follow the order of the tests.
+vars(providers)["_get_local_constants"] = lambda: vars(providers)["_local_constants"]
 
 PART, LEAST = 4, 2
 """By default one example of so many is tried, and no fewer than the second."""

@@ -115,9 +115,7 @@ def test_the_greatest_of_two_bodies_is_what_a_search_finds(machine: Machine, pow
             return np.abs(moved.points["rider"] - moved.points["body"])
         return np.abs(machine.force_into(GROUND, moved) if asked == GROUND else moved.points[asked])
 
-    turning = machine.turning(read, power)
-    assume(turning is not None)
-    assert turning is not None
+    turning = machine.turning(read, power)  # where digits are lost it is not known, and searched for
     bands, poles = (Band(0.02, 7.0),), machine.poles()
     found, searched = (greatest(response, bands, poles, np.zeros(0), known).value for known in (turning, None))
     assert found == pytest.approx(searched, rel=1e-9)
