@@ -242,6 +242,32 @@ def test_every_run_up_has_one_value_by_both_routes(kind: str, run: str) -> None:
         assert all(0.0 < one < np.inf for one in found.values())
 
 
+@pytest.mark.parametrize("ends", [(0.5, 1.0), (1.0, 1.5), (0.5, 1.5), (1.5, 1.0)])
+@pytest.mark.parametrize(("pushed", "excited"), [("middle", False), ("left", True)])
+def test_a_resonance_that_nothing_damps_counts_only_where_the_force_excites_it(
+    ends: tuple[float, float], pushed: str, *, excited: bool
+) -> None:
+    """Left and right against each other, met exactly at an end of the run-up: half the machine has no such mode."""
+    met = (55_000.0 / 100.0) ** 0.5
+    low, high = (met * one for one in ends)
+    shaken = {
+        "kind": "force", "on": pushed, "amplitude": "10 N", "varies": "constant", "speed": f"{max(low, high)!r} rad/s",
+        "run_up": {"from": f"{low!r} rad/s", "to": f"{high!r} rad/s", "duration": "6 s"},
+    }  # fmt: skip
+    ways = [(side, end, k) for side in ("left", "right") for end, k in (("ground", 40), ("middle", 15))]
+    links = {f"{side} {end}": {"between": [side, end], "stiffness": f"{k} kN/m"} for side, end, k in ways}
+    asked = {"excitations": {"it": shaken}, "measures": {"asked": {"response": "peak_displacement", "of": "left"}}}
+    bodies = {"left": {"mass": "100 kg"}, "middle": {"mass": "50 kg"}, "right": {"mass": "100 kg"}}
+    whole = told({"title": "three", "bodies": bodies, "links": links, **asked})
+    if excited:
+        assert np.isinf(whole["asked"]) == (1.0 in ends)
+        return
+    bodies = {"left": {"mass": "200 kg"}, "middle": {"mass": "50 kg"}}
+    links = {f"left {end}": {"between": ["left", end], "stiffness": f"{2 * k} kN/m"} for _, end, k in ways[:2]}
+    half = told({"title": "half", "bodies": bodies, "links": links, **asked})
+    assert whole["asked"] == pytest.approx(half["asked"], rel=1e-8)
+
+
 def test_units_and_idle_rows_change_nothing() -> None:
     """rpm/s, Hz/s, rad/s^2 and a duration; a table with a row too many in it."""
     first = told(fan(acceleration="60 rpm/s"))

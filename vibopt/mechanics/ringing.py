@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _NOTHING = 1e-12
 """Part of its size below which a state, a reading or a damping is rounding."""
 _SURE = 1e-13
-_MET, _FADED = 1e-9, 1e-12
+MET, _FADED = 1e-9, 1e-12
 """Part of a speed by which it must miss every pole; part of a reading to which what fades is no more."""
 _ROUNDING, _APART, _ALIKE, _FAINT = 1e-15, 1e10, 1e-11, 1e-9
 """Part of the fastest rate that is no decay; condition of modes up to which they are told apart; parts of a speed by
@@ -168,7 +168,7 @@ class _Lasting:
         speeds = values[turns].imag
         near = np.abs(np.linalg.eigvals(own)[:, None] - 1j * speeds).min(axis=0)
         self.state, self.speeds, self.waves = np.zeros(size), np.ones(1), np.array([np.inf + 0j])
-        if (near <= _MET * speeds).any():
+        if (near <= MET * speeds).any():
             return
         signals = 2.0 * (vectors * np.linalg.solve(vectors, start[size:].astype(complex)))[:, turns]
         pairs = zip(speeds, (whole[:size, size:] @ signals).T, strict=True)
@@ -390,4 +390,4 @@ def _dot(left: Numbers, right: Numbers) -> FloatArray:
     return np.asarray((left * right).sum(axis=-1))
 
 
-__all__ = ["HORIZON", "Behind", "Peak", "Peaks"]
+__all__ = ["HORIZON", "MET", "Behind", "Peak", "Peaks"]

@@ -17,7 +17,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.envelopes import Envelope, greatest
 from vibopt.mechanics.joints import condensed, first_order
 from vibopt.mechanics.panels import Numbers
-from vibopt.mechanics.ringing import HORIZON, Peak
+from vibopt.mechanics.ringing import HORIZON, MET, Peak
 from vibopt.mechanics.transient import Reading
 from vibopt.records import dataclass
 from vibopt.signals import Sweep
@@ -28,6 +28,8 @@ _LOOSE = 2.0
 """On what is beyond the first term of that series, where a bound is asked for."""
 _ALIKE, _CIRCLE, _AROUND = 50.0, 16, 0.05
 """Condition of modes beyond which the damping goes round its value on a circle; points, and radius as a part."""
+_UNMOVED, _FAINT = 1e-12, 1e-9
+"""Parts of what a pole might add, and of the most that one adds, below both of which it adds rounding alone."""
 _FIRST, _SURE, _NOISE, _ROUNDING = 4.0, 1e-12, 2e-16, 1e-17
 """Periods of the slowest mode in the first window behind; rounding of a value, and of a phase."""
 
@@ -53,13 +55,20 @@ class RunUp:
 
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading over every angle at which it begins, from the beginning on, for ever."""
-        *turning, (begun, stays) = self.stretches(self.modal(reading))
+        machine = self.modal(reading)
+        if any(machine.met(speed) for speed, size in zip(self._ends, self.sweep.still, strict=True) if size):
+            return Peak(np.inf, np.inf, len(self.sweep.rates))
+        *turning, (begun, stays) = self.stretches(machine)
         best = Peak(0.0, 0.0)
         for number, (begin, one) in enumerate(turning):
             found = greatest(one.envelope(one.length), 0.0, one.length, best.value)
             if found is not None:
                 best = Peak(found.value, begin + found.at, number, found.at, best.open or found.open)
         return stays.peak(best, begun, len(turning))
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return self.sweep.speeds[0], self.sweep.speeds[-1]
 
     def history(self, reading: Reading, times: FloatArray) -> FloatArray:
         """Greatest size of a reading over every angle at which it begins, at times [s], (n,)."""
@@ -86,8 +95,8 @@ class RunUp:
     def stretches(self, machine: Modal) -> list[tuple[float, Stretch]]:
         """Parts of the run-up without a joint, each with the time at which it begins [s]; at the last it stays."""
         sweep, begun = self.sweep, 0.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            state = sweep.still[0] / (1j * sweep.speeds[0] - machine.poles)
+        begins = sweep.still[0] and 1.0 / (1j * sweep.speeds[0] - machine.poles)  # at rest nothing meets a pole
+        state = np.zeros(len(machine.poles), dtype=complex) + sweep.still[0] * begins
         found = []
         for low, high, rate, powers in zip(sweep.speeds, sweep.speeds[1:], sweep.rates, sweep.powers, strict=False):
             one = Stretch(machine, state, low, rate, (high - low) / rate, powers)
@@ -108,11 +117,28 @@ class RunUp:
 
 @dataclass(frozen=True, slots=True)
 class Modal:
-    """A reading of a machine by its poles [1/s]: what each adds to it, and what the force adds by itself."""
+    """A reading of a machine by its poles [1/s]: what each adds to it, and what the force adds by itself.
+
+    A pole that the force does not excite, or that is not read, is not among them.
+    """
 
     poles: ComplexArray
     parts: ComplexArray
     through: complex
+
+    @classmethod
+    def of(cls, poles: Numbers, row: Numbers, shapes: Numbers, load: Numbers, through: complex) -> Modal:
+        """By what is read of states (N,), shapes of the poles (N, N), and what the force adds to states (N,)."""
+        back = np.linalg.inv(shapes)
+        parts = (row @ shapes) * (back @ load)
+        sizes = np.linalg.norm(row) * np.linalg.norm(shapes, axis=0) * np.linalg.norm(back, axis=1)
+        felt = np.abs(parts) > _UNMOVED * sizes * np.linalg.norm(load)
+        felt |= np.abs(parts) > _FAINT * np.abs(parts).max(initial=0.0)
+        return cls(np.asarray(poles[felt], dtype=complex), parts[felt], through)
+
+    def met(self, speed: float) -> bool:
+        """Whether a speed [rad/s] is that of a pole that nothing damps."""
+        return bool((np.abs(1j * speed - self.poles) <= MET * abs(speed)).any())
 
 
 def mean(several: list[Modal], weights: ComplexArray | FloatArray) -> Modal:
@@ -142,9 +168,8 @@ class _System:
             values = np.minimum(values.real, 0.0) + 1j * values.imag
         rows = [np.zeros(n)] * reading.power + [one[:n] * unit for one in (reading.row, reading.rates, reading.inertia)]
         row = np.concatenate([rows[0] - rows[2] @ stiff, (rows[1] - rows[2] @ damper) * fast])
-        shares = np.linalg.solve(vectors, np.concatenate([np.zeros(n), pushed / fast]).astype(complex))
-        poles = np.asarray(fast * values, dtype=complex)
-        self.modal = Modal(poles, (row @ vectors) * shares, complex(rows[2] @ pushed))
+        load = np.concatenate([np.zeros(n), pushed / fast])
+        self.modal = Modal.of(fast * values, row, vectors, load, complex(rows[2] @ pushed))
         self._energies = (elastic, vectors[:n]), (mass, vectors[n:] * fast)
 
     def _with_joints(self, machine: RunUp, reading: Reading, damping: Numbers) -> None:
@@ -155,7 +180,6 @@ class _System:
         poles, vectors = np.linalg.eig(one.rates)
         if not np.iscomplexobj(one.rates):
             poles = np.minimum(poles.real, 0.0) + 1j * poles.imag
-        shares = np.linalg.solve(vectors, (one.struck @ machine.load[:n]).astype(complex))
         row, through = np.zeros(len(poles), dtype=complex), 0j
         for order, read in enumerate((reading.row, reading.rates, reading.inertia), start=reading.power):
             along = read[:n] @ one.places
@@ -163,7 +187,7 @@ class _System:
                 before = along @ np.linalg.matrix_power(one.rates, order - 1)
                 through, along = through + complex(before @ one.struck @ machine.load[:n]), before @ one.rates
             row = row + along
-        self.modal = Modal(np.asarray(poles, dtype=complex), (row @ vectors) * shares, through)
+        self.modal = Modal.of(poles, row, vectors, one.struck @ machine.load[:n], through)
         self._energies = (kept.stiffness, vectors[: kept.n]), (kept.mass[: kept.heavy, : kept.heavy], vectors[kept.n :])
 
     @property
@@ -194,7 +218,7 @@ class Stretch:
 
     def envelope(self, length: float) -> Envelope:
         """As a function of time up to `length` [s], for the search."""
-        fast = float(np.abs(self.poles).max()) + max(self.low, self.low + self.rate * length)
+        fast = float(np.abs(self.poles).max(initial=0.0)) + max(self.low, self.low + self.rate * length)
         return Envelope(self._pushed, self._ringing, self.bound, self.fading, _NOISE * max(1.0, fast * length))
 
     def value(self, times: FloatArray) -> ComplexArray:
@@ -254,9 +278,7 @@ class Stretch:
 
     @property
     def _steady(self) -> float:
-        """Size of the steady vibration, where the speed stays; infinite at an undamped resonance."""
-        if not (np.abs(1j * self.low - self.poles) > 0.0).all():
-            return np.inf
+        """Size of the steady vibration, where the speed stays."""
         return float(abs(self.parts @ self._driven(np.array([self.low]))[:, 0] + self.through * self.powers[0][0]))
 
     def _turn(self) -> complex:
@@ -322,12 +344,12 @@ class Stretch:
 
     def peak(self, best: Peak, begun: float, number: int) -> Peak:
         """The greater of what was found before and of what follows, where the speed stays, for ever."""
-        steady, rates = self._steady, np.abs(self.poles)
-        if not np.isfinite(steady) or not np.isfinite(np.abs(self.parts) @ np.abs(self.free)):
-            return Peak(np.inf, np.inf, number)
+        steady = self._steady
         if steady > best.value * (1.0 + _SURE):
             best = Peak(steady, np.inf, number, open=best.open)
-        period, gone = 2.0 * np.pi / float(rates.min()), 0.0
+        if not len(self.poles):
+            return best
+        period, gone = 2.0 * np.pi / float(np.abs(self.poles).min()), 0.0
         length = _FIRST * period
         while gone < HORIZON * period * (1.0 - _SURE):
             if float(self.bound(np.array([gone]), np.array([gone]))[0]) <= best.value * (1.0 + _SURE):

@@ -37,6 +37,8 @@ _PERIODS, _HORIZON = 6.0, 1000.0
 """Periods of the slowest mode in a look behind, and in all."""
 _MEET, _FADED, _EVEN, _NEAR = 3.0, 1e-11, 1e-12, 0.998
 """What modes that ring on may grow to as they meet; faded; even; parts of the highest sample that a top must have."""
+_MET, _BESIDE, _ALIKE = 1e-9, 1e-5, 0.1
+"""Parts: of a speed by which it misses a resonance, and beside which it is looked at; by which sides may differ."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 
 
@@ -147,14 +149,24 @@ class Followed:
         return system, loads[:, 0]
 
     def _vibrating(self, speed: float) -> ComplexArray:
-        """Steady vibration at one speed, (2 n,); infinite at an undamped resonance."""
-        system, push = self._system
+        """Steady vibration at one speed, (2 n,); infinite at an undamped resonance that the force excites.
+
+        Of one that it does not excite the machine vibrates as on either side of it.
+        """
+        (system, push), poles = self._system, np.linalg.eigvals(self._system[0])
         size = self._line.amplitude.at(np.array([speed]))[0]
         empty = ~system.any(axis=1)  # rates of joints
-        try:
-            return np.asarray(np.linalg.solve(np.diag(1j * speed + empty) - system, push * size))
-        except np.linalg.LinAlgError:
-            return np.full(len(push), np.inf, dtype=complex)
+        if not size:
+            return np.zeros(len(push), dtype=complex)
+
+        def driven(at: float) -> ComplexArray:
+            return np.asarray(np.linalg.solve(np.diag(1j * at + empty) - system, push * size))
+
+        if (np.abs(1j * speed - poles[np.abs(poles) > 0.0]) > _MET * speed).all():
+            return driven(speed)
+        below, above = driven(speed * (1.0 - _BESIDE)), driven(speed * (1.0 + _BESIDE))
+        excited = np.abs(above - below).max() > _ALIKE * np.abs(above + below).max()
+        return np.full(len(push), np.inf, dtype=complex) if excited else 0.5 * (below + above)
 
     def _settled(self, times: FloatArray) -> ComplexArray:
         """Steady vibration of the last speed at times, (2 n, n)."""
