@@ -127,37 +127,40 @@ class RotatingMachine(Machine):
         real = np.abs(found.imag) <= _REAL * np.abs(found)
         slow = np.abs(found) <= np.sort(np.abs(found))[: 2 * _LOWEST][-1]
         here = np.flatnonzero(real & slow)
-        found[here] = [np.sign(one) * self._met(abs(one)) for one in found[here].real.tolist()]
+        found[here] = np.sign(found[here].real) * self._met(np.abs(found[here].real))
         return found
 
-    def _met(self, omega: float, sense: float = 1.0) -> float:
-        """The frequency near `omega` [rad/s] at which the whole without damping resists some motion no more.
+    def _met(self, omega: FloatArray, sense: float = 1.0) -> FloatArray:
+        """The frequencies near `omega` (n,) [rad/s] at which the whole without damping resists some motion no more.
 
         `sense` is 1 of a whirl with the spin and -1 of one against it, both at the speed of the spin.
         """
-
-        def least(at: float) -> float:
-            one = np.array([at])
-            values = np.linalg.eigvalsh(self._undamped(one, sense)[0])
-            return float(values[np.abs(values).argmin()])
-
-        before, here = omega * (1.0 + 1e-5), omega
-        low, high = least(before), least(here)
+        before, here = omega * (1.0 + 1e-5), omega.copy()
+        low, high = self._least(before, sense), self._least(here, sense)
+        left = np.ones(len(omega), dtype=bool)
         for _ in range(_NEWTON):
-            if high == low or abs(here - before) <= _CLOSE * abs(here):
+            left &= (high != low) & (np.abs(here - before) > _CLOSE * np.abs(here))
+            if not left.any():
                 break
-            there = here - high * (here - before) / (high - low)
-            if not abs(there - omega) <= _AROUND * abs(omega):
-                return omega
-            before, low, here = here, high, there
-            high = least(here)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                there = here - high * (here - before) / (high - low)
+                astray = left & ~(np.abs(there - omega) <= _AROUND * np.abs(omega))
+            left &= ~astray
+            here[astray] = omega[astray]
+            before[left], low[left], here[left] = here[left], high[left], there[left]
+            high[left] = self._least(here[left], sense)
         return here
 
-    def _undamped(self, omega: FloatArray, sense: float) -> FloatArray:
-        """Dynamic stiffness (n, size, size) without dampers, of whirls with the spin or against it, scaled."""
-        stiff = self._dynamic(sense * omega, omega).real
-        size = np.sqrt(np.diagonal(self._dynamic(np.zeros(1))[0].real))
-        return np.asarray(stiff / np.outer(size, size))
+    def _least(self, omega: FloatArray, sense: float) -> FloatArray:
+        """Eigenvalue nearest to zero of the dynamic stiffness without dampers at frequencies (n,) [rad/s], scaled."""
+        stiff = self._dynamic(sense * omega, omega).real / np.outer(self._size, self._size)
+        values = np.linalg.eigvalsh(stiff)
+        return np.asarray(np.take_along_axis(values, np.abs(values).argmin(axis=-1)[:, None], axis=-1)[:, 0])
+
+    @cached_property
+    def _size(self) -> FloatArray:
+        """Root of the static stiffness of each coordinate in `_dynamic`."""
+        return np.asarray(np.sqrt(np.diagonal(self._dynamic(np.zeros(1))[0].real)))
 
     def critical_speeds(self, sense: float = 1.0) -> FloatArray:
         """Speeds at which a whirl with the spin, or against it (`sense` -1), is free, ascending [rad/s].
@@ -168,7 +171,7 @@ class RotatingMachine(Machine):
         squares = inverse_squares(mass - sense * polar, stiffness)
         speeds = np.sqrt(1.0 / squares[squares > 0.0])
         quick = min(one.quick for one in self.shafts.values())
-        return np.sort([self._met(float(one), sense) for one in np.sort(speeds[speeds <= quick])[:_LOWEST]])
+        return np.sort(self._met(np.sort(speeds[speeds <= quick])[:_LOWEST], sense))
 
     def free_whirls(self, spin: float) -> FloatArray:
         """Frequencies of undamped whirl at a spin [rad/s], forward ones above zero and backward ones below, ascending.

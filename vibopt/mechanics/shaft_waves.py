@@ -6,15 +6,18 @@ order, whose exponential carries it from end to end: Timoshenko's beam with the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
-_TERMS, _SMALL = 13, 0.25
+_SERIES = np.array([1.0 / math.factorial(k) for k in range(17)])
+_SMALL = 0.5
 """Terms of the exponential series, and the size of a matrix below which they are all that matters."""
 _PIECES, _FEWEST, _LONG = 16, 3, 10.0
 """Pieces in matrices for slow motion, of the whole and of a section; inertia over stiffness up to which it is slow."""
@@ -34,33 +37,6 @@ class Section:
         """Frequency up to which the waves along one of some pieces of it are long [rad/s]."""
         long = self.length / pieces
         return float(np.sqrt(_LONG * self.bending / max(self.mass * long**4, self.rotary * long**2)))
-
-    def stiffness(self, square: ComplexArray, tilting: ComplexArray, pieces: int = 1) -> ComplexArray:
-        """Dynamic stiffness over deflection and tilt at the left and the right end, (..., 4, 4).
-
-        Parameters
-        ----------
-        square
-            Frequency squared [1/s^2], (...).
-        tilting
-            What the diametral inertia is multiplied by, w^2 - 2 w W at the spin W [1/s^2], (...).
-        pieces
-            Into how many the section is cut; the stiffness is that of one of them.
-        """
-        long = self.length / pieces
-        system = np.zeros((*np.shape(square), 4, 4), dtype=complex)
-        system[..., 0, 1], system[..., 0, 2] = 1.0, self.bending / (self.shear * long**2)
-        system[..., 1, 3], system[..., 3, 2] = 1.0, -1.0
-        system[..., 2, 0] = -self.mass * long**4 / self.bending * square
-        system[..., 3, 1] = -self.rotary * long**2 / self.bending * tilting
-        carried = _exponential(system)
-        a, b, c, d = (carried[..., i : i + 2, j : j + 2] for i in (0, 2) for j in (0, 2))
-        across = np.linalg.inv(b)
-        found = np.empty_like(system)
-        found[..., :2, :2], found[..., :2, 2:] = across @ a, -across
-        found[..., 2:, :2], found[..., 2:, 2:] = c - d @ across @ a, d @ across
-        size = np.array([1.0 / long, 1.0, 1.0 / long, 1.0])
-        return np.asarray(found * (self.bending / long * np.outer(size, size)), dtype=complex)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,12 +84,12 @@ class WhirlingShaft:
         Without a spin it is that of the whirl with the shaft, which an unbalance drives.  A negative frequency is
         that of a backward whirl.
         """
-        square = np.asarray(omega, dtype=complex) ** 2
-        turned = square if spin is None else np.asarray(omega * spin, dtype=complex)
-        tilting = np.asarray(square - 2.0 * turned, dtype=complex)
-        found = np.zeros((len(square), self.size, self.size), dtype=complex)
-        for i, one in enumerate(self.sections):
-            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += one.stiffness(square, tilting)
+        square = np.asarray(omega) ** 2
+        turned = square if spin is None else np.asarray(omega * spin)
+        each = _stiffness(self.sections, square, square - 2.0 * turned)
+        found = np.zeros((len(square), self.size, self.size), dtype=each.dtype)
+        for i, one in enumerate(each):
+            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += one
         for disc in self.discs:
             found[:, 2 * disc.node, 2 * disc.node] -= square * disc.mass
             found[:, 2 * disc.node + 1, 2 * disc.node + 1] -= square * disc.diametral - turned * disc.polar
@@ -130,9 +106,12 @@ class WhirlingShaft:
         count = 2 * pieces * len(self.sections) + 2
         stiff, inertia, polar = (np.zeros((count, count)) for _ in range(3))
         step, still = np.array([1e-30j]), np.zeros(1, dtype=complex)
-        for i, one in enumerate(self.sections):
-            along = one.stiffness(step, still, pieces)[0]
-            tilted = -one.stiffness(still, step, pieces)[0].imag / step.imag
+        moved = (
+            _stiffness(self.sections, step, still, pieces)[:, 0],
+            _stiffness(self.sections, still, step, pieces)[:, 0],
+        )
+        for i, (along, turned) in enumerate(zip(*moved, strict=True)):
+            tilted = -turned.imag / step.imag
             for k in range(pieces):
                 begin = 2 * (pieces * i + k)
                 here = slice(begin, begin + 4)
@@ -151,15 +130,46 @@ class WhirlingShaft:
         return 2 * self.pieces * self.points[point]
 
 
+def _stiffness(sections: tuple[Section, ...], square: Any, tilting: Any, pieces: int = 1) -> ComplexArray:
+    """Dynamic stiffness of sections over deflection and tilt at the left and the right end, (n_sections, n, 4, 4).
+
+    Parameters
+    ----------
+    square
+        Frequencies squared [1/s^2], (n,).
+    tilting
+        What the diametral inertia is multiplied by, w^2 - 2 w W at the spin W [1/s^2], (n,).
+    pieces
+        Into how many each section is cut; the stiffness is that of one of them.
+    """
+    table = np.array([(one.length / pieces, one.bending, one.shear, one.mass, one.rotary) for one in sections])
+    long, bending, shear, mass, rotary = table.T[..., None]
+    system = np.zeros((len(sections), len(square), 4, 4), dtype=np.result_type(square, tilting, float))
+    system[..., 0, 1], system[..., 0, 2] = 1.0, bending / (shear * long**2)
+    system[..., 1, 3], system[..., 3, 2] = 1.0, -1.0
+    system[..., 2, 0] = -mass * long**4 / bending * square
+    system[..., 3, 1] = -rotary * long**2 / bending * tilting
+    carried = _exponential(system)
+    a, b, c, d = (carried[..., i : i + 2, j : j + 2] for i in (0, 2) for j in (0, 2))
+    across = np.linalg.inv(b)
+    found = np.empty_like(system)
+    found[..., :2, :2], found[..., :2, 2:] = across @ a, -across
+    found[..., 2:, :2], found[..., 2:, 2:] = c - d @ across @ a, d @ across
+    size = np.stack([1.0 / long, np.ones_like(long), 1.0 / long, np.ones_like(long)], axis=-1)
+    return np.asarray(found * ((bending / long)[..., None, None] * size[..., :, None] * size[..., None, :]))
+
+
 def _exponential(matrix: ComplexArray) -> ComplexArray:
-    """Of many small matrices (..., n, n), by its series and squaring."""
+    """Of many small matrices (..., n, n), by its series in fourth powers and squaring."""
     size = float(np.abs(matrix).sum(axis=-1).max(initial=_SMALL))
     turns = int(np.ceil(np.log2(size / _SMALL)))
-    part = matrix / 2.0**turns
-    one = np.broadcast_to(np.eye(matrix.shape[-1], dtype=complex), matrix.shape)
-    found = one
-    for k in range(_TERMS, 0, -1):
-        found = one + part @ found / k
+    powers = [np.broadcast_to(np.eye(matrix.shape[-1]), matrix.shape), matrix / 2.0**turns]
+    for _ in range(3):
+        powers.append(powers[-1] @ powers[1])
+    found = _SERIES[16] * powers[4]
+    for k in (12, 8, 4, 0):
+        found = found @ powers[4] if k < 12 else found
+        found = found + sum(_SERIES[k + i] * powers[i] for i in range(4))
     for _ in range(turns):
         found = found @ found
     return np.asarray(found)

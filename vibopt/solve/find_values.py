@@ -10,7 +10,7 @@ from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.one_range import Permitted, permitted
-from vibopt.verify.checked import checked_limits, checked_measures, disagreement
+from vibopt.verify.checked import Built, disagreement
 
 _NEAR = 1e-6
 """Part of a bound within which the limit that ends an interval must be met as measured."""
@@ -42,9 +42,8 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     found = permitted(program)
 
     def measured(value: float) -> Rows:
-        chosen = {variable.path: value}
-        limits = checked_limits(scene, chosen, model=program.model)
-        return {**limits, **checked_measures(scene, chosen, model=program.model)}
+        built = Built(scene, {variable.path: value}, program.model)
+        return {**built.limits({}), **built.measures({})}
 
     def end(value: float, name: str) -> End:
         return End(Entry(value, variable.dimension, variable.unit), name, measured(value))
