@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from dataclasses import MISSING, Field, FrozenInstanceError
 from functools import cache
@@ -12,7 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
+    from functools import cached_property as cached_property
 else:
+
+    class cached_property(functools.cached_property):  # noqa: N801
+        """As in the standard library, without the lock that it takes before Python 3.12: two threads may both work."""
+
+        def __get__(self, instance, owner=None):
+            if instance is None:
+                return self
+            found = instance.__dict__[self.attrname] = self.func(instance)
+            return found
 
     def dataclass(cls=None, /, *, frozen=False, eq=True, slots=False, kw_only=False):
         """As `dataclasses.dataclass`: one class text is compiled, `__init__`, and only with its first object.

@@ -157,7 +157,8 @@ class LinkTable(Device):
         return self
 
     def _given(self, keys: tuple[str, ...]) -> list[str]:
-        return [key for key in keys if getattr(self, key) is not None]
+        said = vars(self)
+        return [key for key in keys if said[key] is not None]
 
     @property
     def says_line(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import field
+from functools import lru_cache
 from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -30,6 +31,7 @@ MOST_SAID = 200
 """Most mistakes of one file that are said at once."""
 
 
+@lru_cache(maxsize=4096)
 def dotted(path: Path) -> str:
     """Path as in the messages: limits.start_up.at_most, harmonics[2]."""
     text = ""

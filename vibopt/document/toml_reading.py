@@ -61,26 +61,26 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
             new[key] = FileText(new[key], folder)
     for family in ("structures", "excitations"):
         tables = new.get(family)
-        if isinstance(tables, Mapping):
+        if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _placed(table, folder) for name, table in tables.items()}
     for family in ("links", "mounts"):
         tables = new.get(family)
-        if isinstance(tables, Mapping):
+        if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _with_part(table, folder) for name, table in tables.items()}
     return new
 
 
 def _with_part(table: Any, folder: FilePath) -> Any:
     """A table whose part names its catalogue as seen from the folder."""
-    part = table.get("part") if isinstance(table, Mapping) else None
-    file = part.get("catalogue") if isinstance(part, Mapping) else None
+    part = table.get("part") if isinstance(table, (dict, Mapping)) else None
+    file = part.get("catalogue") if isinstance(part, (dict, Mapping)) else None
     if part is None or not isinstance(file, str):
         return table
     return {**table, "part": {**part, "catalogue": FileText(file, folder)}}
 
 
 def _placed(table: Any, folder: FilePath) -> Any:
-    if not isinstance(table, Mapping):
+    if not isinstance(table, (dict, Mapping)):
         return table
     return {
         key: FileText(value, folder) if key in FILES and isinstance(value, str) else value

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -242,8 +243,7 @@ class Excitation(Table):
             return Amplitude(tuple(scaled))
         grows = POWERS[variation] if isinstance(variation, str) else 0
         at = (self._reference() or 1.0) if grows else 1.0
-        everywhere = Band(0.0, math.inf)
-        return Amplitude((Piece(everywhere, amplitude / at**grows, 0.0, grows + power),))
+        return _everywhere(amplitude / at**grows, grows + power)
 
     def _reference(self) -> float:
         """Speed [rad/s] at which the amplitude is given."""
@@ -355,6 +355,12 @@ class Transient(Excitation, Once):
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """None: what comes once has no lines."""
         return ()
+
+
+@lru_cache(maxsize=256)
+def _everywhere(constant: float, power: int) -> Amplitude:
+    """The amplitude at every speed; each limit and measure asks for the same one."""
+    return Amplitude((Piece(Band(0.0, math.inf), constant, 0.0, power),))
 
 
 def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Amplitude) -> Line:

@@ -105,7 +105,8 @@ def forget() -> None:
 def shown_name(file: str | Path) -> str:
     """A file name for messages and titles: signs that no terminal shows replaced, long ones cut in the middle."""
     text = str(file).encode("utf-8", "replace").decode()
-    return shortened("".join(one if one.isprintable() else "?" for one in text), _LONGEST)
+    shown = text if text.isprintable() else "".join(one if one.isprintable() else "?" for one in text)
+    return shortened(shown, _LONGEST)
 
 
 def _check(found: os.stat_result, kind: Kind) -> None:

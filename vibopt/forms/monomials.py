@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import pow, prod  # noqa: A004
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +42,13 @@ class Monomials(Form):
         return value
 
     def value(self, model: Model, x: FloatArray) -> float:
-        return float(self.at(x))
+        total, at = 0.0, np.asarray(x).tolist()
+        try:
+            for scale, row in zip(self.scale.tolist(), self.exponents.tolist(), strict=True):
+                total += scale * prod(pow(one, power) for one, power in zip(at, row, strict=True) if power)
+        except (ArithmeticError, ValueError):  # has no end, or is no number
+            return float(self.at(x))
+        return total
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         parts = self._parts(x)

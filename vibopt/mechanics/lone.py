@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from vibopt.mechanics.built import Joint, Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.turning import turning_points
+from vibopt.records import cached_property
 
 
 class LoneMachine(Machine):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import field
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -19,7 +18,7 @@ from vibopt.mechanics.built_algebra import inverse_root, inverted, nullity, penc
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.turning import of_two
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs

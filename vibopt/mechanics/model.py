@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field, replace
-from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.monomial import Monomial
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 K = TypeVar("K")
 INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -20,7 +19,7 @@ from vibopt.mechanics.built_algebra import inverse_root, steady_solution
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.vectors import cross
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, given_at
 from vibopt.errors import way_out
 from vibopt.mechanics.builder import GROUND
@@ -20,12 +19,10 @@ if TYPE_CHECKING:
 def check_names(scene: Scene, mistakes: Mistakes) -> None:
     """Every point and every link has a name of its own, and something can move."""
     seen: dict[str, str] = {}
-    for family in FAMILIES:
-        for name, table in places.raw(scene, family).items():
-            kind = FAMILIES[family]
-            own = (kind.moving_in, kind.supports_in, kind.links_in)
-            for one in dict.fromkeys([name, *(x for ask in own for x in ask(name, table))]):
-                _check_name(family, name, one, seen, mistakes)
+    for family, kind, name, table in places.raw_devices(scene):
+        own = (*kind.moving_in(name, table), *kind.supports_in(name, table), *kind.links_in(name, table))
+        for one in dict.fromkeys((name, *own)):
+            _check_name(family, name, one, seen, mistakes)
     if not any(places.raw(scene, family) for family in ("bodies", "structures", "rotors")):
         mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
 
@@ -119,6 +116,7 @@ def _wrong_key(path: tuple[str, str], table: Device, key: str, place: str, turns
     mistakes.add((*path, key), f"{'.'.join(path)}.{key} is {what[0]}, but {what[1]}. Write {table.other_way[key]}.")
 
 
+@places.once
 def _lines(scene: Scene) -> set[str]:
     """Points that move along a line for sure: those of tables that could be read."""
     known = {*scene.bodies, *scene.absorbers}

@@ -38,7 +38,7 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
     if not response.moves:
         return
     turning, ends = places.turning(scene), places.ends(scene)
-    moving = {*scene.bodies, *scene.absorbers, *places.moving(scene)}
+    moving = _moving(scene)
     if place in moving:
         kinds = {place in turning}
     else:
@@ -58,6 +58,11 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
             way = way.replace("response =", f"{scene.goal.sense if scene.goal else 'minimise'} =")
         does = "moves along a line" if around else "turns"
         mistakes.add(path, f"{where} asks for the {response.response} of {place}, which {does}.{way}")
+
+
+@places.once
+def _moving(scene: Scene) -> set[str]:
+    return {*scene.bodies, *scene.absorbers, *places.moving(scene)}
 
 
 def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> bool:
     """Add what is wrong between a response and the noises of the scene; whether the rest is worth checking."""
-    if not isinstance(response, HarmonicResponse | RandomResponse | TransientResponse):
+    if not isinstance(response, (HarmonicResponse, RandomResponse, TransientResponse)):
         return True
     if not _known(scene, path, response, mistakes, broken):
         return isinstance(response, HarmonicResponse)

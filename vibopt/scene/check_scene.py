@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vibopt.document.mistakes import Mistakes, Path
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
@@ -77,7 +77,7 @@ def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
 
 def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
     given = [key for key in ("at_most", "at_least", "outside") if vars(response).get(key) is not None]
-    name = ".".join(str(one) for one in path)
+    name = dotted(path)
     if path[0] == "limits" and not given:
         extra = response.other_bound
         mistakes.add(path, f"{name} has no bound. Add at_most or at_least{extra}, or move it to [measures.{path[1]}].")
@@ -100,7 +100,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
 
 
 def _moved(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
-    name = ".".join(str(one) for one in path)
+    name = dotted(path)
     held = not any(one.startswith(("links", "mounts", "absorbers", "structures")) for one in broken)
     if response.sags and held:
         _sags(scene, path, name, next(place for place, _ in response.places().values()), mistakes)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from vibopt.devices.mount import MountTable
 
 _RANK = 1e-9
+_OF_SPACE = {"direction", "axis"}
+"""Words of a response that ask about space."""
 
 
 def check_space(scene: Scene, mistakes: Mistakes) -> None:
@@ -234,6 +236,7 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     return True
 
 
+@places.once
 def _half_read(scene: Scene) -> bool:
     """Whether a table of a machine in space has a mistake: then nobody knows what moves where."""
     if not (is_spatial(scene) or places.raw(scene, "mounts") or places.raw(scene, "points")):
@@ -252,6 +255,9 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
     """Whether a response asks about something in space, where its place and direction are checked here."""
     if _half_read(scene):
         return True
+    flat = not (scene.mounts or is_spatial(scene) or response.in_space == "whole")
+    if flat and not _OF_SPACE & response.model_fields_set and all(k != "mount" for _, k in response.places().values()):
+        return False
     where, key, said = dotted(path), response.response, vars(response)
     name, into = said.get("of") or said.get("through") or said.get("across"), said.get("into")
     group, inside = mount_of(scene, name), name is not None and place_in_space(scene, name)

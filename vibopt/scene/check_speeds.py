@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibopt.devices import FAMILIES
-from vibopt.document.mistakes import Mistakes, Path
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import HarmonicResponse, RandomResponse, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
@@ -14,7 +14,7 @@ from vibopt.values import SpeedRange
 
 def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes: Mistakes, broken: set[str]) -> None:
     """Add what is wrong with the excitations and the speeds of one harmonic response."""
-    name = ".".join(str(one) for one in path)
+    name = dotted(path)
     if not scene.excitations:
         if not any(one.startswith("excitations.") for one in broken):
             mistakes.add(
@@ -42,7 +42,7 @@ def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes:
 def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
     key = "at" if response.at is not None else "over"
     given = response.at if response.at is not None else response.over
-    where = ".".join(str(one) for one in path)
+    where = dotted(path)
     if isinstance(given, dict):
         for one in given:
             if one not in names:
@@ -75,7 +75,7 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
     for band in bands_for(scene, response, name):
         if any(one.holds(band.low) and one.holds(band.high) for one in known):
             continue
-        where = ".".join(str(one) for one in path)
+        where = dotted(path)
         if excitation.variation is None:
             mistakes.add(
                 path,
@@ -96,7 +96,7 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
 
 
 def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
-    where = ".".join(str(one) for one in path)
+    where = dotted(path)
     lines = line_count(scene, *names)
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
@@ -136,7 +136,7 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
 def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
     if not response.normalised:
         return
-    where = ".".join(str(one) for one in path)
+    where = dotted(path)
     if len(names) > 1 or line_count(scene, *names) > 1:
         mistakes.add(
             path,
@@ -149,6 +149,7 @@ def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[st
         mistakes.add(path, f"{where}: {why}, which excitations.{names[0]} is not.{way}")
 
 
+@places.once
 def _joined(scene: Scene) -> bool:
     """Whether every link ends at something; a link that does not has been reported already."""
     points = set(places.points(scene))
@@ -174,7 +175,7 @@ def reached(
         else:
             still = not any(end in moved for two in ends.values() if place in two for end in two if end != place)
         if still:
-            where = ".".join(str(one) for one in path)
+            where = dotted(path)
             mistakes.add(
                 path,
                 f"{where} looks at {place}, which {' and '.join(names)} cannot move: no link leads there. Add a "

@@ -12,6 +12,7 @@ from vibopt.scene.space import is_spatial
 _THRESHOLD = "stability_threshold"
 
 
+@places.once
 def turning(scene: Scene) -> dict[str, str]:
     """Links with a damping that turns with a shaft, and the key that says it."""
     return {name: key for name, one in scene.links.items() if (key := one.turns_with_shaft)}

@@ -18,14 +18,16 @@ _Asked = TypeVar("_Asked", bound=Callable[..., Any])
 
 def once(of: _Asked) -> _Asked:
     """What a scene says is gathered when it is first asked for: a scene does not change."""
-    name = f"once.{of.__name__}"
+    name = f"{of.__module__}.{of.__name__}"
 
     @wraps(of)
     def kept(scene: Scene, *more: Any) -> Any:
-        known, key = vars(scene), f"{name}.{'.'.join(more)}" if more else name
-        if key not in known:
-            known[key] = of(scene, *more)
-        return known[key]
+        known, key = scene.__dict__, f"{name}.{'.'.join(more)}" if more else name
+        try:
+            return known[key]
+        except KeyError:
+            found = known[key] = of(scene, *more)
+            return found
 
     return cast("_Asked", kept)
 
@@ -34,9 +36,9 @@ def once(of: _Asked) -> _Asked:
 def raw(scene: Scene, family: str) -> dict[str, Mapping[str, Any]]:
     """Tables of a family as they stand in the document, those with mistakes included."""
     tables = scene.document.get(family, {})
-    if not isinstance(tables, Mapping):
+    if not isinstance(tables, (dict, Mapping)):  # to ask for a dict first is sooner answered
         return {}
-    return {name: table if isinstance(table, Mapping) else {} for name, table in tables.items()}
+    return {name: table if isinstance(table, (dict, Mapping)) else {} for name, table in tables.items()}
 
 
 @once
@@ -51,14 +53,16 @@ def bound_parts(scene: Scene) -> list[Bound]:
 
 
 @once
-def _raw_devices(scene: Scene) -> list[tuple[type[Device], str, Mapping[str, Any]]]:
-    return [(FAMILIES[family], name, table) for family in FAMILIES for name, table in raw(scene, family).items()]
+def raw_devices(scene: Scene) -> list[tuple[str, type[Device], str, Mapping[str, Any]]]:
+    """Family, kind, name and table of every device as it stands in the document, those with mistakes included."""
+    said = [(family, raw(scene, family)) for family in FAMILIES if family in scene.document]
+    return [(family, FAMILIES[family], name, table) for family, tables in said for name, table in tables.items()]
 
 
 @once
 def moving(scene: Scene) -> list[str]:
     """Points that move freely: bodies, masses of absorbers, points of structures."""
-    return [one for kind, name, table in _raw_devices(scene) for one in kind.moving_in(name, table)]
+    return [one for _, kind, name, table in raw_devices(scene) for one in kind.moving_in(name, table)]
 
 
 @once
@@ -71,7 +75,7 @@ def carried(scene: Scene) -> set[str]:
 @once
 def supports(scene: Scene) -> list[str]:
     """Points that move as prescribed."""
-    return [one for kind, name, table in _raw_devices(scene) for one in kind.supports_in(name, table)]
+    return [one for _, kind, name, table in raw_devices(scene) for one in kind.supports_in(name, table)]
 
 
 @once
@@ -112,13 +116,13 @@ def shaken(scene: Scene, *names: str) -> set[str]:
 @once
 def links(scene: Scene) -> list[str]:
     """Everything that joins two points by a spring or a damper: links and absorbers."""
-    return [one for kind, name, table in _raw_devices(scene) for one in kind.links_in(name, table)]
+    return [one for _, kind, name, table in raw_devices(scene) for one in kind.links_in(name, table)]
 
 
 @once
 def freedoms(scene: Scene) -> int:
     """Number of free coordinates."""
-    return sum(kind.freedoms_in(name, table) for kind, name, table in _raw_devices(scene))
+    return sum(kind.freedoms_in(name, table) for _, kind, name, table in raw_devices(scene))
 
 
 @once
@@ -145,7 +149,7 @@ def neighbours(scene: Scene) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     groups: list[tuple[str, ...]] = list(ends(scene).values())
     groups += [(name, point.on) for name, point in scene.points.items()]
-    groups += [one for kind, name, table in _raw_devices(scene) if len(one := kind.moving_in(name, table)) > 1]
+    groups += [one for _, kind, name, table in raw_devices(scene) if len(one := kind.moving_in(name, table)) > 1]
     for group in groups:
         for here in group:
             found.setdefault(here, set()).update(there for there in group if there != here)

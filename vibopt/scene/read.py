@@ -23,7 +23,7 @@ from vibopt.scene.drives import with_own_bounds
 from vibopt.scene.open_places import MOST, combinations, open_places, open_positions, positioned, settled
 from vibopt.scene.scene import MAXIMISE, MINIMISE, OWN_FIELDS, Goal, Scene, Variable
 from vibopt.values import Table, rule_of
-from vibopt.values.fields import Choice, Fact
+from vibopt.values.fields import Choice, numbers_in
 
 _HEAD, _TAIL = (
     ["title", "statement", "source"],
@@ -175,13 +175,13 @@ class _Parts:
 
     def _tables(self, family: str) -> dict[str, dict[str, Any]]:
         tables = self.document.get(family, {})
-        if not isinstance(tables, Mapping):
+        if not isinstance(tables, (dict, Mapping)):
             self.broken.add(family)
             self.mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")
             return {}
         good = {}
         for name, table in tables.items():
-            if isinstance(table, Mapping):
+            if isinstance(table, (dict, Mapping)):
                 good[name] = dict(table)
             else:
                 self.broken.add(f"{family}.{name}")
@@ -233,21 +233,13 @@ class _Parts:
 
     def _values(self, path: tuple[str, ...], made: Table) -> None:
         """Note the design variables and the readings of a table's values, those of tables in it too."""
-        for key, value in vars(made).items():
-            if not isinstance(value, (Table, Fact, Choice, tuple)):
-                continue
-            inner = (*path, key)
-            if isinstance(value, Table):
-                self._values(inner, value)
-            for number, one in enumerate(value if isinstance(value, tuple) else (), start=1):
-                if isinstance(one, Table):
-                    self._values((*inner, str(number)), one)
-            if isinstance(value, (Fact, Choice)) and value.echo:
-                self.notes.append(f"{'.'.join(inner)}: {value.echo}")
+        for where, value, table in numbers_in(".".join(path), made):
+            if value.echo:
+                self.notes.append(f"{where}: {value.echo}")
             if isinstance(value, Choice):
-                rule = rule_of(type(made), key)
+                rule = rule_of(type(table), where.rpartition(".")[2])
                 dimension = rule.dimension if rule is not None else "ratio"
-                self.variables.append(Variable(".".join(inner), value, dimension))
+                self.variables.append(Variable(where, value, dimension))
 
     def _goal(self) -> tuple[Goal | None, str | None]:
         table = self.document.get("goal")

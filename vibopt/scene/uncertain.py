@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from vibopt.records import dataclass
 from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
-from vibopt.values import Table
-from vibopt.values.fields import Choice, Fact
+from vibopt.values.fields import Choice, Fact, numbers_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +31,7 @@ def uncertain(scene: Scene) -> tuple[Uncertain, ...]:
     found: dict[str, Uncertain] = {}
     for family, name, table in devices(scene):
         base = f"{family}.{name}"
-        own = dict(_own(base, table))
+        own = {path: value.tolerance for path, value, _ in numbers_in(base, table) if value.tolerance > 0.0}
         wide = float(getattr(table, "tolerance", None) or 0.0)
         said = dict(own)
         for part, key in table.parts().items() if wide else ():
@@ -58,18 +57,6 @@ def _printed(base: str, tolerance: Fact | Choice | None) -> list[Uncertain]:
 def uncertain_at(scene: Scene, chosen: Mapping[str, float]) -> tuple[Uncertain, ...]:
     """The same numbers with the tolerances of the parts that are chosen; `chosen` is the value of variables by path."""
     return tuple(replace(one, tolerance=chosen[one.printed]) if one.printed else one for one in uncertain(scene))
-
-
-def _own(path: str, table: Table) -> Iterator[tuple[str, float]]:
-    for key, value in vars(table).items():
-        if isinstance(value, Table):
-            yield from _own(f"{path}.{key}", value)
-        elif isinstance(value, (list, tuple)):
-            tables = [(number, one) for number, one in enumerate(value, start=1) if isinstance(one, Table)]
-            for number, one in tables:
-                yield from _own(f"{path}.{key}.{number}", one)
-        elif isinstance(value, (Fact, Choice)) and value.tolerance > 0.0:
-            yield f"{path}.{key}", value.tolerance
 
 
 __all__ = ["Uncertain", "uncertain", "uncertain_at"]

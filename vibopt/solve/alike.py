@@ -32,10 +32,11 @@ def in_order(scene: Scene, program: Program, found: Found) -> Found:
 
     Where it makes no difference how they share, as with springs side by side, they share evenly.
     """
-    if found.x is None or program.ties:
+    every = [] if found.x is None or program.ties else list(_alike(scene, program))
+    if not every:
         return found
     x, judge = np.array(found.x, dtype=float), Judge(program)
-    for groups in _alike(scene, program):
+    for groups in every:
         for there in (_even(x, groups, program), _exchanged(x, groups)):
             if (there == x).all() or _as_good(judge, x, there):
                 x = there

@@ -1,11 +1,11 @@
 """A number in a problem file: a fact, or a choice that the solver is to make."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from types import NoneType
-from typing import Annotated, Any, ClassVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args
 
 from pydantic import (
     BaseModel,
@@ -86,16 +86,43 @@ class Table(BaseModel):
     @classmethod
     def _no_truth_for_a_number(cls, given: Any) -> Any:
         """True and false are numbers to Python, and 1 and 0 to nobody else."""
-        for key in counts_of(cls) if isinstance(given, Mapping) else ():
+        for key in counts_of(cls) if isinstance(given, (dict, Mapping)) else ():
             said = given.get(key)
             if isinstance(said, bool) or (isinstance(said, list) and any(isinstance(one, bool) for one in said)):
                 raise KeyedError(key, said, "is true or false, but a number is needed here. Write one, for example 2.")
         return given
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, key: str) -> Any:
+            """What a kind has no key for is asked for often: said at once, without a search for the nearest word."""
+            if key.startswith("_"):
+                return super().__getattr__(key)
+            raise AttributeError(key)
+
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """What a kind says of itself is no field, and not looked at again for every child of it."""
         cls.__annotations__ = {key: one for key, one in cls.__annotations__.items() if key not in cls.__class_vars__}
+
+
+_PLAIN = {NoneType, str, bool, int, float}
+
+
+def numbers_in(path: str, table: Table) -> Iterator[tuple[str, Fact | Choice, Table]]:
+    """Path and value of every number of a table and of the tables in it, and the table that holds it."""
+    for key, value in vars(table).items():
+        if type(value) in _PLAIN:
+            continue
+        here = f"{path}.{key}"
+        if isinstance(value, (Fact, Choice)):
+            yield here, value, table
+        elif isinstance(value, (list, tuple)):
+            for number, one in enumerate(value, start=1):
+                if isinstance(one, Table):
+                    yield from numbers_in(f"{here}.{number}", one)
+        elif isinstance(value, Table):
+            yield from numbers_in(here, value)
 
 
 class KeyedError(ValueError):

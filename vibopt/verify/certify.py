@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -19,7 +18,7 @@ from vibopt.mechanics.combine import combined, foremost
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.modal import WORTH
 from vibopt.mechanics.peaks import Extreme, greatest, least
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for
 from vibopt.scene.scene import Scene

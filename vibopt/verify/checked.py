@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
 from vibopt.answer.entry import Checked, Chosen, Entry
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.response import place_of
 from vibopt.responses.stability_threshold import StabilityThreshold

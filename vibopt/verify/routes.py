@@ -7,7 +7,6 @@ the rounding of their coefficients, carried through the equations to the respons
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
 from math import hypot
 
 import numpy as np
@@ -21,7 +20,7 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.onemass import reading
 from vibopt.program.from_rest import from_rest, graded
 from vibopt.program.pose import form_of, ratings
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
 from vibopt.signals import Band, Drive, Output
