@@ -267,8 +267,7 @@ class RotorTable(Device):
 
     @classmethod
     def freedoms_in(cls, name: str, given: Mapping[str, Any]) -> int:
-        sections = given.get("sections")
-        return 8 * (len(sections) if isinstance(sections, list) else 1)
+        return waves.MODES
 
     def declare(self, builder: ModelBuilder, name: str) -> None:
         for i in range(self.beam(builder.top, builder.modes).count):
@@ -322,11 +321,12 @@ class RotorTable(Device):
                 builder.add_term(INERTIA, tilt, moment, name, 0.0)
             for moment in polar:
                 builder.add_polar(tilt, moment, name)
-        builder.remarks.append(self._remark(name, beam, builder.top))
+        builder.remarks.append(self._remark(name, beam, builder))
 
-    def _remark(self, name: str, beam: Beam, top: float) -> str:
+    def _remark(self, name: str, beam: Beam, builder: ModelBuilder) -> str:
         """How good the polynomials are, for the answer."""
-        thin = self._extremes()[0]
+        thin, thick = self._extremes()
+        top = max(builder.top, self._reach(thick, builder.modes))
         moved = max(one.degree(top)[1] for one in thin)
         least, most = min(beam.degrees), max(beam.degrees)
         degrees = f"degree {most}" if least == most else f"degrees {least} to {most}"
@@ -376,7 +376,9 @@ class RotorTable(Device):
             for j, disc in enumerate(self.discs)
         ]
         points = {point: self.node(place) for point, place in self.places.items()}
-        assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points)
+        phases = sum(one.length * (one.mass / one.bending) ** 0.25 for one in pieces)
+        reach = ((assembly.modes + len(points)) * math.pi / phases) ** 2 if assembly.modes else 0.0
+        assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, max(assembly.top, reach))
 
 
 def coordinate(rotor: str, index: int) -> str:

@@ -7,26 +7,28 @@ deflection says both planes: forward at a positive frequency, backward at a nega
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.built import Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.hosted import _solved
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.shaft_waves import WhirlingShaft
+from vibopt.mechanics.shaft_waves import MODES, WhirlingShaft
 from vibopt.records import dataclass
 
+_FAR = 1.3
+"""Factor of a speed within which it is looked for between two others, where pieces say it badly."""
+_ROUNDED = 1e-13
+"""Part of the greatest period squared below which one is rounding, of a shaft that weighs next to nothing."""
 _REAL = 1e-9
 """Part of itself by which a pole without damping may lie off the real axis."""
 _NEWTON, _CLOSE, _AROUND = 12, 1e-14, 0.05
 """Steps of a secant, the part of a speed by which it is known, and that by which it may lie off the pieces' one."""
-_LOWEST = 16
-"""Critical speeds that are told."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,9 @@ class RotatingMachine(Machine):
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
-        flat, at = np.ravel(omega), self._exact_places
-        stiff = self._dynamic(flat)
+        flat = np.ravel(omega)
+        cut = self._cut(float(np.abs(flat).max(initial=0.0)))
+        at, stiff = cut._exact_places, cut._dynamic(flat)
         load = np.zeros((len(flat), stiff.shape[-1]), dtype=complex)
         for name, force in forces.items():
             load[:, at[name]] += np.ravel(force)
@@ -125,18 +128,35 @@ class RotatingMachine(Machine):
         mass, damping, stiffness, hysteretic = self.matrices()
         found = inverse_poles(mass, damping, stiffness + 1j * hysteretic)
         real = np.abs(found.imag) <= _REAL * np.abs(found)
-        slow = np.abs(found) <= np.sort(np.abs(found))[: 2 * _LOWEST][-1]
+        slow = np.abs(found) <= np.sort(np.abs(found))[: 2 * MODES][-1]
         here = np.flatnonzero(real & slow)
         found[here] = np.sign(found[here].real) * self._met(np.abs(found[here].real))
         return found
 
-    def _met(self, omega: FloatArray, sense: float = 1.0) -> FloatArray:
+    def _cut(self, omega: float) -> RotatingMachine:
+        """The same in stretches that are short enough for a frequency [rad/s]."""
+        shafts = {name: one.cut(omega) for name, one in self.shafts.items()}
+        same = all(one is shafts[name] for name, one in self.shafts.items())
+        return self if same else replace(self, shafts=shafts)
+
+    def _met(self, omega: FloatArray, sense: float = 1.0, numbers: IntArray | None = None) -> FloatArray:
         """The frequencies near `omega` (n,) [rad/s] at which the whole without damping resists some motion no more.
 
-        `sense` is 1 of a whirl with the spin and -1 of one against it, both at the speed of the spin.
+        `sense` is 1 of a whirl with the spin and -1 of one against it, both at the speed of the spin.  By their
+        `numbers` (n,), the lowest is 0, it is the value of that number which falls through zero; else the nearest.
         """
+        found, cuts = omega.copy(), [self._cut(float(one)) for one in omega]
+        sizes = np.array([sum(one.size for one in cut.shafts.values()) for cut in cuts])
+        for size in np.unique(sizes):
+            here = np.flatnonzero(sizes == size)
+            ranks = None if numbers is None else numbers[here]
+            found[here] = cuts[here[0]]._met_whole(omega[here], sense, ranks)
+        return found
+
+    def _met_whole(self, omega: FloatArray, sense: float, numbers: IntArray | None) -> FloatArray:
+        """As `_met`, in the stretches that there are."""
         before, here = omega * (1.0 + 1e-5), omega.copy()
-        low, high = self._least(before, sense), self._least(here, sense)
+        low, high = self._least(before, sense, numbers), self._least(here, sense, numbers)
         left = np.ones(len(omega), dtype=bool)
         for _ in range(_NEWTON):
             left &= (high != low) & (np.abs(here - before) > _CLOSE * np.abs(here))
@@ -146,16 +166,32 @@ class RotatingMachine(Machine):
                 there = here - high * (here - before) / (high - low)
                 astray = left & ~(np.abs(there - omega) <= _AROUND * np.abs(omega))
             left &= ~astray
-            here[astray] = omega[astray]
+            here[astray] = [self._between(omega[i], sense, numbers, i) for i in np.flatnonzero(astray).tolist()]
             before[left], low[left], here[left] = here[left], high[left], there[left]
-            high[left] = self._least(here[left], sense)
+            high[left] = self._least(here[left], sense, None if numbers is None else numbers[left])
         return here
 
-    def _least(self, omega: FloatArray, sense: float) -> FloatArray:
-        """Eigenvalue nearest to zero of the dynamic stiffness without dampers at frequencies (n,) [rad/s], scaled."""
+    def _least(self, omega: FloatArray, sense: float, numbers: IntArray | None) -> FloatArray:
+        """Eigenvalue of the dynamic stiffness without dampers at frequencies (n,) [rad/s], scaled; as of `_met`."""
         stiff = self._dynamic(sense * omega, omega).real / np.outer(self._size, self._size)
         values = np.linalg.eigvalsh(stiff)
-        return np.asarray(np.take_along_axis(values, np.abs(values).argmin(axis=-1)[:, None], axis=-1)[:, 0])
+        ranks = np.abs(values).argmin(axis=-1) if numbers is None else np.minimum(numbers, values.shape[1] - 1)
+        return np.asarray(np.take_along_axis(values, ranks[:, None], axis=-1)[:, 0])
+
+    def _between(self, near: float, sense: float, numbers: IntArray | None, which: int) -> float:
+        """As `_met` of one of them, between a lower and a higher frequency; `near` itself where it is not there."""
+        from scipy.optimize import brentq
+
+        if numbers is None:
+            return near
+        rank = numbers[[which]]
+
+        def falls(at: float) -> float:
+            return float(self._least(np.array([at]), sense, rank)[0])
+
+        low, high = near / _FAR, near * _FAR
+        there = falls(low) > 0.0 > falls(high)
+        return float(brentq(falls, low, high, xtol=_CLOSE * near, rtol=_CLOSE)) if there else near
 
     @cached_property
     def _size(self) -> FloatArray:
@@ -169,9 +205,10 @@ class RotatingMachine(Machine):
         """
         mass, _, stiffness, _, polar = self.slow
         squares = inverse_squares(mass - sense * polar, stiffness)
-        speeds = np.sqrt(1.0 / squares[squares > 0.0])
+        speeds = np.sqrt(1.0 / squares[squares > _ROUNDED * squares.max()])
         quick = min(one.quick for one in self.shafts.values())
-        return np.sort(self._met(np.sort(speeds[speeds <= quick])[:_LOWEST], sense))
+        lowest = np.sort(speeds[speeds <= quick])[:MODES]
+        return np.sort(self._met(lowest, sense, np.arange(len(lowest))))
 
     def free_whirls(self, spin: float) -> FloatArray:
         """Frequencies of undamped whirl at a spin [rad/s], forward ones above zero and backward ones below, ascending.

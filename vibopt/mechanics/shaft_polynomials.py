@@ -14,7 +14,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.records import dataclass
 
-_LEAST, _MOST = 3, 24
+_LEAST, _MOST = 3, 48
 """Degrees of the tilt; at the least any load on the nodes, and the weight of a section, bend it exactly."""
 _MOVED = 1e-12
 """Part of the stiffness of a span by which one degree more may move it."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -16,11 +17,18 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
+MODES = 12
+"""Lowest critical speeds that are told."""
 _SERIES = np.array([1.0 / math.factorial(k) for k in range(17)])
 _SMALL = 0.5
 """Terms of the exponential series, and the size of a matrix below which they are all that matters."""
-_PIECES, _FEWEST, _LONG = 16, 3, 10.0
-"""Pieces in matrices for slow motion, of the whole and of a section; inertia over stiffness up to which it is slow."""
+_PIECES, _FEWEST, _LONG, _SHORT = 16, 3, 10.0, 1.3
+"""Pieces in matrices for slow motion, of the whole and of a section; inertia over stiffness up to which it is slow.
+
+Phase along a piece where matrices are said to be good up to a frequency [rad].
+"""
+_WHOLE = 3.5
+"""Phase along a section up to which it is followed in one stretch [rad]: held at both ends it does not vibrate yet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +45,11 @@ class Section:
         """Frequency up to which the waves along one of some pieces of it are long [rad/s]."""
         long = self.length / pieces
         return float(np.sqrt(_LONG * self.bending / max(self.mass * long**4, self.rotary * long**2)))
+
+    def stretches(self, omega: float, phase: float) -> int:
+        """Into how many it is cut so that a wave at a frequency [rad/s] goes on by at most `phase` [rad] along each."""
+        whole = (self.mass * omega**2 / self.bending) ** 0.25 * self.length
+        return max(1, int(np.ceil(whole / phase)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +70,14 @@ class WhirlingShaft:
         Section i lies between the nodes i and i + 1; each node has a deflection and a tilt.
     points
         Node of each name.
+    top
+        Frequency up to which matrices for slow motion are good at least [rad/s].
     """
 
     sections: tuple[Section, ...]
     discs: tuple[Disc, ...]
     points: Mapping[str, int]
+    top: float = 0.0
 
     @property
     def size(self) -> int:
@@ -71,12 +87,30 @@ class WhirlingShaft:
     @property
     def pieces(self) -> int:
         """Into how many each section is cut for slow motion."""
-        return max(_FEWEST, -(-_PIECES // len(self.sections)))
+        longest = max(one.stretches(self.top, _SHORT) for one in self.sections)
+        return max(_FEWEST, -(-_PIECES // len(self.sections)), longest)
 
     @property
     def quick(self) -> float:
         """Frequency up to which the whole is slow [rad/s]."""
         return min(one.quick(self.pieces) for one in self.sections)
+
+    def cut(self, omega: float) -> WhirlingShaft:
+        """The same with its sections cut to stretches short enough for a frequency [rad/s].
+
+        Along a long one waves grow beyond all digits, and a section held at its ends vibrates by itself.
+        """
+        counts = [one.stretches(omega, _WHOLE) for one in self.sections]
+        if max(counts) == 1:
+            return self
+        node = np.cumsum([0, *counts]).tolist()
+        shorter = [replace(one, length=one.length / n) for one, n in zip(self.sections, counts, strict=True)]
+        return replace(
+            self,
+            sections=tuple(one for one, n in zip(shorter, counts, strict=True) for _ in range(n)),
+            discs=tuple(replace(one, node=node[one.node]) for one in self.discs),
+            points={name: node[one] for name, one in self.points.items()},
+        )
 
     def dynamic(self, omega: ComplexArray | FloatArray, spin: ComplexArray | FloatArray | None = None) -> ComplexArray:
         """Dynamic stiffness at frequencies omega (n,) of forward whirl at spins (n,) [rad/s], (n, size, size).
@@ -86,10 +120,11 @@ class WhirlingShaft:
         """
         square = np.asarray(omega) ** 2
         turned = square if spin is None else np.asarray(omega * spin)
-        each = _stiffness(self.sections, square, square - 2.0 * turned)
+        kinds = tuple(dict.fromkeys(self.sections))
+        each = _stiffness(kinds, square, square - 2.0 * turned)
         found = np.zeros((len(square), self.size, self.size), dtype=each.dtype)
-        for i, one in enumerate(each):
-            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += one
+        for i, one in enumerate(self.sections):
+            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += each[kinds.index(one)]
         for disc in self.discs:
             found[:, 2 * disc.node, 2 * disc.node] -= square * disc.mass
             found[:, 2 * disc.node + 1, 2 * disc.node + 1] -= square * disc.diametral - turned * disc.polar
@@ -175,4 +210,4 @@ def _exponential(matrix: ComplexArray) -> ComplexArray:
     return np.asarray(found)
 
 
-__all__ = ["Disc", "Section", "WhirlingShaft"]
+__all__ = ["MODES", "Disc", "Section", "WhirlingShaft"]

@@ -125,21 +125,24 @@ def needless(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 
 def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
-    """A warning for every mount that stands on a body held less than ten times as stiffly."""
+    """A warning of bodies that are held less than ten times as stiffly as what stands on them."""
     machine = machine_of(scene, chosen)
     mounts = [one for one in machine.joints if one.name not in machine.tuned]
-    notes = []
+    softest: dict[str, tuple[float, str]] = {}
     for mount in mounts:
         floor = mount.ends[1]
         if mount.stiffness == 0.0 or not all(machine.masses.get(one) for one in (floor, mount.ends[0])):
             continue
         under = sum(one.stiffness for one in mounts if floor in one.ends and one is not mount)
         if 0.0 < under < 10.0 * mount.stiffness:
-            notes.append(
-                f"{floor} is held only {under / mount.stiffness:.2g} times as stiffly as {mount.name}: "
-                "it moves too, and the answer counts with it; on a rigid floor it would be another."
-            )
-    return notes
+            softest[floor] = min((under / mount.stiffness, mount.name), softest.get(floor, (np.inf, "")))
+    if not softest:
+        return []
+    (floor, (ratio, name)), *more = softest.items()
+    words = [f"{floor} is held only {ratio:.2g} times as stiffly as {name}, which stands on it"]
+    words += [f"{other} {less:.2g} times as {above}" for other, (less, above) in more]
+    moves = "they move too, and the answer counts with them" if more else "it moves too, and the answer counts with it"
+    return [f"{', '.join(words)}: {moves}; on a rigid floor it would be another."]
 
 
 def static_shapes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.mechanics.model import STIFFNESS
+from vibopt.mechanics.shaft_waves import MODES
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
@@ -119,6 +120,13 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
             path,
             f"{where} asks for the {key}, but the modes of rotors.{name} change with its speed. Write response = "
             '"critical_speed".',
+        )
+        return True
+    if response.whirls and response.modes > MODES:
+        mistakes.value(
+            (*path, "mode"),
+            response.modes,
+            f"is beyond the {MODES} lowest critical speeds, up to which whirls are told.",
         )
         return True
     if response.sums:
