@@ -9,7 +9,9 @@ import pytest
 
 import vibopt as vo
 from vibopt.errors import InputError
-from vibopt.study.window import Window, percent
+from vibopt.program.pose import pose
+from vibopt.solve.ranges import closed
+from vibopt.study.window import Violations, Window, percent
 
 ROOT = Path(__file__).parents[2] / "problems"
 PRESS = ROOT / "isolation" / "rao_9_34.toml"
@@ -68,6 +70,35 @@ def test_corners_and_inner_designs_hold_and_beyond_the_ends_none_does(press: Win
         for value in (low.value * (1.0 - 1e-5), high.value * (1.0 + 1e-5)):
             changed = {span.path: f"{value:.17g} {low.si}"}
             assert vo.solve(vo.with_changes(job, changed), explain=False).status == "infeasible"
+
+
+@pytest.mark.parametrize("file", ["rao_9_34.toml", "rao_9_28.toml", "rao_9_34_speed_squared.toml"])
+def test_limits_are_missed_by_as_much_in_closed_form_as_each_design_is_measured(file: str) -> None:
+    program = closed(pose(vo.read(PRESS.parent / file)))
+    violations = Violations(program)
+    assert violations.asked is not None
+    at = np.random.default_rng(4).uniform(size=(20, 2))
+    designs = np.exp(np.log(program.low) + at * np.log(program.high / program.low))
+    for index, limit in enumerate(program.limits):
+        alone = [violations.judge.limit(limit, x)[0] for x in designs]
+        assert violations(index, designs) == pytest.approx(alone, rel=1e-9, abs=1e-9)
+
+
+def test_no_box_of_equal_parts_is_greater_than_those_around_designs_tried_all_over(press: Window) -> None:
+    """Boxes around a fine grid of centres, halved until a corner, edge or face breaks a limit."""
+    violations = Violations(pose(vo.read(PRESS)))
+    (k,), (c,) = (one.intervals for one in press.spans)
+    centres = np.array([
+        (x, y) for x in np.geomspace(k[0].value, k[1].value, 41) for y in np.geomspace(c[0].value, c[1].value, 41)
+    ])  # fmt: skip
+    places = [np.array([a, b]) for a in (-1, 0, 1) for b in (-1, 0, 1)]
+    good, bad = np.zeros(len(centres)), np.full(len(centres), 0.5)
+    for _ in range(16):
+        part = 0.5 * (good + bad)
+        holds = np.max([violations.most(centres * (1.0 + part[:, None] * one)) for one in places], axis=0) <= 1e-9
+        good, bad = np.where(holds, part, good), np.where(holds, bad, part)
+    assert good.max() < press.part * (1.0 + 1e-4)
+    assert good.max() > 0.9 * press.part
 
 
 def test_the_window_of_the_press_is_as_counted_by_hand(press: Window) -> None:

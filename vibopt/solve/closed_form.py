@@ -131,7 +131,7 @@ def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) ->
             rows.append(plain_row(asked, numbers, index, count))
         for b, point in enumerate(kind.points):
             low, high = numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"]
-            each = len(_BEGIN) - 1 if first else _EACH if count > 1 else 1
+            each = len(_BEGIN) - 1 if first else _EACH if count > 1 or asked.goal[0] else 1
             parts = _BEGIN[:1] if point else _BEGIN[::each]
             rows.append(harmonic_row(asked, numbers, index, (low + parts * (high - low) + np.zeros(count)) ** 2))
     rows += [harmonic_row(asked, numbers, index, w[None]) for index, w in first]

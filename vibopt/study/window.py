@@ -25,6 +25,8 @@ from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.branch import Judge
+from vibopt.solve.closed_peaks import worst
+from vibopt.solve.closed_program import NotClosedError, question, value_at
 from vibopt.solve.method import Progress
 from vibopt.solve.one_range import permitted
 from vibopt.solve.ranges import closed
@@ -35,10 +37,17 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 MOST_VARIABLES = 6
-_GRID = {1: 257, 2: 21, 3: 9, 4: 6, 5: 4, 6: 4}
-_TRIED = 12
-"""Designs of the grid from which the centre is sought."""
-_STEPS = 30
+_GRID = {1: 65, 2: 12, 3: 7, 4: 4, 5: 3, 6: 2}
+_TRIED, _GROWN = 8, 2
+"""Designs of the grid around which a box is measured, and from which the centre is sought."""
+_STEPS = 40
+_COARSE, _FINE, _CLOSE = 1e-2, 1e-4, 1e-7
+"""Part to which a box is known: of many, while it is moved, and at the end."""
+_GREAT = 10.0
+"""A limit that is missed by more counts as missed by this."""
+_REACH, _NO_REACH, _GAIN = 0.3, 3e-3, 3e-4
+_NEAR, _SLOPE = -0.9, 1e-6
+"""Least violation of a place that is followed, and how far its slope is taken, in logs."""
 _ROOM = 1e-6
 """Part by which a box is drawn in, so that its faces hold as measured."""
 _SHRINK = 14
@@ -141,10 +150,16 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     scene = scene_only(job, "window", instead)
     _check(scene)
     program = replace(closed(pose(scene)), aim=None)
-    spans = _only(scene, program) if len(program.axes) == 1 else tuple(_spans(scene, program, progress))
+    begin: list[FloatArray] = []
+    spans = _only(scene, program) if len(program.axes) == 1 else tuple(_spans(scene, program, progress, begin))
     box = _Box(program, spans)
-    centre, part = box.largest(progress)
-    part, proven, claim = _tested(scene, centre, part)
+    if len(spans) == 1:
+        centre, part = _widest(spans[0])
+        part, proven, claim = part * (1.0 - _ROOM), spans[0].proven, "every limit was followed all over it"
+    else:
+        middle = [np.exp(np.mean(np.log(begin), axis=0))] if begin and np.min(begin) > 0.0 else []
+        centre, part = box.largest(np.array(middle).reshape(-1, len(spans)), progress)
+        part, proven, claim = _tested(scene, centre, part)
     own = _own(scene)
     around = 0.0 if own is None else box.half(own)
     shown = {one.path: Entry(float(x), one.dimension, one.unit) for one, x in zip(scene.variables, centre, strict=True)}
@@ -188,11 +203,26 @@ def _only(scene: Scene, program: Program) -> tuple[Span, ...]:
         for low, high in found.intervals
     )
     opened = program.axes[0].open_high and found.intervals[-1][1] >= 0.999 * program.axes[0].high
-    return (Span(variable.path, ends, found.complete, opened),)
+    sound = all(one.met for low, high in found.intervals for x in (low, high) for one in _rows(scene, np.array([x])))
+    return (Span(variable.path, ends, found.complete and sound, opened),)
 
 
-def _spans(scene: Scene, program: Program, progress: Progress | None) -> Iterator[Span]:
-    """Least and greatest of each variable over all permitted designs, each a program of its own."""
+def _widest(span: Span) -> tuple[FloatArray, float]:
+    """Centre and half of the largest box of one variable: of a wide interval the middle by ratios."""
+    low, high = max(
+        ((a.value, b.value) for a, b in span.intervals),
+        key=lambda one: one[1] / one[0] if one[0] else np.inf if one[1] else 0.0,
+    )
+    part = min((high - low) / (high + low) if high else 0.0, _MOST)
+    centre = float(np.clip(np.sqrt(low * high), low / (1.0 - part), high / (1.0 + part)))
+    return np.array([centre]), part
+
+
+def _spans(scene: Scene, program: Program, progress: Progress | None, designs: list[FloatArray]) -> Iterator[Span]:
+    """Least and greatest of each variable over all permitted designs, each a program of its own.
+
+    The designs at the ends (n_vars,) are put into `designs`, and each begins at those before.
+    """
     for index, variable in enumerate(scene.variables):
         if progress is not None:
             progress("window", 0.5 * index / len(scene.variables))
@@ -201,10 +231,12 @@ def _spans(scene: Scene, program: Program, progress: Progress | None) -> Iterato
         form = Monomials(np.ones(1), row)
         ends, proven, opened = [], True, False
         for sense in (1.0, -1.0):
-            found, _ = best_of(program.aiming(Aim(variable.path, program.model, form, sense)), scene, None, None)
+            aimed = program.aiming(Aim(variable.path, program.model, form, sense))
+            found, _ = best_of(aimed, scene, None, None, designs[-1].tolist() if designs else None)
             if found.x is None and found.status != "unbounded":
                 raise _none(scene, "proven" if found.status == "infeasible" else "none was found")
             opened |= found.status == "unbounded"
+            designs += [] if found.x is None else [found.x]
             end = program.axes[index].high if found.x is None else float(found.x[index])
             sound = found.x is None or all(one.met for one in _rows(scene, found.x))
             proven &= found.status in ("optimal", "unbounded") and sound
@@ -217,81 +249,151 @@ def _rows(scene: Scene, x: FloatArray) -> list[Any]:
     return list(checked_limits(scene, chosen).values())
 
 
+class Violations:
+    """How far limits are missed at many designs, as parts of their bounds: at once where there are closed forms."""
+
+    def __init__(self, program: Program) -> None:
+        self.judge, self.limits = Judge(program), list(program.limits)
+        try:
+            asked = question(program)
+            self.asked = None if any(one.tabled is not None for one in asked.rows) else asked
+        except NotClosedError:
+            self.asked = None
+
+    def __call__(self, index: int, x: FloatArray) -> FloatArray:
+        """Of one limit at designs x (n, n_vars), shape (n,)."""
+        if self.asked is None:
+            return np.array([self.judge.limit(self.limits[index], one)[0] for one in x])
+        design = x.T[list(self.asked.order)]
+        kind, numbers = self.asked.rows[index], self.asked.numbers
+        with np.errstate(all="ignore"):
+            if kind.kind == "harmonic":
+                return worst(self.asked, numbers, index, design)[0]
+            value, _ = value_at(self.asked, numbers, index, design, 0.0)
+            bound = numbers[f"{index}.bound"]
+            return np.asarray(kind.sign * (value - bound) / bound)
+
+    def most(self, x: FloatArray) -> FloatArray:
+        """The greatest of all limits at designs x (n, n_vars), shape (n,)."""
+        if self.asked is None:
+            self.judge.ahead(x)
+        every = [self(index, x) for index in range(len(self.limits))]
+        return np.asarray(np.max(every, axis=0, initial=-np.inf))
+
+
 class _Box:
     """Boxes of equal parts around designs, tested at their corners and in the middles of their edges and faces."""
 
     def __init__(self, program: Program, spans: tuple[Span, ...]) -> None:
-        self.judge = Judge(program)
-        self.limits = list(program.limits)
+        self.violations = Violations(program)
+        self.tolerance = self.violations.judge.tolerance
         self.low, self.high = program.low, program.high
         self.inner = [(one.intervals[0][0].value, one.intervals[-1][1].value) for one in spans]
         count = len(spans)
         places = (-1.0, 0.0, 1.0) if count <= 3 else (-1.0, 1.0)
-        corners = [one for one in product(places, repeat=count) if any(one)]
-        self.corners = np.array(sorted(corners, key=lambda one: -sum(map(abs, one))))
+        self.places = np.array([one for one in product(places, repeat=count) if any(one)])
 
-    def holds(self, x: FloatArray, part: float, places: int) -> bool:
-        """Whether all places of a box hold; first those that are farthest out."""
-        return all(self._good(x * (1.0 + part * one)) for one in self.corners[:places])
-
-    def _good(self, x: FloatArray) -> bool:
-        """Whether a design is permitted; the limit that was broken last is asked first."""
-        for index, limit in enumerate(self.limits):
-            if self.judge.limit(limit, x)[0] > self.judge.tolerance:
-                self.limits.insert(0, self.limits.pop(index))
-                return False
-        return True
-
-    def half(self, x: FloatArray, close: float = 1e-7, most_places: int = 1000) -> float:
-        """Half of the largest box around a design, as a part; fewer places are its corners."""
+    def half(self, x: FloatArray, close: float = _CLOSE) -> float:
+        """Half of the largest box around a design, as a part, known to a part of itself."""
         x = np.asarray(x, dtype=float)
-        if not self.judge.feasible(x):
+        if not self.violations.most(x[None])[0] <= self.tolerance:
             return 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            most = float(min(np.min((x - self.low) / x), np.min((self.high - x) / x), _MOST))
-        if most <= 0.0:
-            return 0.0
-        if self.holds(x, most, most_places):
-            return most
-        good, bad = 0.0, most
+            part = float(min(np.min((x - self.low) / x), np.min((self.high - x) / x), _MOST))
+        for index in range(len(self.violations.limits)):
+            part = self._half_of(index, x, part, close)
+        return max(part, 0.0)
+
+    def _half_of(self, index: int, x: FloatArray, part: float, close: float) -> float:
+        """The same for one limit, no more than `part`: drawn in to the place that is missed most, until none is."""
+        places = self.places
+        while part > 0.0:
+            missed = self.violations(index, x * (1.0 + part * places))
+            bad = ~(missed <= self.tolerance)
+            if not bad.any():
+                break
+            first = places[int(np.argmax(np.where(np.isnan(missed), np.inf, missed)))]
+            part, places = self._until(index, x, first, part, close), places[bad]
+        return part
+
+    def _until(self, index: int, x: FloatArray, place: FloatArray, part: float, close: float) -> float:
+        """How far from a design towards a place that is missed a limit holds (false position)."""
+
+        def missed(t: float) -> float:
+            found = float(self.violations(index, (x * (1.0 + t * place))[None])[0]) - self.tolerance
+            return min(found, _GREAT) if found > -_GREAT else -_GREAT if found == found else _GREAT
+
+        good, bad, low, high, side = 0.0, part, missed(0.0), missed(part), 0
         for _ in range(_STEPS):
-            middle = 0.5 * (good + bad)
-            good, bad = (middle, bad) if self.holds(x, middle, most_places) else (good, middle)
             if bad - good <= close * bad:
                 break
+            t = good - low * (bad - good) / (high - low) if high > low else 0.5 * (good + bad)
+            margin = 0.25 * close * bad
+            t = min(max(t, good + margin), bad - margin) if side > -3 and side < 3 else 0.5 * (good + bad)
+            here = missed(t)
+            if here <= 0.0:
+                high, side = (0.5 * high if side > 0 else high), max(side, 0) + 1
+                good, low = t, here
+            else:
+                low, side = (0.5 * low if side < 0 else low), min(side, 0) - 1
+                bad, high = t, here
         return good
 
-    def largest(self, progress: Progress | None) -> tuple[FloatArray, float]:
-        """The best centre that was found, and half of its box."""
-        from scipy.optimize import minimize
-
+    def largest(self, begin: FloatArray, progress: Progress | None) -> tuple[FloatArray, float]:
+        """The best centre that was found, and half of its box; `begin` (n, n_vars) are designs to look at too."""
         axes = [_between(low, high, _GRID[len(self.inner)]) for low, high in self.inner]
-        grid = np.array(list(product(*axes)))
-        self.judge.ahead(grid)
-        good = [(self._margin(x), x) for x in grid]
-        good = sorted((one for one in good if one[0] >= 0.0), key=lambda one: -one[0])
-        if not good:
+        grid = np.concatenate([begin, np.array(list(product(*axes)))])
+        missed = self.violations.most(grid)
+        good = grid[np.argsort(missed, kind="stable")][: int((missed <= self.tolerance).sum())]
+        if not len(good):
             middle = np.array([np.sqrt(max(low, 1e-300) * high) for low, high in self.inner])
             return middle, self.half(middle)
-        tried = [(self.half(x, 1e-2, 2 ** len(x)), x) for _, x in good[:: max(1, len(good) // _TRIED)]]
-        tried.sort(key=lambda one: -one[0])
-        best = (self.half(tried[0][1]), tried[0][1])
-        x = tried[0][1]
+        tried = sorted(((self.half(x, _COARSE), tuple(x)) for x in good[:: max(1, len(good) // _TRIED)]), reverse=True)
         if progress is not None:
             progress("window", 0.6)
-        simplex = np.log(x) + 0.05 * np.vstack([np.zeros(len(x)), np.eye(len(x))])
-        options: Any = {"xatol": 1e-4, "fatol": 1e-6, "maxfev": 40 + 20 * len(x), "initial_simplex": simplex}
-        found: Any = minimize(self._small, np.log(x), method="Nelder-Mead", options=options)
-        if -found.fun > best[0]:
-            best = (-float(found.fun), np.exp(found.x))
-        return best[1], self.half(best[1])
+        _, x = max((self._grown(np.array(x), part) for part, x in tried[:_GROWN]), key=lambda one: one[0])
+        return x, self.half(x)
 
-    def _small(self, y: FloatArray) -> float:
-        """What is made least where the box is greatest; y is the logarithm of its centre."""
-        return -self.half(np.exp(y), 1e-3, 2 ** len(y))
+    def _grown(self, x: FloatArray, part: float) -> tuple[float, FloatArray]:
+        """A box moved and grown by linear programs on what limits do at its places, until it grows no more."""
+        reach = _REACH
+        while reach > _NO_REACH and 0.0 < part < _MOST:
+            step = self._step(x, part, reach)
+            moved = x * np.exp(step)
+            new = self.half(moved, _FINE) if np.all((moved >= self.low) & (moved <= self.high)) else 0.0
+            if new > part * (1.0 + _GAIN):
+                x, part, reach = moved, new, min(2.0 * reach, _REACH)
+            else:
+                reach *= 0.2
+        return part, x
 
-    def _margin(self, x: FloatArray) -> float:
-        return -max((self.judge.limit(one, x)[0] for one in self.judge.program.limits), default=0.0)
+    def _step(self, x: FloatArray, part: float, reach: float) -> FloatArray:
+        """How to move the logarithm of a centre (n_vars,), as far as slopes tell."""
+        from vibopt.cones import LINEAR, solve_cones
+
+        count, parts = len(x), 1.0 + part * self.places
+        rows, right = [], []
+        for index in range(len(self.violations.limits)):
+            here = self.violations(index, x * parts)
+            near = np.isfinite(here) & (here > _NEAR)
+            at, value = parts[near], here[near]
+            beside = [self.violations(index, x * np.exp(_SLOPE * one) * at) for one in np.eye(count)]
+            slope = np.array([(one - value) / _SLOPE for one in beside]).reshape(count, -1).T
+            along = (slope * self.places[near] / at).sum(axis=1)
+            rows.append(np.column_stack([slope, along]))
+            right.append(-value)
+        ends = np.column_stack([np.eye(count), np.full(count, 1.0 / (1.0 + part))])
+        under = np.column_stack([-np.eye(count), np.full(count, 1.0 / (1.0 - part))])
+        with np.errstate(divide="ignore"):
+            right += [np.log(self.high / x) - np.log1p(part), np.log(x / self.low) + np.log1p(-part)]
+        square = np.eye(count + 1)
+        table = np.concatenate([*rows, ends, under, square, -square])
+        limits = np.concatenate([*right, np.full(2 * count + 2, reach)])
+        keep = np.isfinite(table).all(axis=1) & np.isfinite(limits)
+        size = np.maximum(np.abs(table[keep]).max(axis=1), 1e-12)
+        linear = np.append(np.zeros(count), -1.0)
+        found = solve_cones(linear, table[keep] / size[:, None], limits[keep] / size, [(LINEAR, int(keep.sum()))])
+        return found.x[:count] if found.is_finite else np.zeros(count)
 
 
 def _between(low: float, high: float, count: int) -> FloatArray:
