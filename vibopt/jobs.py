@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
+from math import isclose
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
@@ -104,13 +105,23 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
             for one in error.messages:
                 mistakes.add(path, f"scenarios.{name}: {one.removeprefix(f'{job.name}: ')}")
             continue
-        if made.document == job.document:
+        if made.document == job.document or _is_same(job, made, changes):
             mistakes.add(path, f"scenarios.{name} changes nothing: the file says all of it already. Leave it out.")
     mistakes.raise_any()
     names = ", ".join(scenarios_of(job))
     note = f"Scenarios of the file, {names}, are no part of this answer: --scenario NAME, or compare FILE --scenarios."
     whole: Any = job
     return cast(J, replace(whole, notes=(*whole.notes, note))) if hasattr(job, "notes") else job
+
+
+def _is_same(job: Job, made: Job, changes: Mapping[str, Any]) -> bool:
+    """Whether changes of numbers alone say the same ones in other units: "0.3 t" for "300 kg"."""
+    before, after = ({one.path: one for one in facts(of)} for of in (job, made))
+    numbers = {*before, *(one.place for one in before.values())}
+    return changes.keys() <= numbers and before.keys() == after.keys() and all(
+        isclose(one.value, after[path].value, rel_tol=1e-12) and one.dimension == after[path].dimension
+        for path, one in before.items()
+    )  # fmt: skip
 
 
 def _check_scenarios(document: Mapping[str, Any], mistakes: Mistakes) -> None:

@@ -50,6 +50,7 @@ def bound(answer: Answer[Any], key: str, value: float, part: float) -> str:
 def test_bounds_as_wide_as_it_needs_have_an_answer_and_narrower_ones_none(name: str) -> None:
     answer = solved(name)
     assert answer.status == "infeasible"
+    assert not answer.limits  # of no answer; those of the nearest weights are said to be theirs
     near = answer.nearest
     assert near is not None
     factor = max(row.value.value / row.limit.value for row in near.limits.values() if row.limit is not None)

@@ -87,6 +87,49 @@ def by_brute_force(question: Question) -> float:
     return float(best)
 
 
+def by_elimination(question: Question, rows: list[int]) -> float:
+    """The least goal with nothing left at `rows` by cvxpy over the null space of their coefficients; inf: none."""
+    import cvxpy as cp
+
+    A, c = question.H[rows], question.y0[rows]
+    base, rank = np.linalg.lstsq(A, -c, rcond=None)[0], min(A.shape)
+    if np.abs(A @ base + c).max() > 1e-9:
+        return np.inf
+    null = np.linalg.svd(A)[2][rank:].conj().T
+    u = base + null @ cp.Variable(null.shape[1], complex=True) if null.shape[1] else cp.Constant(base)
+    t = cp.multiply(question.importance, cp.abs(question.y0 + question.H @ u))
+    goal = {
+        "rms": cp.norm(t) / np.sqrt(len(question.y0)), "worst": cp.max(t), "sum": cp.sum(t),
+        "huber": cp.sum(cp.huber(t, question.huber)), "correction": cp.sum(cp.abs(u)),
+    }[question.goal]  # fmt: skip
+    kept = [cp.abs(u) <= question.caps] if np.isfinite(question.caps).all() else []
+    least = cp.Problem(cp.Minimize(goal), kept).solve(solver="CLARABEL")
+    return float("inf" if least is None else least)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-9, 1e-6, 1e-4])
+@pytest.mark.parametrize("rows", [[2], [0, 3], [1, 2, 4], [0, 1, 2, 3]], ids=len)
+@pytest.mark.parametrize("goal", GOALS)
+def test_limits_next_to_nothing_are_equations(goal: Goal, rows: list[int], size: float) -> None:
+    rng = np.random.default_rng(len(rows))
+    y0, H = 1e-4 * _normal(rng, 7), 0.1 * _normal(rng, 7, 3)
+    limits = np.full(7, np.inf)
+    limits[rows] = 1e-4 * size
+    for caps in (np.full(3, np.inf), np.full(3, 2e-3), np.full(3, 2e-4)):
+        question = Question(y0, H, np.ones(7), limits, caps, goal=goal, huber=5e-5)
+        solved = solve_question(question)
+        order_one = replace(question, y0=1e4 * y0, H=10.0 * H, limits=1e4 * limits, caps=1e3 * caps, huber=0.5)
+        best = by_elimination(order_one, rows) * {"correction": 1e-3, "huber": 1e-8}.get(goal, 1e-4)
+        if not np.isfinite(best):
+            assert solved.status == "infeasible"
+            continue
+        assert solved.status == "optimal"
+        assert solved.u is not None
+        assert not breaks(question, solved.u, 1e-8) or size == 0.0
+        assert np.abs(question.residual(solved.u))[rows].max() <= 1e-4 * max(size, 1e-11)
+        assert solved.value == pytest.approx(best, rel=max(1e-6, 50.0 * size))
+
+
 def same_answer(first: Solved, second: Solved, factor: float = 1.0, size: float = 1.0) -> None:
     """The same verdict, and goals that differ by `factor` only."""
     assert first.status == second.status

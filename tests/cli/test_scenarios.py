@@ -86,6 +86,16 @@ def test_one_design_keeps_every_limit_in_every_scenario_and_none_is_much_better(
     assert alone or max(low for low, _ in damping) > min(high for _, high in damping)
 
 
+def test_without_one_design_the_limits_that_clash_are_named_with_their_scenario(run: Run, press: Path) -> None:
+    press.write_text(press.read_text(encoding="utf-8").replace('"22 mm"', '"0.1 mm"'), encoding="utf-8")
+    found = one_for_all(open_job(press))
+    assert (found.status, found.limits) == ("infeasible", {})
+    names = found.reason.partition(": ")[2].partition(".")[0].split(", ")
+    assert "start_up in light" in names
+    assert not {"start_up", "start_up in overload"} & set(names)  # wider, so they follow from it
+    assert found.reason in " ".join(run("solve", str(press), "--all-scenarios").out.split())
+
+
 def test_one_for_all_on_the_command_line(run: Run, press: Path) -> None:
     done = run("solve", str(press), "--all-scenarios")
     assert (done.code, done.err) == (0, "")
@@ -124,12 +134,14 @@ def test_limits_moved_on_the_command_line(run: Run, press: Path, tmp_path: Path)
     [
         ('[scenarios.same]\n"limits.start_up.at_most" = "20 mm"\n',
          "scenarios.same changes nothing: the file says all of it already. Leave it out."),
+        ('[scenarios.same]\nbodies.press.mass = "0.3 t"\n"limits.start_up.at_most" = "0.02 m pk"\n',
+         "scenarios.same changes nothing: the file says all of it already. Leave it out."),
         ("[scenarios.none]\n",
          'scenarios.none changes nothing. Write changes by path below it: "limits.start_up.at_most" = "25 mm".'),
         ('[scenarios.lost]\n"limits.startup.at_most" = "25 mm"\n', "scenarios.lost: "),
         ("scenarios = 3\n", "scenarios"),
     ],
-    ids=["same", "none", "lost", "number"],
+    ids=["same", "same in other units", "none", "lost", "number"],
 )  # fmt: skip
 def test_a_scenario_that_says_nothing_is_refused(tmp_path: Path, text: str, words: str) -> None:
     base = (ROOT / "isolation" / "rao_9_34.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]

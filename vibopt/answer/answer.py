@@ -102,6 +102,11 @@ class Conflict:
     others: tuple[tuple[str, ...], ...] = ()
     complete: bool = True
 
+    def said(self, quote: str = "") -> str:
+        """That the limits cannot hold together; `quote` stands around each name."""
+        together = "These cannot hold together" if len(self.limits) > 1 else "This cannot hold"
+        return f"{together}: {', '.join(f'{quote}{name}{quote}' for name in self.limits)}."
+
     def others_said(self, quote: str = "") -> tuple[str, ...]:
         """The other sets in words, and that some may be missing; `quote` stands around each name."""
         rows = [", ".join(f"{quote}{name}{quote}" for name in one) for one in self.others]

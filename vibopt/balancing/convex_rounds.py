@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.scaled import Dual, Scaled, into_wedge, weak_duality
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.balancing.scaled import EXACT, Dual, Exact, Scaled, into_wedge, weak_duality
 from vibopt.cones import CONE, LINEAR, Kind, by_columns, solve_cones
 from vibopt.records import dataclass
 from vibopt.work import worked
@@ -32,8 +32,8 @@ class ConeAnswer:
 class _Blocks:
     """Cones row by row: b - A x lies in them; A = [dense part over Re x, Im x | sparse part over the rest]."""
 
-    def __init__(self, n_planes: int) -> None:
-        self.n_planes = n_planes
+    def __init__(self, n_planes: int, exact: Exact | None = None) -> None:
+        self.n_planes, self.exact = n_planes, exact
         self.dense: list[FloatArray] = []
         self.b: list[FloatArray] = []
         self.entries: list[tuple[Any, Any, Any]] = []
@@ -77,9 +77,24 @@ class _Blocks:
         self.b.append(b)
         self.n_rows += len(b)
 
-    def matrix(self, n_extra: int) -> SimpleNamespace:
+    def over_free(self) -> tuple[FloatArray, FloatArray]:
+        """The dense part and b; where x = base + free y, over Re y, Im y."""
+        dense, b = np.vstack(self.dense), np.concatenate(self.b)
+        if self.exact is None:
+            return dense, b
+        N, base = self.exact.free, self.exact.base
+        turned = np.block([[N.real, -N.imag], [N.imag, N.real]])
+        return dense @ turned, b - dense @ np.concatenate([base.real, base.imag])
+
+    def pull(self, dual: FloatArray) -> ComplexArray:
+        """What all rows together pull at x, (n_planes,)."""
+        both = np.vstack(self.dense).T @ dual
+        pulled: ComplexArray = both[: self.n_planes] + 1j * both[self.n_planes :]
+        return pulled
+
+    def matrix(self, rows_of_x: FloatArray, n_extra: int) -> SimpleNamespace:
         """A, compressed by columns."""
-        dense = np.vstack(self.dense).T
+        dense = rows_of_x.T
         used = dense != 0
         rows = np.concatenate([entry[0] for entry in self.entries]) if self.entries else np.empty(0, int)
         slots = np.concatenate([entry[1] for entry in self.entries]) if self.entries else np.empty(0, int)
@@ -96,24 +111,28 @@ class _Blocks:
 
 def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: float = 1e-11) -> ConeAnswer:
     """Solve with only these goal rows ("worst") and limit rows; all other goals take every goal row."""
-    blocks = _Blocks(scene.n_planes)
+    exact = scene.exact
+    blocks = _Blocks(scene.n_planes, exact)
     cost, square, heads = _goal(scene, blocks, goal_rows)
     first_limit = blocks.n_rows
-    if len(limit_rows):
+    shown = limit_rows if exact is None else np.setdiff1d(limit_rows, exact.rows)
+    tight, inside = scene.tightness[shown], min(INSIDE * tolerance, 2e-9)
+    if len(shown):
         blocks.moduli(
-            scene.F[limit_rows], scene.f[limit_rows], np.full(len(limit_rows), 1.0 - min(INSIDE * tolerance, 2e-9)), ()
+            scene.F[shown] / tight[:, None], scene.f[shown] / tight, np.maximum(1.0 / tight - inside, 0.5 / tight), ()
         )
-    n_extra = _amounts(scene, blocks, len(cost))
+    n_extra = _amounts(scene, blocks, len(cost), 0.0 if exact is None else inside)
     _arcs(scene, blocks)
     cost = np.concatenate([cost, scene.mass if scene.goal == "correction" else np.zeros(n_extra - len(cost))])
-    worked(0.5 + 0.007 * (len(goal_rows) + len(limit_rows)) * scene.n_planes)
+    worked(0.5 + 0.007 * (len(goal_rows) + len(shown)) * scene.n_planes)
     x, dual, status = _solved(blocks, cost, square, tolerance)
-    n = scene.n_planes
     z = np.zeros(len(scene.g), dtype=complex)
     z[goal_rows] = _multipliers(dual, heads, len(goal_rows), whole=scene.goal == "rms")
     v = np.zeros(len(scene.f), dtype=complex)
-    v[limit_rows] = _multipliers(dual, first_limit, len(limit_rows), whole=False)
-    return ConeAnswer(x[:n] + 1j * x[n : 2 * n], z, v, status)
+    v[shown] = _multipliers(dual, first_limit, len(shown), whole=False) / tight
+    if exact is not None:
+        v[exact.rows] = -exact.inverse.conj().T @ blocks.pull(dual)
+    return ConeAnswer(x, z, v, status)
 
 
 def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> ComplexArray:
@@ -144,23 +163,27 @@ def _goal(scene: Scaled, blocks: _Blocks, rows: Rows) -> tuple[FloatArray, Float
     return np.repeat([0.0, 2.0 * scene.huber], count), np.repeat([2.0, 0.0], count), start
 
 
-def _amounts(scene: Scaled, blocks: _Blocks, n_extra: int) -> int:
-    """Caps, total and mass; where mass is counted each plane has |x| as an extra variable.  Number of extras."""
+def _amounts(scene: Scaled, blocks: _Blocks, n_extra: int, inside: float) -> int:
+    """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has |x| as an extra variable.
+
+    Number of extras.
+    """
+    caps, total = scene.caps * (1.0 - inside), scene.total * (1.0 - inside)
     planes = np.flatnonzero(np.isfinite(scene.caps))
     unit = np.eye(scene.n_planes, dtype=complex)
     nothing = np.zeros(scene.n_planes, dtype=complex)
     if scene.goal != "correction" and not np.isfinite(scene.total):
         if len(planes):
-            blocks.moduli(unit[planes], nothing[planes], scene.caps[planes], ())
+            blocks.moduli(unit[planes], nothing[planes], caps[planes], ())
         return n_extra
     slots = n_extra + np.arange(scene.n_planes)
     blocks.moduli(unit, nothing, nothing.real, (slots,))
     flat = np.zeros((len(planes), 2 * scene.n_planes))
     if len(planes):
-        blocks.linear(flat, scene.caps[planes], (np.arange(len(planes)), slots[planes], np.ones(len(planes))))
+        blocks.linear(flat, caps[planes], (np.arange(len(planes)), slots[planes], np.ones(len(planes))))
     if np.isfinite(scene.total):
         place = np.zeros(scene.n_planes, dtype=int)
-        blocks.linear(np.zeros((1, 2 * scene.n_planes)), np.array([scene.total]), (place, slots, scene.mass))
+        blocks.linear(np.zeros((1, 2 * scene.n_planes)), np.array([total]), (place, slots, scene.mass))
     return n_extra + scene.n_planes
 
 
@@ -182,18 +205,21 @@ def _arcs(scene: Scaled, blocks: _Blocks) -> None:
 
 def _solved(
     blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: float
-) -> tuple[FloatArray, FloatArray, str]:
-    """Primal, dual and the solver's own word for how it ended."""
-    n_extra, n = len(cost), 2 * blocks.n_planes
-    if not blocks.n_rows:
-        return np.zeros(n + n_extra), np.zeros(0), "Solved"
-    diagonal = np.concatenate([np.zeros(n), square, np.zeros(n_extra - len(square))])
-    places = np.flatnonzero(diagonal)
-    starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
-    P = by_columns(diagonal[places], places, starts, (n + n_extra, n + n_extra))
-    q, b = np.concatenate([np.zeros(n), cost]), np.concatenate(blocks.b)
-    found = solve_cones(q, blocks.matrix(n_extra), b, blocks.cones, quadratic=P, tolerance=tolerance)
-    return found.x, found.z, found.status
+) -> tuple[ComplexArray, FloatArray, str]:
+    """x, the dual and the solver's own word for how it ended."""
+    exact = blocks.exact
+    n_extra, n = len(cost), blocks.n_planes if exact is None else exact.free.shape[1]
+    y, dual, status = np.zeros(n, dtype=complex), np.zeros(blocks.n_rows), "Solved"
+    if blocks.n_rows:
+        dense, b = blocks.over_free()
+        diagonal = np.concatenate([np.zeros(2 * n), square, np.zeros(n_extra - len(square))])
+        places = np.flatnonzero(diagonal)
+        starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
+        P = by_columns(diagonal[places], places, starts, (2 * n + n_extra, 2 * n + n_extra))
+        q = np.concatenate([np.zeros(2 * n), cost])
+        found = solve_cones(q, blocks.matrix(dense, n_extra), b, blocks.cones, quadratic=P, tolerance=tolerance)
+        y, dual, status = found.x[:n] + 1j * found.x[n : 2 * n], found.z, found.status
+    return y if exact is None else exact.base + exact.free @ y, dual, status
 
 
 Places = NDArray[np.intp]
@@ -205,7 +231,7 @@ ROUNDS = 40
 TOLERANCES = (1e-10, 1e-11, 1e-8)
 CLOSE = 1e-8
 SURE = 1e-10
-EXACT = 1e-14
+ROUNDED = 1e-14
 STEPS = 15
 
 
@@ -242,9 +268,9 @@ def solve_convex(scene: Scaled) -> Convex:
     found = _least_squares(scene) or _patient(scene)
     if found.x is not None:
         return found
-    ratio = _patient(least_factor(scene))
-    if ratio.bound > 1.0 + KEPT:
-        return Convex(None, np.inf, np.inf, None, ratio.bound, found.rounds)
+    ratio, least = _least_factor(scene)
+    if least > 1.0 + KEPT:
+        return Convex(None, np.inf, np.inf, None, least, found.rounds)
     if ratio.x is not None and ratio.value <= 1.0 + KEPT:
         return Convex(ratio.x, scene.value(ratio.x), found.bound, found.dual, 1.0, found.rounds)
     return Convex(None, np.inf, found.bound, None, float("nan"), found.rounds)
@@ -286,7 +312,7 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
         size = np.abs(x)
         off = size / caps - 1.0
         rows = np.flatnonzero((multipliers > 0.0) | (off > 0.0))
-        if not len(rows) or float(np.abs(off[rows]).max()) <= EXACT:
+        if not len(rows) or float(np.abs(off[rows]).max()) <= ROUNDED:
             break
         steep = (x.conj()[:, None] * inverse * x).real[np.ix_(rows, rows)] / size[rows, None] ** 2
         multipliers[rows] += np.linalg.solve(steep, off[rows])
@@ -294,12 +320,27 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
     return np.where(size > caps, x * (caps / np.maximum(size, 1e-300)), x)
 
 
-def least_factor(scene: Scaled) -> Scaled:
-    """The program whose answer is the least common factor on all limits."""
-    none = np.empty((0, scene.n_planes), dtype=complex)
+def _least_factor(scene: Scaled) -> tuple[Convex, float]:
+    """The x for which all limits have to be wider by the least common factor, and a bound of this factor."""
+    rows = scene.tightness > EXACT
+    if not rows.any():
+        ratio = _patient(_as_goal(scene, ~rows, rows))
+        return ratio, ratio.bound
+    tight = scene.tightness[:, None] * rows[:, None] + ~rows[:, None]
+    near = _patient(_as_goal(replace(scene, F=scene.F / tight, f=scene.f / tight[:, 0]), rows, rows & ~rows))
+    least = near.bound * float(tight[rows].min())
+    if least > 1.0 + KEPT:
+        return near, least
+    ratio = _patient(_as_goal(scene, ~rows, rows))
+    kept = 0.0 if ratio.dual is None else float(np.abs(ratio.dual.v).sum())
+    return ratio, (ratio.bound + kept) / (1.0 + kept)  # those that are equations become wider, too
+
+
+def _as_goal(scene: Scaled, rows: BoolArray, kept: BoolArray) -> Scaled:
+    """The worst of the limits `rows` as the goal, with the limits `kept`."""
     return replace(
-        scene, G=scene.F, g=scene.f, F=none, f=none[:, 0], limited=np.empty(0, dtype=np.intp), goal="worst",
-        goal_size=1.0,
+        scene, G=scene.F[rows], g=scene.f[rows], F=scene.F[kept], f=scene.f[kept], limited=scene.limited[kept],
+        goal="worst", goal_size=1.0,
     )  # fmt: skip
 
 
@@ -324,7 +365,8 @@ def _rounds(scene: Scaled, tolerance: float) -> Convex:
         answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
         x = pull_in(scene, answer.x) if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
         limits_left = np.abs(scene.F @ x + scene.f)
-        value = scene.value(x) if limits_left.max(initial=0.0) <= 1.0 + KEPT else np.inf
+        kept = limits_left.max(initial=0.0) <= 1.0 + KEPT and (scene.exact is None or _inside(scene, x))
+        value = scene.value(x) if kept else np.inf
         dual = weak_duality(scene, answer.z, answer.v, float(np.abs(x).max()))
         if dual.bound > best_bound:
             best_bound, best_dual = dual.bound, dual
@@ -403,7 +445,18 @@ def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:
         mass = float(scene.mass @ np.abs(x))
         if mass > scene.total:
             x = x * (scene.total / mass)
+    if scene.exact is not None:
+        x = x - scene.exact.inverse @ (scene.F[scene.exact.rows] @ x + scene.f[scene.exact.rows])
     return x
+
+
+def _inside(scene: Scaled, x: ComplexArray) -> bool:
+    """Whether x is still within its discs, arcs and the total mass after it was brought back to the equations."""
+    size = np.abs(x)
+    arcs = [(one, wedge) for one, wedge in zip(x.tolist(), scene.wedges, strict=True) if wedge is not None]
+    if any(abs(one - into_wedge(one, *wedge)) > KEPT * float(size.max()) for one, wedge in arcs):
+        return False
+    return bool((size <= scene.caps * (1.0 + KEPT)).all() and scene.mass @ size <= scene.total * (1.0 + KEPT))
 
 
 def _nothing_to_choose(scene: Scaled) -> Convex:

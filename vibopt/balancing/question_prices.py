@@ -175,12 +175,9 @@ def clash(
     kept, *others = found.sets
     shared = tuple(one for one in kept if all(one in other for other in others))
     conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete)
-    together = "These cannot hold together" if len(kept) > 1 else "This cannot hold"
     told = ", or ".join(f"{name} {now.shown} -> {then.shown}" for name, now, then in conflict.loosenings)
-    first = f"{together}: {', '.join(kept)}."
-    return conflict, " ".join(
-        [first, *conflict.others_said(), *([f"Smallest loosening of one: {told}."] if told else [])]
-    )
+    smallest = [f"Smallest loosening of one: {told}."] if told else []
+    return conflict, " ".join([conflict.said(), *conflict.others_said(), *smallest])
 
 
 _OF_SETS = 0.2

@@ -11,6 +11,8 @@ solver answered, this number is a bound; a wrong multiplier makes it weak, never
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,6 +65,27 @@ class Scaled:
             alone = self.total / self.mass if np.isfinite(self.total) else np.full(self.n_planes, np.inf)
         return np.minimum(self.caps, alone)
 
+    @cached_property
+    def tightness(self) -> FloatArray:
+        """What limit rows are divided by before a solver sees them, (n_limits,): those far below what is read."""
+        sizes = np.maximum(np.abs(self.f), np.abs(self.F).max(axis=1, initial=0.0))
+        return _tightness(sizes)
+
+    @cached_property
+    def exact(self) -> Exact | None:
+        """x that keep the limits that are next to nothing, as equations; None where there are none, or no such x."""
+        rows = np.flatnonzero(self.tightness > EXACT)
+        if not len(rows):
+            return None
+        A, c = self.F[rows] / self.tightness[rows, None], self.f[rows] / self.tightness[rows]
+        left, sizes, right = np.linalg.svd(A)
+        rank = int(np.count_nonzero(sizes > 1e-12 * sizes[0]))
+        inverse = right[:rank].conj().T @ (left[:, :rank].conj().T / sizes[:rank, None])
+        base = -inverse @ c
+        if (np.abs(A @ base + c) * self.tightness[rows] > 0.5).any():
+            return None
+        return Exact(rows, base, right[rank:].conj().T, inverse / self.tightness[rows])
+
     def value(self, x: ComplexArray) -> float:
         """The scaled goal at x."""
         if self.goal == "correction":
@@ -74,6 +97,33 @@ class Scaled:
         return combined(self.goal, t, self.huber, self.divisor**2)
 
 
+EXACT = 1e8
+"""A limit so far below what is read is met as an equation."""
+_TIGHT = 100.0
+
+
+def _tightness(sizes: FloatArray) -> FloatArray:
+    return np.where(sizes > _TIGHT, sizes, 1.0)
+
+
+@dataclass(frozen=True)
+class Exact:
+    """All x with F[rows] x + f[rows] = 0: x = base + free y.
+
+    rows
+        Places among the limits.
+    base, free
+        Shape (n_planes,) and (n_planes, n_planes - rank).
+    inverse
+        Pseudo-inverse of F[rows], shape (n_planes, n_rows).
+    """
+
+    rows: NDArray[np.intp]
+    base: ComplexArray
+    free: ComplexArray
+    inverse: ComplexArray
+
+
 def scaled(question: Question) -> Scaled:
     """Divide a question (without pairs) by its sizes; limits of zero become 1e-12 of the readings."""
     weights = np.zeros(question.n_readings) if question.goal == "correction" else question.importance
@@ -82,7 +132,8 @@ def scaled(question: Question) -> Scaled:
     limits = np.maximum(question.limits[limited], 1e-12 * float(np.abs(question.y0).max(initial=0.0)) or 1e-300)
     G, g = question.H * (weights / size)[:, None], question.y0 * (weights / size)
     F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
-    greatest = np.maximum(np.abs(G).max(axis=0, initial=0.0), np.abs(F).max(axis=0, initial=0.0))
+    seen = np.abs(F) / _tightness(float(np.abs(question.y0).max(initial=0.0)) / limits)[:, None]
+    greatest = np.maximum(np.abs(G).max(axis=0, initial=0.0), seen.max(axis=0, initial=0.0))
     column = 1.0 / np.where(greatest > 0, greatest, 1.0)
     if question.goal == "rms" and len(g) > question.n_planes + 1:
         rows, constants = question.triangle[:, :-1] * (column / size), question.triangle[:, -1] / size

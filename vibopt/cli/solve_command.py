@@ -150,7 +150,7 @@ def _tell_all(found: OneForAll, console: Console) -> None:
     console.print(found.job.title, style="bold")
     goal = f": {found.goal[0]} {found.goal[1].shown}, the worst of all scenarios" if found.goal is not None else ""
     console.print(f"{found.status}{goal}")
-    paragraph(console, f"{found.claim}.", 0)
+    paragraph(console, f"{found.claim}. {found.reason}".rstrip(), 0)
     if found.variables:
         console.print(grid([(path, one.shown) for path, one in found.variables.items()]))
     names = list(dict.fromkeys(key for rows in found.limits.values() for key in rows))

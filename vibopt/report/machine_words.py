@@ -170,12 +170,10 @@ def conflict_words(design: Design) -> list[str]:
     conflict = design.conflict
     if conflict is None:
         return []
-    names = ", ".join(f'"{name}"' for name in conflict.limits)
-    together = "These cannot hold together" if len(conflict.limits) > 1 else "This cannot hold"
     proof = [f"  {conflict.proof}"] if conflict.proof and conflict.proof != design.claim else []
     steps = loosening_words(design)
     one = [f"Smallest loosening of one: {', or '.join(steps)}."] if steps else []
-    return [f"{together}: {names}.", *proof, *conflict.others_said('"'), *one, *_all_words(design)]
+    return [conflict.said('"'), *proof, *conflict.others_said('"'), *one, *_all_words(design)]
 
 
 def _all_words(design: Design) -> list[str]:

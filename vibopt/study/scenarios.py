@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Checked, Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError
@@ -16,6 +17,7 @@ from vibopt.records import dataclass
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
+from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
 from vibopt.solve.solve import answer as best_of
 from vibopt.study.many import answers
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 AS_IT_IS = "as it is"
+_PATIENCE = 2_000.0
+"""Work [nominal ms] after which no further limit is left out of those that clash."""
 
 
 def variants_of(job: Job) -> dict[str, Job]:
@@ -51,6 +55,8 @@ class OneForAll(Tabular):
         What is chosen, by path.
     limits
         Rows of the limits by scenario, measured on each machine as built.
+    reason
+        Without a design the limits that cannot hold together, each with its scenario; "" where none are known.
     """
 
     job: Job
@@ -59,6 +65,7 @@ class OneForAll(Tabular):
     goal: tuple[str, Entry] | None
     variables: Mapping[str, Entry]
     limits: Mapping[str, Mapping[str, Checked]]
+    reason: str = ""
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each limit in each scenario."""
@@ -76,7 +83,7 @@ class OneForAll(Tabular):
 
     def to_json(self) -> dict[str, Any]:
         """All but the job."""
-        keys = ("status", "claim", "goal", "variables", "limits")
+        keys = ("status", "claim", "reason", "goal", "variables", "limits")
         return {key: getattr(self, key) for key in keys}
 
 
@@ -94,10 +101,12 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
     scene = scene_only(job, "one design for all scenarios", instead)
     scenes = {name: scene_only(one, "one design for all scenarios") for name, one in variants_of(scene).items()}
     _check(scene, scenes)
-    found, _ = best_of(_merged(scenes), scene, None, progress)
+    program = _merged(scenes)
+    found, _ = best_of(program, scene, None, progress)
     if found.x is None:
         claim = f"{found.claim}; no one design was found that holds in all scenarios"
-        return OneForAll(job, found.status, claim, None, {}, {})
+        reason = _reason(program, found.claim) if found.status == "infeasible" else ""
+        return OneForAll(job, found.status, claim, None, {}, {}, reason)
     chosen = {one.path: float(x) for one, x in zip(scene.variables, found.x, strict=True)}
     limits = {name: dict(checked_limits(one, chosen)) for name, one in scenes.items()}
     broken = [f"{key} in {name}" for name, rows in limits.items() for key, one in rows.items() if not one.met]
@@ -109,6 +118,15 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
         pick = max if scene.goal.sense == "minimise" else min
         worst = scene.goal.name, pick((one for one in rows if one is not None), key=lambda one: one.value.value).value
     return OneForAll(job, "check_failed" if doubt else found.status, doubt or found.claim, worst, values, limits)
+
+
+def _reason(program: Program, claim: str) -> str:
+    """Which limits, in which scenarios, cannot hold together."""
+    clashes = clashes_of(program, most=_PATIENCE)
+    if not clashes.sets:
+        return ""
+    conflict = Conflict(clashes.sets[0], (), claim, (), clashes.sets[1:], clashes.complete)
+    return " ".join([conflict.said(), *conflict.others_said()])
 
 
 def _check(scene: Scene, scenes: Mapping[str, Scene]) -> None:

@@ -103,7 +103,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         status=status,
         claim=claim,
         values=_values(job, found, here),
-        limits=limits,
+        limits={} if status == "infeasible" else limits,
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,

@@ -161,7 +161,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         reason=reason,
         conflict=conflict,
         values=_values(job, found),
-        limits=limits,
+        limits={} if status == "infeasible" else limits,
         measures=_rows(job, found, job.measures),
         goal=_goal(job, found),
         method=found.way,
