@@ -433,18 +433,10 @@ REFUSED = {
         "t line 7: rotors.r.discs[1] has a polar moment of inertia of more than twice the diametral one: there is no "
         "such body. A thin disc has twice.",
     ),
-    "a tolerance of a disc": (
-        HEAD
-        + SHAFT
-        + 'discs = [{ name = "fan", at = "0.2 m", mass = { value = "3 kg", tolerance = "5 %" } }]\n'
-        + TAIL,
-        "t line 7: rotors.r.discs.1.mass has a tolerance, which only bodies, links, absorbers and mounts can have so "
-        "far. Remove it.",
-    ),
-    "the mass of all": (
-        HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"total_mass"'),
-        "t line 18: measures.m asks for the total_mass of all bodies, and rotors.r is not counted among them. Ask for "
-        "that of one.",
+    "a tolerance beside a bore": (
+        HEAD + SHAFT.replace('"50 mm"', '{ value = "50 mm", tolerance = "2 %" }, inner_diameter = "20 mm"') + TAIL,
+        "t line 5: rotors.r.sections[1] has an inner_diameter while its diameter has a tolerance. Write inner_ratio = "
+        "0.5 (inner over outer diameter) instead.",
     ),
 }
 
@@ -484,3 +476,37 @@ at_most = "1 mm"
     found = solve(from_text(text)).limits["x"].value.value
     softest = text.replace('"30 MN/m"', '"24 MN/m"').replace('tolerance = "20 %"', "")
     assert found == pytest.approx(solve(from_text(softest)).limits["x"].value.value, rel=1e-9)
+
+
+TOLERANT = """title = "t"
+[rotors.r]
+modulus = "207 GPa"
+density = "7850 kg/m3"
+sections = [{ length = "900 mm", diameter = %s, inner_ratio = 0.3 }]
+stations = { a = "0 mm", b = "900 mm" }
+discs = [{ name = "w", at = "300 mm", outer_diameter = "300 mm", inner_diameter = "40 mm", width = %s, density = "7850 kg/m3" }]
+[links.one]
+between = ["a", "ground"]
+stiffness = "30 MN/m"
+[links.two]
+between = ["b", "ground"]
+stiffness = "50 MN/m"
+[limits.slow]
+response = "critical_speed"
+at_least = "1500 rpm"
+[limits.heavy]
+response = "total_mass"
+at_most = "60 kg"
+"""
+
+
+def test_tolerances_on_the_sizes_of_a_rotor_have_their_worst_at_ends() -> None:
+    """A thinner shaft under a wider disc whirls slowest; both wider weigh most."""
+    off = '{ value = "%s mm", tolerance = "%s %%" }'
+    found = solve(from_text(TOLERANT % (off % (50, 2), off % (40, 5)))).limits
+    ends = [solve(from_text(TOLERANT % (f'"{d} mm"', f'"{w} mm"'))).limits for d, w in ((49, 42), (51, 42))]
+    assert found["slow"].value.value == pytest.approx(ends[0]["slow"].value.value, rel=1e-9)
+    assert found["heavy"].value.value == pytest.approx(ends[1]["heavy"].value.value, rel=1e-9)
+    shaft = 7850.0 * 0.25 * math.pi * 0.051**2 * (1.0 - 0.3**2) * 0.9
+    disc = 7850.0 * 0.25 * math.pi * (0.3**2 - 0.04**2) * 0.042
+    assert ends[1]["heavy"].value.value == pytest.approx(shaft + disc, rel=1e-12)

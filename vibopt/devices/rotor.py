@@ -184,8 +184,6 @@ class RotorTable(Device):
     shear_modulus: Fact | None = number("modulus", choice=False)
     shear_coefficient: Fact | None = number("ratio", choice=False, most=1.0)
 
-    may_be_off: ClassVar[bool] = False
-
     @model_validator(mode="after")
     def _fits(self) -> "RotorTable":
         if not self.sections:
@@ -290,6 +288,7 @@ class RotorTable(Device):
             free = section.diameter if isinstance(section.diameter, Choice) else None
             for found, end in zip(both, ("low", "high"), strict=True):
                 wide = getattr(free or section.diameter, end if free else "value")
+                wide *= 1.0 + (-1.0 if end == "low" else 1.0) * section.diameter.tolerance
                 area = 0.25 * math.pi * wide**2 * (1.0 - bore(section) ** 2)
                 second = area * wide**2 * (1.0 + bore(section) ** 2) / 16.0
                 heavy = self.density.value

@@ -344,6 +344,11 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
+    @property
+    def spinning(self) -> float:
+        """Mass of shafts and of what sits on them [kg]."""
+        return 0.0
+
     def critical_speeds(self, sense: float = 1.0) -> FloatArray:
         """Speeds at which a whirl with the spin, or against it (`sense` -1), is free, ascending [rad/s]."""
         return self.natural_frequencies()

@@ -46,6 +46,11 @@ class RotatingMachine(Machine):
     def places(self) -> tuple[str, ...]:
         return (*self.masses, *(point for one in self.shafts.values() for point in one.points))
 
+    @property
+    def spinning(self) -> float:
+        shafts = sum(part.mass * part.length for one in self.shafts.values() for part in one.sections)
+        return shafts + sum(disc.mass for one in self.shafts.values() for disc in one.discs)
+
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
         flat = np.ravel(omega)

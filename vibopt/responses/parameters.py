@@ -25,13 +25,13 @@ def sum_of(model: Model, chosen: Sequence[Term]) -> Monomials:
 
 
 class TotalMass(Response):
-    """`response = "total_mass"`: of all bodies, absorbers and beams with a mass [kg].
+    """`response = "total_mass"`: of all bodies, absorbers, rotors and beams with a mass [kg].
 
     What turns has an inertia instead.
     """
 
     dimension: ClassVar[str] = "mass"
-    sums: ClassVar[tuple[str, ...]] = ("bodies", "absorbers")
+    sums: ClassVar[tuple[str, ...]] = ("bodies", "absorbers", "rotors")
     against_friction: ClassVar[str] = ""
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
@@ -39,7 +39,7 @@ class TotalMass(Response):
 
     def measure_static(self, machine: Machine) -> float:
         beams = sum(one.count * one.borne.mass for one in machine.joints if one.borne is not None)
-        return sum(machine.weights.values()) - sum(machine.carried.values()) + beams
+        return sum(machine.weights.values()) - sum(machine.carried.values()) + beams + machine.spinning
 
 
 class Mass(Response):

@@ -129,13 +129,6 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
             f"is beyond the {MODES} lowest critical speeds, up to which whirls are told.",
         )
         return True
-    if response.sums:
-        mistakes.add(
-            path,
-            f"{where} asks for the {key} of all {response.sums[0]}, and rotors.{name} is not counted among them. Ask "
-            "for that of one.",
-        )
-        return True
     return False
 
 

@@ -45,7 +45,7 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
         if not FAMILIES[family].may_be_off:
             mistakes.add(
                 (family, name, *steps),
-                f"{doubt.path} has a tolerance, which only bodies, links, absorbers and mounts can have so far. "
+                f"{doubt.path} has a tolerance, which only bodies, links, absorbers, mounts and rotors can have so far. "
                 "Remove it.",
             )
 
