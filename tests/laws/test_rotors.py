@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
+from vibopt.jobs import answer
+from vibopt.jobs import from_text as job_from_text
 from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.shaft_waves import MODES, Section, WhirlingShaft
 from vibopt.report.campbell import campbell_of
 from vibopt.report.figures.campbell_diagram import campbell_figure
+from vibopt.report.modelled_balancing import balancing_document
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict, from_text
 from vibopt.solve import solve
@@ -484,7 +488,13 @@ modulus = "207 GPa"
 density = "7850 kg/m3"
 sections = [{ length = "900 mm", diameter = %s, inner_ratio = 0.3 }]
 stations = { a = "0 mm", b = "900 mm" }
-discs = [{ name = "w", at = "300 mm", outer_diameter = "300 mm", inner_diameter = "40 mm", width = %s, density = "7850 kg/m3" }]
+[[rotors.r.discs]]
+name = "w"
+at = "300 mm"
+outer_diameter = "300 mm"
+inner_diameter = "40 mm"
+width = %s
+density = "7850 kg/m3"
 [links.one]
 between = ["a", "ground"]
 stiffness = "30 MN/m"
@@ -510,3 +520,41 @@ def test_tolerances_on_the_sizes_of_a_rotor_have_their_worst_at_ends() -> None:
     shaft = 7850.0 * 0.25 * math.pi * 0.051**2 * (1.0 - 0.3**2) * 0.9
     disc = 7850.0 * 0.25 * math.pi * (0.3**2 - 0.04**2) * 0.042
     assert ends[1]["heavy"].value.value == pytest.approx(shaft + disc, rel=1e-12)
+
+
+# Balancing by the model
+
+
+def test_a_rotor_is_balanced_by_its_model_as_one_that_was_measured() -> None:
+    """What the plan is said to leave at each speed is what the machine as built does with both unbalances."""
+    document = friswell()
+    document["links"] = held(2e6, 3e3)
+    document["limits"] = {
+        "first": {"response": "displacement", "of": "first", "at_most": "1 mm"},
+        "slow": {"response": "displacement", "of": "second", "over": "100..600 rpm", "at_most": "0.5 mm"},
+    }
+    scene = from_dict(document)
+    written = balancing_document(solve(scene))
+    assert written["limits"].keys() == {"first", "slow_at_587_5"}
+    written["planes"]["first"]["keep"] = True
+    plan = answer(job_from_text(document_toml(written)))
+    assert plan.status == "optimal"
+    fitted = plan.to_json()["planes"]["second"]
+    weight = fitted["unbalance"]["value"] * np.exp(1j * fitted["angle"]["value"])
+    machine, left = machine_of(scene, {}), []
+    for run in written["runs"]:
+        omega = np.array([float(run["speed"].split()[0]) * RPM])
+        forces = {"first": 1e-3 * omega**2 + 0j, "second": weight * omega**2}
+        points = machine.shake(omega, forces, {}).points
+        left += [abs(points[name][0]) for name in ("first", "second")]
+    assert max(left) == pytest.approx(plan.goal[1].value, rel=1e-8)
+    for missing, said in (
+        ({"limits": {}, "measures": {"m": {"response": "critical_speed"}}}, "no displacement is asked, and balancing"),
+        ({"rotors": {"rotor": {**document["rotors"]["rotor"], "discs": []}}}, "no rotor has a disc that could take"),
+    ):
+        other = {**document, **missing}
+        if "rotors" in missing:
+            other["excitations"]["imbalance"]["on"] = "left"
+            other["measures"], other["limits"] = {"m": {"response": "displacement", "of": "left"}}, {}
+        with pytest.raises(InputError, match=said):
+            balancing_document(solve(from_dict(other)))

@@ -52,7 +52,8 @@ PROBLEMS = (".toml",)
 @click.option(
     "--save-coefficients",
     metavar="FILE",
-    help="Write what each weight of a measured rotor does (.toml); the next job reads it as influence = FILE.",
+    help="Write what each weight of a measured rotor does (.toml); the next job reads it as influence = FILE. Of a "
+    "rotor of discs a whole balancing job, by its model.",
 )
 @click.option(
     "--no-prices",
@@ -85,6 +86,8 @@ def solve(
     if all_scenarios:
         others = (scenario, method, save, save_coefficients, *rounding)
         return _for_all(read_job(file, changes), any(others), as_json=as_json, require_proof=require_proof)
+    from vibopt.jobs import is_scene
+
     changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
     target = None
@@ -92,7 +95,8 @@ def solve(
         from vibopt.files.writing import checked_target
 
         target = checked_target(save, PROBLEMS, force=force)
-    learnt = _coefficients(job, save_coefficients, force=force)
+    modelled = save_coefficients if is_scene(job) and job.rotors else None
+    learnt = {} if modelled is not None else _coefficients(job, save_coefficients, force=force)
     asked = Asked(file, job, changes, method)
     found = answered(asked, fresh=True)
     drawn = _rounded(found, job, rounding) if rounding else None
@@ -104,6 +108,8 @@ def solve(
         words = "The nearest design was not looked for, nor what each limit could be alone: leave --no-prices out."
         found = replace(found, notes=(*found.notes, words))
     refused = "" if target is None else _save(found, job, drawn, target, changes)
+    if modelled is not None:
+        learnt = _modelled(found, modelled, force=force)
     for place, text in learnt.items():
         from vibopt.files.writing import write_file
 
@@ -208,6 +214,16 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
 
     text = f"# Influence coefficients of {job.name}, saved by vibopt: read them as influence in the next job.\n\n"
     return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(coefficients_document(job)))}
+
+
+def _modelled(design: Any, save: str, *, force: bool) -> dict[Path, str]:
+    """The balancing job of a rotor of discs, and its text."""
+    from vibopt.document.toml_writing import document_toml
+    from vibopt.files.writing import checked_target
+    from vibopt.report.modelled_balancing import balancing_document
+
+    text = f"# What weights on the discs of {design.scene.name} do, by its model: a balancing job, made by vibopt.\n\n"
+    return {checked_target(save, PROBLEMS, force=force): text + document_toml(balancing_document(design))}
 
 
 def _say(drawn: Rounded | None, written: list[str], refused: str) -> None:

@@ -45,8 +45,7 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
         if not FAMILIES[family].may_be_off:
             mistakes.add(
                 (family, name, *steps),
-                f"{doubt.path} has a tolerance, which only bodies, links, absorbers, mounts and rotors can have so far. "
-                "Remove it.",
+                f"{doubt.path} has a tolerance, which bodies, links, absorbers, mounts and rotors can have. Remove it.",
             )
 
 
