@@ -58,6 +58,61 @@ def test_the_greatest_of_all_half_sines_and_rectangles() -> None:
         assert abs(found) == pytest.approx(2.0 if turns >= 0.5 else 2.0 * np.sin(np.pi * turns), rel=1e-10)
 
 
+@pytest.mark.parametrize("turns", [1e5, 1e7])
+@pytest.mark.parametrize("ratio", [1e-3, 0.05, 1.0, 20.0])
+def test_a_pulse_of_a_million_periods_is_that_of_the_books(turns: float, ratio: float) -> None:
+    """Sudden: one overshoot. Slow: what a sine of the same frequency does for ever, to first order a sag that lags."""
+    length = 2.0 * np.pi * turns
+    over = np.exp(-np.pi * ratio / np.sqrt(1.0 - ratio**2)) if ratio < 1.0 else 0.0
+    rectangle = lone(1.0, 2.0 * ratio, line(length, 1.0, 1.0)).peak(place())
+    assert rectangle.value == pytest.approx(1.0 + over, rel=1e-9)
+    half = lone(1.0, 2.0 * ratio, sine(length, 1.0, 0.0, np.pi)).peak(place())
+    r = np.pi / length
+    assert half.value == pytest.approx(1.0 / np.hypot(1.0 - r * r, 2.0 * ratio * r), rel=1e-9)
+    assert half.time == pytest.approx(0.5 * length + 2.0 * ratio, rel=1e-6)
+    bend = lone(1.0, 2.0 * ratio, line(0.5 * length, 0.0, 1.0), line(0.5 * length, 1.0, 0.0)).peak(place(power=1))
+    assert abs(bend.value) == pytest.approx(2.0 / length * (1.0 + 2.0 * over), rel=1e-7)
+
+
+@pytest.mark.parametrize("turns", [50.0, 5000.0])
+def test_a_long_push_of_what_is_loose_strains_its_spring_by_half(turns: float) -> None:
+    """Two masses of one, one pushed: the spring holds half the force, and nearly twice that at once."""
+    stiff = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    loose = Transient(np.eye(2), 0.1 * stiff, stiff, 2, np.array([[1.0], [0.0]]), (line(turns, 1.0, 1.0),))
+    found = loose.peak(Reading(np.array([1.0, -1.0]), np.zeros(2), np.zeros(2)))
+    ratio = 0.1 / np.sqrt(2.0)
+    assert found.value == pytest.approx(0.5 * (1.0 + np.exp(-np.pi * ratio / np.sqrt(1.0 - ratio**2))), rel=1e-9)
+
+
+@pytest.mark.parametrize("on", ["box", "floor"])
+@pytest.mark.parametrize("shape", ["triangle", "rising sawtooth", "versed sine"])
+def test_long_loads_have_one_value_on_both_routes_until_nothing_fades(shape: str, on: str) -> None:
+    """A million periods of a chain with a joint: what fades early, and what follows the load, by another way each."""
+    size = {"amplitude": "10 N"} if on == "box" else {"acceleration": "2 m/s²"}
+    shaken = {"kind": "pulse", "on": on, "shape": shape, "duration": "1e6 s", **size}
+    document: dict[str, Any] = {
+        "title": "long",
+        "bases": {"floor": {}},
+        "bodies": {"box": {"mass": "2 kg"}, "lamp": {"mass": "1 kg"}, "joint": {"mass": "0 kg"}},
+        "links": {
+            "mount": {"between": ["box", "floor"], "stiffness": "150 N/m", "damping": "9 N s/m"},
+            "arm": {"between": ["lamp", "joint"], "stiffness": "90 N/m"},
+            "grip": {"between": ["joint", "box"], "damping": "8 N s/m", "stiffness": "40 N/m"},
+        },
+        "excitations": {"it": shaken},
+        "measures": {
+            "force": {"response": "peak_force", "through": "mount"},
+            **({"travel": {"response": "peak_relative_displacement", "across": "arm"}} if on == "floor" else {}),
+        },
+    }
+    found = told(document)
+    assert found["force"] == pytest.approx({"box": 10.0, "floor": 6.0}[on], rel=1e-3)
+    assert found.get("travel", 2.0 / 90.0) == pytest.approx(2.0 / 90.0, rel=1e-3)
+    undamped = {name: {**link, "damping": "0 N s/m"} for name, link in document["links"].items() if name != "arm"}
+    with pytest.raises(InputError, match="more than the 20000 that are followed"):
+        vo.from_dict({**document, "links": {**document["links"], **undamped}})
+
+
 @few
 @given(seed=st.integers(0, 10_000), count=st.integers(1, 4), shape=st.sampled_from(get_args(Shape)), free=st.booleans())
 def test_no_simulation_finds_a_higher_peak(seed: int, count: int, shape: str, free: bool) -> None:
@@ -582,8 +637,8 @@ def test_slopes_of_a_mass_under_a_moved_base_are_differences(tmp_path: Path) -> 
     [
         (
             'stiffness = "1e18 N/m"',
-            "the machine may vibrate 4e+07 times in it, more than the 20000 that are followed. Write a shorter load or "
-            "a smaller stiffness, or leave out a link that is as good as rigid.",
+            "the machine may vibrate 4e+07 times in it, more than the 20000 that are followed. Write a shorter load, "
+            "more damping or a smaller stiffness, or leave out a link that is as good as rigid.",
         ),
         (
             'stiffness = "1 kN/m"\ndamping = "1 GN s/m"',

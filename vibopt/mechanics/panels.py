@@ -28,6 +28,10 @@ _TERMS = 20
 """Of Taylor's series, for a matrix of norm 1."""
 _RESOLVED = 1e-13
 """Part of the greatest value that may be left over on a panel."""
+_OFTEN, _SELDOM = 10, 4
+"""Halvings of a matrix from which on what is slow in it is put right, and halvings of that."""
+_STEPS, _FAR = 60, 1e12
+"""Steps in which it is told apart, and how far a signal of one may hold what is fast."""
 _EPSILON = 2.0**-52
 _MOST, _MOST_TOGETHER = 1 << 21, 1 << 16
 """Panels of one piece of time at most, of one machine and of several at once."""
@@ -77,13 +81,28 @@ def exponential(a: Numbers, at: float = 1.0) -> Numbers:
 def exponentials(a: Numbers, at: FloatArray) -> Numbers:
     """exp(a t) for each t of `at` (n,), from 0 to 1, shape (..., n, N, N) for `a` (..., N, N)."""
     halvings = halvings_of(a)
-    power = series(a / 2.0 ** halvings[..., None, None], at)
+    power, own = series(a / 2.0 ** halvings[..., None, None], at), _slow(a, halvings)
     for done in range(int(halvings.max(initial=0))):
         if (more := halvings > done).all():
             power = power @ power
         else:
             power[more] = power[more] @ power[more]
+        if own:
+            ahead = 2.0 ** np.maximum(halvings - 1 - done, 0)[..., None, None]
+            power[..., own:, own:] = exponentials(a[..., own:, own:] / ahead, at)
     return power
+
+
+def _slow(a: Numbers, halvings: IntArray) -> int:
+    """From where on the last states are by themselves and slow, of matrices halved often; 0 where none are.
+
+    Each squaring doubles the rounding of what goes on and on, as a signal does: it is put right after each.
+    """
+    if halvings.max(initial=0) <= _OFTEN:
+        return 0
+    linked = (a != 0.0).reshape(-1, *a.shape[-2:]).any(axis=0)
+    alone = [k for k in range(1, a.shape[-1]) if not linked[k:, :k].any()]
+    return next((k for k in alone if halvings_of(a[..., k:, k:]).max(initial=0) <= _SELDOM), 0)
 
 
 def greatest(
@@ -101,6 +120,9 @@ def greatest(
         What is known of `a` already.
     """
     along = Along(a) if along is None else along
+    if along.depth > _OFTEN and (apart := _apart(a, row, starts)) is not None:
+        a, row, starts = apart
+        along = Along(a)
     count, each, size = starts.shape
     search = _Search(np.array(np.broadcast_to(least, count), dtype=float))
     z, of = starts.reshape(-1, size), np.repeat(np.arange(count), each)
@@ -117,6 +139,8 @@ def greatest(
         room = np.maximum(_RESOLVED * search.most[of], rounding)
         off = np.maximum(np.abs(coefficients[:, -3:]).max(axis=1), 0.25 * np.abs(coefficients @ _ODD - values[:, -1]))
         left = (off > room) & (level < along.halvings[of])
+        if along.depth > _OFTEN:  # what fades soon behind a beginning hides between nodes that are far apart
+            left |= (begin == 0.0) & (level < along.halvings[of] - _SELDOM)
         done = ~left
         search.panels(coefficients[done], of[done], which[done], begin[done], width)
         if not left.any():
@@ -127,6 +151,40 @@ def greatest(
         z = np.concatenate([z, _each(z, step[:, _MIDDLE].mT, of)])
         of, which, begin = np.tile(of, 2), np.tile(which, 2), np.concatenate([begin, begin + 0.5 * width])
     return search.best
+
+
+def _apart(a: FloatArray, row: FloatArray, starts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """The same with fast states counted from where slow ones hold them; None where they cannot be told apart.
+
+    What a slow signal holds in balance would cancel to rounding in all that is small beside it.  M X - X S = -C, for
+    what is fast (M), slow (S) and between them (C), by steps that converge where S is slow.
+    """
+    own, linked = _slow(a, halvings_of(a)), (a != 0.0).any(axis=0)
+    if not own:
+        return None
+    slow = np.arange(a.shape[-1]) >= own
+    for _ in range(own):
+        slow |= ~linked[:, ~slow].any(axis=1)
+    fast, rows = np.flatnonzero(~slow), np.flatnonzero(slow)
+    m, between, s = (a[:, one[:, None], other] for one, other in ((fast, fast), (fast, rows), (rows, rows)))
+    held: FloatArray = np.zeros(between.shape)
+    for _ in range(_STEPS):
+        before = held
+        try:
+            held = np.asarray(np.linalg.solve(m, held @ s - between))
+        except np.linalg.LinAlgError:  # what is loose
+            return None
+        if not np.abs(held).max() < _FAR:
+            return None
+        if (np.abs(held - before) <= _EPSILON * np.abs(held).max(axis=(-2, -1), keepdims=True)).all():
+            break
+    else:
+        return None
+    a, row, starts = a.copy(), row.copy(), starts.copy()
+    a[:, fast[:, None], rows] = 0.0
+    row[:, rows] += (row[:, None, fast] @ held)[:, 0]
+    starts[..., fast] -= starts[..., rows] @ held.mT
+    return a, row, starts
 
 
 def _each(z: FloatArray, matrices: FloatArray, of: IntArray) -> FloatArray:
@@ -232,6 +290,8 @@ class Along:
 
     def __init__(self, a: FloatArray) -> None:
         self.halvings = halvings_of(a)
+        own = _slow(a, self.halvings)
+        self._signals = a[:, own:, own:] if own else a[:, :0, :0]
         self._steps = [series(a / 2.0 ** self.halvings[:, None, None], _POINTS)]
         """From the last level to the whole; of machines that are resolved before, as at their last."""
 
@@ -244,7 +304,11 @@ class Along:
         """At one level, (n, n_points, N, N)."""
         while len(self._steps) <= self.depth:
             last, more = self._steps[-1], self.halvings > self.depth - len(self._steps)
-            self._steps.append(last @ last if more.all() else np.where(more[:, None, None, None], last @ last, last))
+            step = last @ last if more.all() else np.where(more[:, None, None, None], last @ last, last)
+            if (count := self._signals.shape[-1]) and more.any():
+                left = 2.0 ** np.minimum(self.depth - len(self._steps), self.halvings)[:, None, None]
+                step[..., -count:, -count:] = exponentials(self._signals / left, _POINTS)
+            self._steps.append(step)
         return self._steps[self.depth - level]
 
     @property
@@ -256,13 +320,13 @@ class Along:
         """Of machines 2 a."""
         self.step(0)
         found = Along.__new__(Along)
-        found.halvings, found._steps = self.halvings + 1, list(self._steps)
+        found.halvings, found._steps, found._signals = self.halvings + 1, list(self._steps), 2.0 * self._signals
         return found
 
     def some(self, which: IntArray) -> Along:
         """Of some of the machines."""
         self.step(0)
         found = Along.__new__(Along)
-        found.halvings = self.halvings[which]
+        found.halvings, found._signals = self.halvings[which], self._signals[which]
         found._steps = [one[which] for one in self._steps[self.depth - found.depth :]]
         return found

@@ -316,9 +316,9 @@ class Transient:
 
         A base that is pushed for a thousand periods is far away, and what is near it would be lost in rounding.
         """
-        _, _, stiffness, n, heavy = self.parts
+        _, _, stiffness, n, _ = self.parts
         held, led = stiffness[..., :n, :n], stiffness[..., :n, n:]
-        if heavy < n or self.jointed is not None or not led.shape[-1]:
+        if not led.shape[-1]:
             return np.zeros(led.shape, dtype=self.root.dtype)
         loose = wide(np.linalg.cond(held.real) > _HELD)
         back = np.linalg.inv(np.where(loose, np.eye(n), held.real))
@@ -388,7 +388,8 @@ class Transient:
         own, n, half = self.n_free, self.parts[3], self.size // 2
         led = self.mass[..., :own, own:]
         if self._rides.any():
-            led = led + self.mass[..., :own, :own] @ self.ride
+            lift = np.eye(own, self.mass.shape[-1]) if self.jointed is None else self.jointed.lift[..., :own, :]
+            led = led + self.mass[..., :own, :own] @ (lift[..., :n] @ self.ride + lift[..., n:] * self._rides)
         b = self.struck @ (self.loads[:own] - led @ self.loads[own:]) / wide(self.rate)
         unit = np.sqrt(_trace(self.mass[..., :own, :own])) / self.rate**2
         b[..., half + n :, :] = self.loads[own:] * wide(unit)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from itertools import product
+
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.excitations.excitation import Transient
-from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.modes import poles
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
@@ -18,7 +22,10 @@ from vibopt.scene.space import is_spatial
 from vibopt.scene.uncertain import uncertain
 
 MOST_TURNS, MOST_FADES, MOST_SEARCHED = 20_000, 100_000, 50
-"""Vibrations of the fastest mode during a load that are followed, and over which durations are searched."""
+"""Vibrations of the fastest mode that are followed until a load ends or they fade, how often dampers may brake them
+over, and vibrations over which durations are searched."""
+_FADED = 30.0
+"""Decay after which nothing is left of a vibration."""
 _LIGHT = 1e-9
 """Part of its greatest value at which a mass that may be nothing is counted."""
 
@@ -67,10 +74,12 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
     heavy, slow = ~model.massless, model.massless & (np.diag(held) > 0.0)
     fades, turns = (_fastest(mass, one, heavy) for one in (damping, stiffness))
     fades = max(fades, _fastest(held, stiffness, slow))
+    fading = _fading(model, least, most)
     for name, one in scene.excitations.items():
         if not isinstance(one, Transient):
             continue
-        turned, faded = float(np.sqrt(turns)) * one.length / (2.0 * np.pi), fades * one.length
+        followed = min(one.length, fading) if one.step == math.inf else one.length
+        turned, faded = float(np.sqrt(turns)) * followed / (2.0 * np.pi), fades * followed
         if one.durations is not None and max(turned, faded) > MOST_SEARCHED:
             mistakes.add(
                 ("excitations", name, "duration_up_to"),
@@ -85,11 +94,25 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
         ):
             if many > known:
                 smaller = f'a smaller "to" for the {key}' if scene.variables else f"a smaller {key}"
+                damped = ", more damping" if key == "stiffness" and one.step == math.inf else ""
                 mistakes.add(
                     ("excitations", name),
                     f"excitations.{name} lasts {one.length:.4g} s, and {how}, more than the {known} that are "
-                    f"followed. Write a shorter load or {smaller}, or leave out a link that is as good as {rigid}.",
+                    f"followed. Write a shorter load{damped} or {smaller}, or leave out a link that is as good as "
+                    f"{rigid}.",
                 )
+
+
+def _fading(model: Model, least: FloatArray, most: FloatArray) -> float:
+    """How long it takes until nothing of free vibration is left, at the ends of all ranges [s]."""
+    slowest = math.inf
+    for ends in product((least, most), repeat=3):
+        ends_of = zip((INERTIA, DAMPING, STIFFNESS), ends, strict=True)
+        found = poles(
+            model, sum((np.where(model.kinds == kind, end, 0.0) for kind, end in ends_of), np.zeros(len(least)))
+        )
+        slowest = min(slowest, float(found.imag.min(initial=math.inf)))
+    return _FADED / slowest if slowest > 0.0 else math.inf
 
 
 def _fastest(against: FloatArray, matrix: FloatArray, among: BoolArray) -> float:

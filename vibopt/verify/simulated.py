@@ -8,6 +8,7 @@ and what nothing damps.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
@@ -51,6 +52,8 @@ _SLOW, _AWAY = 1e-8, 1e-6
 """Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count."""
 _MET, _NONE, _GONE, _FINE = 1e-9, 1e-12, 1e-12, 400
 """Parts: of a speed by which it misses a pole, of a frequency that is no decay, to which all fades; samples a turn."""
+_DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
+"""Of polynomials through a slow load, what they may leave over, and how often its motion is made better at most."""
 _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
 """Condition beyond which modes are no use; samples at once; part to which modes fade before nothing more is seen."""
 
@@ -193,8 +196,7 @@ class Simulated:
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:
         """Stretches of time without joints, those behind the load last [s]."""
-        joints = sorted({joint for one in self.excitations for joint in one.joints})
-        look = self._look
+        look, joints = self._look, sorted({*self._joints, *self._late})
         return [*pairwise(joints), *((joints[-1] + i * look, joints[-1] + (i + 1) * look) for i in range(_LOOKS))]
 
     @cached_property
@@ -203,8 +205,29 @@ class Simulated:
         return []
 
     @cached_property
+    def _fades(self) -> float:
+        """How long it takes until all that vibrates freely is rounding [s]."""
+        return -math.log(_GONE) / max(float(np.abs(self.machine.poles().imag).min(initial=np.inf)), 1e-300)
+
+    @cached_property
+    def _joints(self) -> list[float]:
+        return sorted({joint for one in self.excitations for joint in one.joints})
+
+    @cached_property
+    def _late(self) -> set[float]:
+        """Times from which on a smooth load alone counts [s]: all fades early in stretches that are so long."""
+        long = max(_STIFF / max(self._own_rate, 1e-300), 2.0 * self._fades)
+        pairs = pairwise(self._joints) if self._step == np.inf else ()
+        return {low + self._fades for low, high in pairs if high - low > long}
+
+    @cached_property
     def _states(self) -> States:
-        return States(self.machine, tuple(one.on for one in self.excitations))
+        acts, bases = tuple(one.on for one in self.excitations), self.machine.bases
+        far = [one for one in self.excitations if one.on in bases and not one.returns and not one.endless]
+        ends = {end for joint in self.machine.joints for end in joint.ends}
+        alone = len(bases) == 1 and bool(far) and not self._lasting and ends <= {*self.machine.masses, *bases}
+        long = max(one.length for one in self.excitations) * self._own_rate > _STIFF if alone else False
+        return States(self.machine, acts, next(iter(bases)) if long else "")
 
     @property
     def _places(self) -> list[str]:
@@ -268,6 +291,11 @@ class Simulated:
             if len(self.excitations) == 1 and self.excitations[0].even and not self._runs:
                 self._runs.append(self._sampled(high, start))
                 continue
+            if low in self._late:
+                settled = self._settled(low, high, start)
+                if settled is not None:
+                    self._runs.append(settled)
+                    continue
             turned = self._fastest(current) * (high - low)
             smooth = self._step == np.inf or not self._loaded(current)
             if smooth and _LONG < turned <= _STIFF:
@@ -328,6 +356,41 @@ class Simulated:
             return found
 
         return lambda at: run(at) if np.ndim(at) else run(at)[:, 0]
+
+    def _settled(self, low: float, high: float, start: FloatArray) -> Any:
+        """States against time where all has faded but what follows a slow load; None where the load is not slow.
+
+        x' = A x + f has the solution x = A^-1 (x' - f) again and again, on polynomials of time.
+        """
+        from numpy.polynomial import chebyshev
+
+        (system, loads), bodies, count = self._states.matrices, len(self.machine.masses), len(self._places)
+        half, edge = 0.5 * (high - low), _INSIDE * (high - low)
+        nodes = np.cos(np.pi * (np.arange(_DEGREE + 1.0) + 0.5) / (_DEGREE + 1.0))
+        seen = self._signals(np.clip(low + half * (1.0 + nodes), low + edge, high - edge))
+        signals = chebyshev.chebfit(nodes, seen.T, _DEGREE)
+        if (np.abs(signals[-3:]) > _RESOLVED * np.abs(signals).max(axis=0)).any():
+            return None
+        states = np.zeros((_DEGREE + 3, 2 * count))
+        pushed = signals @ loads.T
+        for base in range(bodies, count):
+            speed, place = count + base, system[base, count + base]
+            states[:-1, speed] = chebyshev.chebint(pushed[:, speed], k=start[speed], lbnd=-1.0, scl=half)
+            states[:, base] = chebyshev.chebint(place * states[:-1, speed], k=start[base], lbnd=-1.0, scl=half)
+        own = np.r_[:bodies, count : count + bodies]
+        own = own[system[own].any(axis=1)]
+        pulled = states @ system[own].T
+        pulled[: _DEGREE + 1] += pushed[:, own]
+        moved, before = np.zeros(pulled.shape), np.inf
+        for _ in range(_AGAIN):
+            rates = np.vstack([chebyshev.chebder(moved) / half, np.zeros(len(own))])
+            fresh = np.linalg.solve(system[np.ix_(own, own)], (rates - pulled).T).T
+            change, moved = float(np.abs(fresh - moved).max()), fresh
+            if change <= _RESOLVED**2 * np.abs(moved).max() or not change < before:
+                break
+            before = change
+        states[:, own] = moved
+        return lambda at: chebyshev.chebval((np.asarray(at) - low) / half - 1.0, states)
 
     def _sampled(self, high: float, start: FloatArray) -> Any:
         """States against time through a record: exact at many points from sample to sample, cubic between them."""

@@ -23,10 +23,13 @@ class States:
         As built, without structures.
     acts
         Places on which signals of one act, by name.
+    rides
+        A base that alone carries everything and may go far: places are counted from it, and it has none.
     """
 
     machine: Machine
     acts: tuple[str, ...]
+    rides: str = ""
 
     @cached_property
     def places(self) -> list[str]:
@@ -42,6 +45,11 @@ class States:
         for one in np.flatnonzero(self._light):
             system[one], loads[one] = moved[one], pushed[one]
             system[count + one] = loads[count + one] = 0.0
+        if self.rides:
+            base = self.places.index(self.rides)
+            heavy = np.flatnonzero(~self._light[: len(self.machine.masses)])
+            loads[count + heavy] -= loads[count + base]
+            system[:, [base, count + base]] = 0.0
         return system, loads
 
     def read(self, states: FloatArray, signals: FloatArray) -> FloatArray:
@@ -49,10 +57,16 @@ class States:
         (system, loads), count = self.matrices, len(self.places)
         rates = system @ states + loads @ signals
         if not self._light.any():
-            return np.array([states[:count], states[count:], rates[count:]])
-        fast = system[:count] @ rates
-        fast[~self._light] = rates[count:][~self._light]
-        return np.array([self._seen @ one for one in (states[:count], rates[:count], fast)])
+            found = np.array([states[:count], states[count:], rates[count:]])
+        else:
+            fast = system[:count] @ rates
+            fast[~self._light] = rates[count:][~self._light]
+            found = np.array([self._seen @ one for one in (states[:count], rates[:count], fast)])
+        if self.rides:
+            base = self.places.index(self.rides)
+            found[1:, base] = 0.0
+            found[1:] += np.array([states[count + base], rates[count + base]])[:, None]
+        return found
 
     @cached_property
     def _light(self) -> BoolArray:
