@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -17,3 +17,8 @@ else:  # numpy.typing is slow to load, and only a type checker reads it
     FloatArray = ComplexArray = BoolArray = IntArray = np.ndarray
 
 Values = TypeVar("Values", FloatArray, ComplexArray)
+
+
+def some(number: Any) -> bool:
+    """Whether a number is not zero, or one at least of many in an array."""
+    return bool(number.any()) if isinstance(number, np.ndarray) else bool(number)

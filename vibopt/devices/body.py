@@ -219,8 +219,8 @@ class BodyTable(Device):
         """ "space", "plane" or "line"."""
         if self.motion is not None:
             return self.motion
-        spatial = isinstance(self.inertia, Table) or self.shape is not None or self.made_of is not None
-        return "space" if spatial else "line"
+        spatial = self.shape is not None or self.made_of is not None
+        return "space" if spatial or (self.inertia is not None and isinstance(self.inertia, Table)) else "line"
 
     @property
     def freedoms(self) -> tuple[str, ...]:

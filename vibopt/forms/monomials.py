@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pow, prod  # noqa: A004
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.form import WITHOUT_END, Form
+from vibopt.mechanics.monomial import product
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -42,13 +42,9 @@ class Monomials(Form):
         return value
 
     def value(self, model: Model, x: FloatArray) -> float:
-        total, at = 0.0, np.asarray(x).tolist()
-        try:
-            for scale, row in zip(self.scale.tolist(), self.exponents.tolist(), strict=True):
-                total += scale * prod(pow(one, power) for one, power in zip(at, row, strict=True) if power)
-        except (ArithmeticError, ValueError):  # has no end, or is no number
-            return float(self.at(x))
-        return total
+        at = np.asarray(x).tolist()
+        rows = zip(self.scale.tolist(), self.exponents.tolist(), strict=True)
+        return sum((product(scale, at, powers) for scale, powers in rows), 0.0)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         parts = self._parts(x)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, some
 from vibopt.mechanics.built import Joint, Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
@@ -66,7 +66,7 @@ class LoneMachine(Machine):
         Viscous and structural damping together are none such.
         """
         mass, damping, stiffness, hysteretic = self._sums
-        if not np.all(stiffness > 0.0) or (np.any(damping) and np.any((damping > 0.0) & (hysteretic > 0.0))):
+        if some(stiffness <= 0.0) or some(damping * hysteretic > 0.0):
             return None
         natural = stiffness / mass + 0.0 * (damping + hysteretic)  # of the shape of all
         bottom = (1.0 + (hysteretic / stiffness) ** 2, damping**2 / (mass * stiffness) - 2.0, 1.0)
@@ -99,7 +99,7 @@ class LoneMachine(Machine):
         """As of any machine."""
         (body, weight), *_ = self.weights.items()
         held = sum(one.static_stiffness for one in self.joints if body in one.ends)
-        return {body: weight * GRAVITY / held} if np.all(held > 0.0) else None
+        return {body: weight * GRAVITY / held} if not some(held <= 0.0) else None
 
     def poles(self) -> ComplexArray:
         """Complex frequencies of free motion [rad/s], shape (2,): roots of m w^2 - i w c - k (1 + i eta)."""
@@ -113,5 +113,4 @@ class LoneMachine(Machine):
     def loose(self) -> int:
         """Number of poles at zero."""
         _, damping, stiffness, _ = self._sums
-        loose = np.asarray(stiffness == 0.0)
-        return int(loose.any()) + int((loose & (damping == 0.0)).any())
+        return int(some(stiffness == 0.0)) + int(some((stiffness == 0.0) & (damping == 0.0)))

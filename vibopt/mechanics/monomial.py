@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import field
+from math import inf, prod
 
 import numpy as np
 
@@ -51,3 +53,11 @@ class Monomial:
         for index, power in self.exponents.items():
             row[index] = power
         return row
+
+
+def product(scale: float, x: Sequence[float], powers: Sequence[float]) -> float:
+    """scale * prod_i x_i**powers_i at one design; what divides by zero, or is beyond all numbers, has no end."""
+    try:
+        return float(scale * prod(one**power for one, power in zip(x, powers, strict=True) if power))
+    except ArithmeticError:
+        return scale * inf

@@ -131,8 +131,10 @@ def reading(model: Model, p: FloatArray, output: Output, line: Line, omega: floa
     Beside it what is left of the body's impedance after terms have cancelled, as a part of them; 0 where a base moves.
     """
     factors = (-(omega**2), 1.0, 1j * omega, 1j)
-    moved = (model.vectors[:, 1:] @ line.vector[1:]).tolist()
-    stiff, load, read, still = 0j, complex(line.vector[0]), complex(output.row[0]), output.row[1:] @ line.vector[1:]
+    moved, still = [0.0] * len(model.terms), 0j
+    if model.n_coords > 1:
+        moved, still = (model.vectors[:, 1:] @ line.vector[1:]).tolist(), complex(output.row[1:] @ line.vector[1:])
+    stiff, load, read = 0j, complex(line.vector[0]), complex(output.row[0])
     size = 0.0
     kinds, scales, vectors, signs = (one.tolist() for one in (model.kinds, p, model.vectors[:, 0], output.signs))
     for kind, scale, own, other, sign in zip(kinds, scales, vectors, moved, signs, strict=True):

@@ -9,6 +9,8 @@ means an infinite amplitude.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -50,6 +52,8 @@ BETWEEN = (0.11, 0.37, 0.63, 0.89)
 """Further places in a band, as parts of it, that are looked at where all extremes are known."""
 
 Response = Callable[[FloatArray], FloatArray]
+Place = tuple[float, float]
+"""Value and speed, as an `Extreme` has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,16 +106,14 @@ def peaks(
     """Local maxima and band ends no lower than `within` times the greatest, highest first."""
     found = _candidates(response, bands, poles, breaks, least=False, keep=within)
     top = _best(found, least=False).value
-    chosen = [one for one in found if one.value >= within * top]
+    chosen = [Extreme(value, speed) for value, speed in found if value >= within * top]
     return sorted(chosen, key=lambda one: -one.value)
 
 
-def _best(found: list[Extreme], *, least: bool) -> Extreme:
+def _best(found: list[Place], *, least: bool) -> Extreme:
     """The extreme; of speeds at which it is the same the lowest."""
-    if len(found) == 1:
-        return found[0]
-    ordered = sorted(found, key=lambda one: one.speed)
-    return ordered[foremost([one.value for one in ordered], least=least)]
+    ordered = sorted(found, key=itemgetter(1)) if len(found) > 1 else found
+    return Extreme(*ordered[foremost([value for value, _ in ordered], least=least)])
 
 
 def _candidates(
@@ -123,43 +125,45 @@ def _candidates(
     least: bool,
     keep: float = 1.0 - _CLOSE,
     turning: FloatArray | None = None,
-) -> list[Extreme]:
-    ends = [end for band in bands for end in ((band.low,) if band.is_point else (band.low, band.high))]
-    inside = [] if turning is None else [one for band in bands for one in _looked_at(band, turning)]
-    points = np.array(ends + inside)
-    found = [Extreme(v, s) for v, s in zip(response(points).tolist(), points.tolist(), strict=True)]
-    for band in bands:
-        if not band.is_point:
-            infinite = _infinite(response, band, poles)
-            found += infinite
-            if (infinite and not least) or turning is not None:
-                continue
+) -> list[Place]:
+    ranges = [band for band in bands if not band.is_point]
+    points = [end for band in bands for end in ((band.low,) if band.is_point else (band.low, band.high))]
+    points += [] if turning is None else [one for band in ranges for one in _looked_at(band, turning)]
+    real = [_undamped(band, poles) for band in ranges]
+    beside = [speed * (1.0 + off) for own in real for speed in own for off in (1e-7, 1e-6)]
+    values = response(np.array(points + beside)).tolist()
+    found: list[Place] = list(zip(values, points, strict=False))
+    near = iter(values[len(points) :])
+    for band, own in zip(ranges, real, strict=True):
+        infinite = [(np.inf, speed) for speed in own if _endless(next(near), next(near))]
+        found += infinite
+        if turning is None and (least or not infinite):
             found += _inside(response, band, poles, breaks, least=least, keep=keep)
     return found
 
 
 def _looked_at(band: Band, turning: FloatArray) -> list[float]:
     """The known speeds in a band, and a few between at which nothing may be worse than there."""
-    if band.is_point:
-        return []
-    inside: list[float] = turning[(turning > band.low) & (turning < band.high)].tolist()
+    inside = [one for one in turning.tolist() if band.low < one < band.high]
     return inside + [band.low + part * (band.high - band.low) for part in BETWEEN]
 
 
-def _infinite(response: Response, band: Band, poles: ComplexArray) -> list[Extreme]:
-    """Poles on the real axis in the band whose response really grows without limit."""
-    size = np.abs(poles).max(initial=0.0)
-    real = poles[np.abs(poles.imag) <= _REAL * size].real
-    real = real[(real >= band.low * (1 - 1e-12)) & (real <= band.high * (1 + 1e-12)) & (real > 0)]
-    if not len(real):
-        return []
-    near, far = response(real * (1.0 + np.array([[1e-7], [1e-6]])))
-    return [Extreme(np.inf, speed) for speed in real[(near > 5.0 * far) | ~np.isfinite(near)].tolist()]
+def _undamped(band: Band, poles: ComplexArray) -> list[float]:
+    """Poles on the real axis in the band."""
+    known = poles.tolist()
+    size = max((abs(one) for one in known), default=0.0)
+    low, high = band.low * (1 - 1e-12), band.high * (1 + 1e-12)
+    return [one.real for one in known if abs(one.imag) <= _REAL * size and low <= one.real <= high and one.real > 0]
+
+
+def _endless(near: float, far: float) -> bool:
+    """Whether a response grows without limit where it has these values beside a pole."""
+    return near > 5.0 * far or not isfinite(near)
 
 
 def _inside(
     response: Response, band: Band, poles: ComplexArray, breaks: FloatArray, *, least: bool, keep: float
-) -> list[Extreme]:
+) -> list[Place]:
     sign = -1.0 if least else 1.0
     low, high, squares = _resolved(response, *_intervals(band, poles, breaks), _NO_SCALE if least else 0.0)
     if not len(low):
@@ -217,7 +221,7 @@ def _polish_all(
     keep: float,
     edges: FloatArray,
     known: BoolArray,
-) -> list[Extreme]:
+) -> list[Place]:
     """Local extremes of the fine values that may be the best, refined on the response itself.
 
     A peak may lie across the end of its interval, so only `edges`, where the response is not smooth, bound it.
@@ -238,7 +242,7 @@ def _polish_all(
     piece = np.clip(np.searchsorted(edges, centre[rows], side="right"), 1, len(edges) - 1)
     low, high = edges[piece - 1], edges[piece]
     speeds = _polish(response, centre[rows] + half[rows] * _FINE[columns], _STEP * half[rows], low, high, sign)
-    return [Extreme(float(v), float(s)) for v, s in zip(response(speeds), speeds, strict=True)]
+    return list(zip(response(speeds).tolist(), speeds.tolist(), strict=True))
 
 
 def _smooth(band: Band, breaks: FloatArray) -> FloatArray:

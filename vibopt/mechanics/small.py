@@ -9,7 +9,7 @@ What rounding could spoil is found by checks, and then there is no answer: the g
 from __future__ import annotations
 
 from dataclasses import field
-from functools import cached_property
+from functools import lru_cache
 from itertools import combinations
 from math import comb
 
@@ -19,7 +19,7 @@ from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.polynomials import roots
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Amplitude, Band, Line, Output
 
 MOST = 4
@@ -353,6 +353,13 @@ def ratio_of(model: Model, output: Output, line: Line) -> Ratio | None:
     return _known[key][3]
 
 
+@lru_cache(maxsize=32)
+def _pairs(n: int) -> tuple[IntArray, IntArray]:
+    """Every two of n variables, and each with itself."""
+    first, second = np.triu_indices(n)
+    return first, second
+
+
 def _built(model: Model, output: Output, line: Line) -> Ratio | None:
     n, count = model.n_free, len(model.terms)
     simple = _simple(line.amplitude)
@@ -370,7 +377,7 @@ def _built(model: Model, output: Output, line: Line) -> Ratio | None:
     bottom = _side(model, vectors.astype(complex), vectors.astype(complex))
     if top is None or bottom is None:
         return None
-    upper = np.triu_indices(model.n_vars)
+    upper = _pairs(model.n_vars)
     pairs = np.zeros((model.n_vars, model.n_vars), dtype=int)
     pairs[upper] = 1 + model.n_vars + np.arange(len(upper[0]))
     pairs = np.maximum(pairs, pairs.T)
@@ -403,7 +410,7 @@ def _side(model: Model, left: ComplexArray, right: ComplexArray) -> Side | None:
     degree, power = of_term[members].sum(axis=1), exponents[members].sum(axis=1)
     spread = np.zeros((int(degree.max()) + 1, len(members)))
     spread[degree, np.arange(len(members))] = weight.real
-    i, j = np.triu_indices(model.n_vars)
+    i, j = _pairs(model.n_vars)
     weights = np.concatenate([np.ones((len(members), 1)), power, power[:, i] * power[:, j]], axis=1)
     return Side(np.minimum(members, count), spread, weights)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, some
 
 _NODES = 1.0 + np.cos(np.pi * (np.arange(8) + 0.5) / 8)
 """Squares of frequencies over that of the natural frequency, at which a numerator is read."""
@@ -35,16 +35,19 @@ def turning_points(
     for one in reversed(bottom):
         below = below * u + one
     rows = _powers(read(np.sqrt(u * unit)) ** 2 * below)
-    rows[np.abs(rows) <= _NOTHING * np.abs(rows).max(axis=0)] = 0.0
-    used = np.flatnonzero(rows.reshape(len(rows), -1).any(axis=1))
-    if not len(used) or not np.isfinite(rows).all():
+    if not np.isfinite(rows).all():
         return None
-    first = int(used[0])
-    level = np.zeros((used[-1] - first + len(bottom), *rows.shape[1:]))
-    for i, row in enumerate(rows[first : used[-1] + 1]):  # power more, for u^first
+    rows[np.abs(rows) <= _NOTHING * np.abs(rows).max(axis=0)] = 0.0
+    parts: list[Any] = rows.tolist() if rows.ndim == 1 else list(rows)  # of one machine plain numbers
+    used = [i for i, row in enumerate(parts) if some(row)]
+    if not used:
+        return None
+    first = used[0]
+    level: list[Any] = [0.0] * (used[-1] - first + len(bottom))
+    for i, row in enumerate(parts[first : used[-1] + 1]):  # power more, for u^first
         for j, part in enumerate(bottom):
             level[i + j] = level[i + j] + (power + first + i - j) * row * part
-    with np.errstate(invalid="ignore"):
+    with np.errstate(all="ignore"):
         return np.asarray(np.sqrt(_real_roots(level) * unit))
 
 
@@ -76,28 +79,30 @@ def _powers(values: FloatArray) -> FloatArray:
     return np.asarray((_TO_POWERS @ values.reshape(len(values), -1)).reshape(values.shape))
 
 
-def _real_roots(level: FloatArray) -> FloatArray:
-    """Real roots of polynomials, ascending coefficients (degree + 1, ...), polished; nan where there is none."""
-    used = np.flatnonzero(level.reshape(len(level), -1).any(axis=1))
-    level = level[used[0] : used[-1] + 1] if len(used) else level[:1]
+def _real_roots(level: list[Any]) -> FloatArray:
+    """Real roots of polynomials, ascending coefficients (numbers or arrays), polished; nan where there is none."""
+    used = [i for i, one in enumerate(level) if some(one)]
+    level = level[used[0] : used[-1] + 1] if used else level[:1]
     count = len(level) - 1
-    with np.errstate(all="ignore"):
-        if count < 2:
-            return -level[:count] / level[1:]
-        if count == 2:
-            c, b, a = level
-            large = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
-            return np.stack([large / a, c / large])
-        # in 1 / u, so that light damping (a small highest coefficient) leaves the eigenvalues of size one
-        lead = np.where(level[0] == 0.0, 1e-300, level[0])
-        companion = np.zeros((*level.shape[1:], count, count))
-        companion[..., 0, :] = np.moveaxis(-level[1:] / lead, 0, -1)
-        companion[..., range(1, count), range(count - 1)] = 1.0
-        inverse = np.moveaxis(np.linalg.eigvals(companion), -1, 0)
-        roots = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
-        for _ in range(3):
-            value, slope = level[-1], np.zeros(level.shape[1:])
-            for one in level[-2::-1]:
-                value, slope = value * roots + one, slope * roots + value
-            roots = roots - value / slope
+    if count < 1:
+        return np.zeros((0, *np.shape(level[0])))
+    if count == 1:
+        return np.asarray([-level[0] / level[1]])
+    if count == 2:
+        c, b, a = level
+        large = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
+        return np.asarray([large / a, c / large])
+    # in 1 / u, so that light damping (a small highest coefficient) leaves the eigenvalues of size one
+    rows = np.array(np.broadcast_arrays(*level))
+    lead = np.where(rows[0] == 0.0, 1e-300, rows[0])
+    companion = np.zeros((*rows.shape[1:], count, count))
+    companion[..., 0, :] = np.moveaxis(-rows[1:] / lead, 0, -1)
+    companion[..., range(1, count), range(count - 1)] = 1.0
+    inverse = np.moveaxis(np.linalg.eigvals(companion), -1, 0)
+    roots = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
+    for _ in range(3):
+        value, slope = rows[-1], np.zeros(rows.shape[1:])
+        for one in rows[-2::-1]:
+            value, slope = value * roots + one, slope * roots + value
+        roots = roots - value / slope
     return np.asarray(roots)

@@ -75,7 +75,7 @@ def _aim(scene: Scene, goal: Goal, full: Model, reduce: bool) -> Aim:
     for each in members(scene, response):
         model, form = on_needed(scene, full, each, reduce=reduce)
         pieces.append(Aim(goal.name, model, form, -sense if response.complement else sense, response.complement))
-    return replace(pieces[0], others=tuple(pieces[1:]))
+    return pieces[0] if len(pieces) == 1 else replace(pieces[0], others=tuple(pieces[1:]))
 
 
 def _ties(scene: Scene) -> Iterator[Tie]:

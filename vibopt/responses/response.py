@@ -186,9 +186,14 @@ class Response(Table):
     def name(self) -> str:
         return self.response
 
+    @property
+    def speaks_of(self) -> tuple[Sort, ...]:
+        """Sorts of excitations that it counts."""
+        return (self.sort,)
+
     def counts(self, sorts: tuple[Sort, ...]) -> bool:
         """Whether it speaks of an excitation of some sorts."""
-        return self.sort in sorts
+        return any(one in sorts for one in self.speaks_of)
 
     @property
     def worst_side(self) -> str:
@@ -383,8 +388,9 @@ class TransientResponse(Response):
             )
         return self
 
-    def counts(self, sorts: tuple[Sort, ...]) -> bool:
-        return self.sort in sorts or (self.combine is not None and "steady" in sorts)
+    @property
+    def speaks_of(self) -> tuple[Sort, ...]:
+        return (self.sort, "steady") if self.combine is not None else (self.sort,)
 
     def alone(self, name: str, sorts: tuple[Sort, ...]) -> "HarmonicResponse | TransientResponse":
         """The same of one excitation: in time, or steady where it never begins."""
@@ -441,8 +447,8 @@ def place_of(response: Response) -> str:
 def _way(response: Response) -> str:
     """The direction or the axis that a question in space names: " along z", " about x"."""
     for key, preposition in (("direction", "along"), ("axis", "about")):
-        way = vars(response).get(key)
-        if way is not None and key in response.model_fields_set:
+        way = vars(response).get(key) if key in response.model_fields_set else None
+        if way is not None:
             letter = next((one for one in "xyz" if way == UNIT[one]), None)
             return f" {preposition} {letter or '(' + ', '.join(plain(one, 3) for one in way) + ')'}"
     return ""

@@ -97,7 +97,7 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
 
 def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
     where = dotted(path)
-    lines = line_count(scene, *names)
+    lines = line_count(scene, names)
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
         mistakes.add(
@@ -137,7 +137,7 @@ def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[st
     if not response.normalised:
         return
     where = dotted(path)
-    if len(names) > 1 or line_count(scene, *names) > 1:
+    if len(names) > 1 or line_count(scene, names) > 1:
         mistakes.add(
             path,
             f"{where} is a ratio to one excitation of one frequency, but several act. Name one in due_to, or limit "

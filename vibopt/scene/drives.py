@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from vibopt.responses import HarmonicResponse, RandomResponse, Response, Transie
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices, once, rubbing
 from vibopt.scene.scene import Scene
-from vibopt.signals import Amplitude, Band, Combine, Drive, Noise, Piece, Segment, Sweep, Sweeps
+from vibopt.signals import Amplitude, Band, Combine, Drive, Line, Noise, Piece, Segment, Sort, Sweep, Sweeps
 from vibopt.units import Quantity
 from vibopt.values import SpeedRange
 from vibopt.values.speeds import VEHICLE
@@ -32,7 +32,18 @@ def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | Transi
     """Excitations that the response counts: those in `due_to`, else all of its sort: steady, random or transient."""
     if response.due_to is not None:
         return response.due_to
-    return tuple(name for name, one in scene.excitations.items() if response.counts(one.sorts))
+    return _of_sorts(scene, *response.speaks_of)
+
+
+@once
+def _of_sorts(scene: Scene, *sorts: Sort) -> tuple[str, ...]:
+    return tuple(name for name, one in scene.excitations.items() if any(sort in one.sorts for sort in sorts))
+
+
+@once
+def own_bands(scene: Scene, name: str) -> tuple[Band, ...]:
+    """Own speeds of an excitation [rad/s]."""
+    return scene.excitations[name].own_bands()
 
 
 def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
@@ -86,9 +97,9 @@ def bands_for(scene: Scene, response: HarmonicResponse, name: str) -> tuple[Band
     excitation = scene.excitations[name]
     given = speeds_for(scene, response, name)
     if given is None:
-        return excitation.own_bands()
+        return own_bands(scene, name)
     if isinstance(given, str) and given == START_UP:
-        return (Band(0.0, max(band.high for band in excitation.own_bands())),)
+        return (Band(0.0, max(band.high for band in own_bands(scene, name))),)
     if isinstance(given, SpeedRange) and given.dimension == VEHICLE:
         return tuple(excitation.to_rotation(band) for band in given.bands)
     assert isinstance(given, SpeedRange)
@@ -98,9 +109,14 @@ def bands_for(scene: Scene, response: HarmonicResponse, name: str) -> tuple[Band
 def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, FloatArray]) -> tuple[Drive, ...]:
     """The excitations as the response sees them; `points` are rows of the model by name, (n_coords,) each."""
     drives = []
+    last, known = scene.__dict__.get("drives", (None, {}))  # of the last model: every response asks for the same lines
+    if last is not points:
+        known = dict[str, tuple[Line, ...]]()
+        scene.__dict__["drives"] = points, known
     for name in names_for(scene, response):
-        excitation = scene.excitations[name]
-        lines = excitation.lines(row_of(excitation, points))
+        if name not in known:
+            known[name] = scene.excitations[name].lines(row_of(scene.excitations[name], points))
+        lines = known[name]
         if response.normalised and not rubbing(scene):  # friction makes a ratio hang on the amplitude
             lines = tuple(replace(line, amplitude=UNIT) for line in lines)
         drives.append(Drive(name, lines, bands_for(scene, response, name)))
@@ -125,9 +141,14 @@ def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:
 
 
 @once
-def line_count(scene: Scene, *names: str) -> int:
+def unit_lines(scene: Scene, name: str) -> tuple[Line, ...]:
+    """Harmonics of an excitation along a direction of its own."""
+    return scene.excitations[name].lines(np.ones(1))
+
+
+def line_count(scene: Scene, names: Iterable[str]) -> int:
     """Number of harmonics of some excitations."""
-    return sum(len(scene.excitations[name].lines(np.ones(1))) for name in names)
+    return sum(len(unit_lines(scene, name)) for name in names)
 
 
 _LEAST = 1.0
@@ -165,7 +186,7 @@ def _tops(scene: Scene, response: Response) -> list[float]:
             line.order * band.high
             for name in names
             for band in bands_for(scene, response, name)
-            for line in scene.excitations[name].lines(np.ones(1))
+            for line in unit_lines(scene, name)
         ]
     return [band.high for band in response.outside_bands]
 

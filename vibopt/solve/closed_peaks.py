@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, some
 from vibopt.program.program import Limit
 from vibopt.solve.closed_program import Number, Numbers, Question, machine_at
 
@@ -80,7 +80,7 @@ def stationary(power: int, top: Number, slope: Number, centre: FloatArray, width
     """v = w - centre where w^power (top + slope w) / (v^2 + width) is stationary, and v = 0; nan where not real."""
     here = top + slope * centre
     zero = np.zeros(count)
-    if not np.any(slope):
+    if not some(slope):
         if power == 0:
             return zero[None]
         if power == 2:

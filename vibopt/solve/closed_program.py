@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from functools import cache
+from math import isfinite
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
+from vibopt.arrays import some
 from vibopt.forms import Modulus, Monomials, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
@@ -133,7 +135,7 @@ def question(program: Program, like: Question | None = None) -> Question:
     numbers = _machine(model, order, "", range(len(model.terms)))
     rows = tuple(_row(limit, index, order, numbers) for index, limit in enumerate(program.limits))
     low, high = (tuple(float(getattr(axes[i], end)) for i in order) for end in ("low", "high"))
-    if not all(np.isfinite([*low, *high, *numbers.values()])):
+    if not all(map(isfinite, (*low, *high, *numbers.values()))):
         raise NotClosedError("a number is without end.")
     asked = Question(len(order) == 2, order, low, high, tuple(axes[i].open_high for i in order), goal, rows, numbers)
     if like is None:
@@ -330,8 +332,3 @@ def machine_at(numbers: Numbers, x: Number, prefix: str = "") -> tuple[Number, N
     if some(ch):
         damper = damper + ch * np.sqrt(x[0])
     return m0 + m1 * x[0], k0 + k1 * x[0], damper, h0 + h1 * x[0]
-
-
-def some(number: Number) -> bool:
-    """Whether a number is not zero, of one question at least."""
-    return bool(number.any()) if isinstance(number, np.ndarray) else bool(number)

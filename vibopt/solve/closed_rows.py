@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, FloatArray, IntArray, some
 from vibopt.records import dataclass
-from vibopt.solve.closed_program import Number, Numbers, Question, coefficients, some
+from vibopt.solve.closed_program import Number, Numbers, Question, coefficients
 
 _ROOM = 4e-15
 _FLAT = 1e-14

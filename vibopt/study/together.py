@@ -19,7 +19,7 @@ from vibopt.mechanics.peaks import BETWEEN
 from vibopt.program.pose import pose
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.scene.drives import bands_for, combine_for, names_for
+from vibopt.scene.drives import bands_for, combine_for, names_for, unit_lines
 from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
@@ -208,8 +208,9 @@ class _Checked:
         if not isinstance(response, HarmonicResponse):
             return np.broadcast_to(self._plain(machine, response), (count,)), np.zeros(count)
         key = next(one for one in self.numbers if one.startswith(f"{name}.amplitude."))
-        power, excitation = int(key.rpartition(".")[2]), self.scene.excitations[names_for(self.scene, response)[0]]
-        unit = Shaken(machine, response, excitation, combine_for(self.scene, response))
+        power, drive = int(key.rpartition(".")[2]), names_for(self.scene, response)[0]
+        shaker, lines = self.scene.excitations[drive], unit_lines(self.scene, drive)
+        unit = Shaken(machine, response, shaker, lines, combine_for(self.scene, response))
         inner: FloatArray | None = None
         speeds, b = [], 0
         while f"{name}.low{b}" in self.numbers:

@@ -20,7 +20,7 @@ from vibopt.mechanics.modal import WORTH
 from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
-from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for
+from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for, unit_lines
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.signals import Band, Combine, Line
@@ -121,7 +121,8 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
         from vibopt.verify.stick_slip import rubbing
 
         return rubbing(machine, response, scene.excitations[name], bands, least=want_least)
-    shaken = Shaken(machine, response, scene.excitations[name], combine_for(scene, response))
+    lines = unit_lines(scene, name)
+    shaken = Shaken(machine, response, scene.excitations[name], lines, combine_for(scene, response))
     between = any(not band.is_point for band in bands)
     singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
     turning = shaken.turning if between and not (want_least and len(machine.masses) > 1) else None
@@ -151,6 +152,7 @@ class Shaken:
     machine: Machine
     response: HarmonicResponse
     excitation: Excitation
+    lines: tuple[Line, ...]
     combine: Combine
 
     def __call__(self, speed: FloatArray) -> FloatArray:
@@ -219,11 +221,6 @@ class Shaken:
             return None
         found = self.machine.turning(self.under_unit, piece.power)
         return None if found is None else found / line.order
-
-    @cached_property
-    def lines(self) -> tuple[Line, ...]:
-        """Harmonics of the excitation."""
-        return self.excitation.lines(np.ones(1))
 
     @cached_property
     def _known(self) -> dict[tuple[bool, float, complex], Orders]:

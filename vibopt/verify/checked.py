@@ -16,6 +16,7 @@ from vibopt.responses.response import place_of
 from vibopt.responses.stability_threshold import StabilityThreshold
 from vibopt.scene.assemble import model_of
 from vibopt.scene.check_spin import turning
+from vibopt.scene.drives import unit_lines
 from vibopt.scene.scene import MINIMISE, Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
@@ -143,7 +144,7 @@ class Built:
         if not any(one.spreads_mass for one in self.scene.links.values()):
             return ""
         known = {name: speed for name, speed in found.speeds.items() if found.response.sort == "steady"}
-        lines = {name: self.scene.excitations[name].lines(np.ones(1)) for name in known}
+        lines = {name: unit_lines(self.scene, name) for name in known}
         highest = [speed * max(one.order for one in lines[name]) for name, speed in known.items()]
         return beyond_shape(self.machine, found.response, row.limit, found.value, max([0.0, *highest]))
 

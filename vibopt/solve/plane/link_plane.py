@@ -16,6 +16,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import Form, Monomials
 from vibopt.forms.rational import Groups, Sampled, to_bernstein
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Term
+from vibopt.mechanics.monomial import product
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.plane.conics import Conics
@@ -415,4 +416,4 @@ class LinkPlane:
 
 
 def _value(term: Term, x: FloatArray) -> float:
-    return term.scale * float(np.prod(np.where(term.exponents == 0.0, 1.0, x**term.exponents)))
+    return product(term.scale, x.tolist(), term.exponents.tolist())
