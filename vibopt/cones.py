@@ -1,15 +1,17 @@
-"""Cone programs from arrays, without a modelling layer: the one place where Clarabel is set up."""
+"""Cone programs from arrays, without a modelling layer: the one place where Clarabel is set up, and their builder."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from itertools import groupby
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
 
 LINEAR, CONE, EQUAL = "linear", "cone", "equal"
@@ -97,4 +99,144 @@ def by_columns(data: FloatArray, rows: Any, starts: Any, shape: tuple[int, int])
     )  # fmt: skip
 
 
-__all__ = ["CONE", "EQUAL", "LINEAR", "ConePoint", "Kind", "by_columns", "compressed", "solve_cones"]
+Slots = NDArray[np.intp]
+Entries = tuple[Any, Any, Any]
+"""Rows, helpers and values of entries of A."""
+
+
+class Cones:
+    """A program put together cone by cone: b - A (x, helpers) lies in them, A dense over x and sparse over helpers.
+
+    Moduli are those of affine complex rows over the real x (n,); of a complex x over its real, then imaginary parts.
+    """
+
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self.dense: list[FloatArray] = []
+        self.b: list[FloatArray] = []
+        self.entries: list[Entries] = []
+        self.kinds: list[Kind] = []
+        self.n_rows = 0
+        self.cost, self.square = np.zeros(0), np.zeros(0)
+
+    def helpers(self, many: int, cost: float | FloatArray = 0.0, square: float = 0.0) -> Slots:
+        """So many more helpers h, each with the cost cost h + square h² / 2."""
+        slots = len(self.cost) + np.arange(many)
+        self.cost = np.concatenate([self.cost, np.broadcast_to(cost, many)])
+        self.square = np.concatenate([self.square, np.full(many, square)])
+        return slots
+
+    def moduli(
+        self, slope: ComplexArray, constant: ComplexArray, bound: float | FloatArray, slots: Sequence[Slots] = ()
+    ) -> int:
+        """|slope x + constant| <= bound + helpers of `slots`, one cone a row; the place of the first row."""
+        count, start = len(constant), self.n_rows
+        dense = np.zeros((count, 3, self.n))
+        dense[:, 1], dense[:, 2] = -slope.real, -slope.imag
+        b = np.stack([np.broadcast_to(bound, count), constant.real, constant.imag], axis=1)
+        self._put(dense.reshape(-1, self.n), b.reshape(-1))
+        heads = start + 3 * np.arange(count)
+        for slot in slots:
+            self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, -1.0)))
+        self.kinds += [(CONE, 3)] * count
+        return start
+
+    def linear(self, dense: FloatArray, b: FloatArray, entries: Entries | None = None) -> None:
+        """dense x + entries, whose rows count from here, <= b."""
+        if entries is not None:
+            self.entries.append((self.n_rows + entries[0], entries[1], entries[2]))
+        self._put(dense, b)
+        self.kinds.append((LINEAR, len(b)))
+
+    def least(self, by: str, slope: ComplexArray, constant: ComplexArray, huber: float, rows: int = 0) -> int:
+        """As cost |slope x + constant|: "worst", "sum", "rms" (of `rows`), "huber"; the place of the first row."""
+        count = len(constant)
+        if by == "rms":
+            return self._norm(slope, constant, self.helpers(1, 1.0 / np.sqrt(rows or count)))
+        if by == "worst":
+            return self.moduli(slope, constant, 0.0, (self.helpers(1, 1.0),))
+        if by == "sum":
+            return self.moduli(slope, constant, 0.0, (self.helpers(count, 1.0),))
+        inside, beyond = self.helpers(count, square=2.0), self.helpers(count, 2.0 * huber)
+        start = self.moduli(slope, constant, 0.0, (inside, beyond))
+        self.linear(np.zeros((count, self.n)), np.zeros(count), (np.arange(count), beyond, -np.ones(count)))
+        return start
+
+    def _norm(self, slope: ComplexArray, constant: ComplexArray, slot: Slots) -> int:
+        """Norm of the whole vector slope x + constant <= one helper, one cone; the place of its first row."""
+        start, one = self.n_rows, np.zeros(1)
+        self._put(
+            np.concatenate([np.zeros((1, self.n)), -slope.real, -slope.imag]),
+            np.concatenate([one, constant.real, constant.imag]),
+        )
+        self.entries.append((np.array([start]), slot, np.array([-1.0])))
+        self.kinds.append((CONE, 2 * len(constant) + 1))
+        return start
+
+    def _put(self, dense: FloatArray, b: FloatArray) -> None:
+        self.dense.append(dense)
+        self.b.append(b)
+        self.n_rows += len(b)
+
+    def rows(self) -> tuple[FloatArray, FloatArray]:
+        """The dense part of A, and b."""
+        return np.concatenate(self.dense), np.concatenate(self.b)
+
+    def pulled(self, z: FloatArray) -> FloatArray:
+        """A' z, for x and then the helpers."""
+        helpers = np.zeros(len(self.cost))
+        for rows, slots, values in self.entries:
+            np.add.at(helpers, slots, values * z[rows])
+        return np.concatenate([np.concatenate(self.dense).T @ z, helpers])
+
+    def into_dual(self, z: FloatArray) -> FloatArray:
+        """Multipliers brought into their cones, to which the solver keeps only to its tolerance."""
+        inside, at = z.copy(), 0
+        for (kind, many), alike in groupby(self.kinds):
+            own = inside[at : at + many * len(list(alike))].reshape(-1, max(many, 1))  # a view: it is written to
+            if kind == LINEAR:
+                np.maximum(own, 0.0, out=own)
+            else:
+                own[:, 0] = np.maximum(own[:, 0], np.sqrt((own[:, 1:] ** 2).sum(axis=1)))
+            at += own.size
+        return inside
+
+    def solve(
+        self, cost: FloatArray | None = None, tolerance: float = TOLERANCE,
+        along: tuple[FloatArray, FloatArray] | None = None,
+    ) -> ConePoint:  # fmt: skip
+        """The point (x, helpers); `cost` (n,) is that of x, and `along` (base, turn) asks for x = base + turn y."""
+        n, more = self.n, len(self.cost)
+        if not self.n_rows:
+            return ConePoint(np.zeros(n + more), np.zeros(0), "Solved")
+        dense, b = self.rows()
+        if along is not None:
+            base, turn = along
+            dense, b, n = dense @ turn, b - dense @ base, turn.shape[1]
+        diagonal = np.concatenate([np.zeros(n), self.square])
+        places = np.flatnonzero(diagonal)
+        starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
+        P = by_columns(diagonal[places], places, starts, (n + more, n + more))
+        q = np.concatenate([np.zeros(n) if cost is None else cost, self.cost])
+        found = solve_cones(q, self._table(dense), b, self.kinds, quadratic=P, tolerance=tolerance)
+        if along is None:
+            return found
+        return ConePoint(np.concatenate([base + turn @ found.x[:n], found.x[n:]]), found.z, found.status)
+
+    def _table(self, dense: FloatArray) -> SimpleNamespace:
+        """A, compressed by columns."""
+        columns, used, many = dense.T, dense.T != 0, len(self.cost)
+        rows, slots, values = (
+            np.concatenate([one[k] for one in self.entries]) if self.entries else np.empty(0, int) for k in range(3)
+        )
+        order = np.lexsort((rows, slots))
+        counts = np.concatenate([used.sum(axis=1), np.bincount(slots, minlength=many)])
+        return by_columns(
+            np.concatenate([columns[used], values[order]]),
+            np.concatenate([np.nonzero(used)[1], rows[order]]),
+            np.concatenate([[0], np.cumsum(counts)]),
+            (self.n_rows, len(columns) + many),
+        )
+
+
+__all__ = ["CONE", "EQUAL", "LINEAR", "ConePoint", "Cones", "Kind", "by_columns", "compressed", "solve_cones"]

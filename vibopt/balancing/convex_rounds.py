@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.balancing.scaled import EXACT, Dual, Exact, Scaled, into_wedge, weak_duality
-from vibopt.cones import CONE, LINEAR, Kind, by_columns, solve_cones
+from vibopt.cones import Cones
 from vibopt.records import dataclass
 from vibopt.work import worked
 
@@ -29,110 +27,41 @@ class ConeAnswer:
     status: str
 
 
-class _Blocks:
-    """Cones row by row: b - A x lies in them; A = [dense part over Re x, Im x | sparse part over the rest]."""
-
-    def __init__(self, n_planes: int, exact: Exact | None = None) -> None:
-        self.n_planes, self.exact = n_planes, exact
-        self.dense: list[FloatArray] = []
-        self.b: list[FloatArray] = []
-        self.entries: list[tuple[Any, Any, Any]] = []
-        self.cones: list[Kind] = []
-        self.n_rows = 0
-
-    def moduli(self, M: ComplexArray, c: ComplexArray, bound: FloatArray, slots: Any) -> int:
-        """|M x + c| <= bound + the extra variables of `slots`, one cone per row; the place of the first row."""
-        count, start = len(c), self.n_rows
-        dense = np.zeros((count, 3, 2 * self.n_planes))
-        dense[:, 1, : self.n_planes], dense[:, 1, self.n_planes :] = -M.real, M.imag
-        dense[:, 2, : self.n_planes], dense[:, 2, self.n_planes :] = -M.imag, -M.real
-        b = np.stack([bound, c.real, c.imag], axis=1)
-        self._put(dense.reshape(-1, 2 * self.n_planes), b.reshape(-1))
-        heads = start + 3 * np.arange(count)
-        for slot in slots:
-            self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, -1.0)))
-        self.cones += [(CONE, 3)] * count
-        return start
-
-    def norm(self, M: ComplexArray, c: ComplexArray, slot: int) -> int:
-        """Norm of the whole vector M x + c <= the extra variable `slot`, one cone; its first row's place."""
-        start, count = self.n_rows, len(c)
-        dense = np.zeros((2 * count + 1, 2 * self.n_planes))
-        dense[1 : count + 1] = np.hstack([-M.real, M.imag])
-        dense[count + 1 :] = np.hstack([-M.imag, -M.real])
-        self._put(dense, np.concatenate([[0.0], c.real, c.imag]))
-        self.entries.append((np.array([start]), np.array([slot]), np.array([-1.0])))
-        self.cones.append((CONE, 2 * count + 1))
-        return start
-
-    def linear(self, dense: FloatArray, b: FloatArray, entries: tuple[Any, Any, Any] | None = None) -> None:
-        """dense @ [Re x, Im x] + entries <= b."""
-        if entries is not None:
-            self.entries.append((self.n_rows + entries[0], entries[1], entries[2]))
-        self._put(dense, b)
-        self.cones.append((LINEAR, len(b)))
-
-    def _put(self, dense: FloatArray, b: FloatArray) -> None:
-        self.dense.append(dense)
-        self.b.append(b)
-        self.n_rows += len(b)
-
-    def over_free(self) -> tuple[FloatArray, FloatArray]:
-        """The dense part and b; where x = base + free y, over Re y, Im y."""
-        dense, b = np.vstack(self.dense), np.concatenate(self.b)
-        if self.exact is None:
-            return dense, b
-        N, base = self.exact.free, self.exact.base
-        turned = np.block([[N.real, -N.imag], [N.imag, N.real]])
-        return dense @ turned, b - dense @ np.concatenate([base.real, base.imag])
-
-    def pull(self, dual: FloatArray) -> ComplexArray:
-        """What all rows together pull at x, (n_planes,)."""
-        both = np.vstack(self.dense).T @ dual
-        pulled: ComplexArray = both[: self.n_planes] + 1j * both[self.n_planes :]
-        return pulled
-
-    def matrix(self, rows_of_x: FloatArray, n_extra: int) -> SimpleNamespace:
-        """A, compressed by columns."""
-        dense = rows_of_x.T
-        used = dense != 0
-        rows = np.concatenate([entry[0] for entry in self.entries]) if self.entries else np.empty(0, int)
-        slots = np.concatenate([entry[1] for entry in self.entries]) if self.entries else np.empty(0, int)
-        values = np.concatenate([entry[2] for entry in self.entries]) if self.entries else np.empty(0)
-        order = np.lexsort((rows, slots))
-        counts = np.concatenate([used.sum(axis=1), np.bincount(slots, minlength=n_extra)])
-        return by_columns(
-            np.concatenate([dense[used], values[order]]),
-            np.concatenate([np.nonzero(used)[1], rows[order]]),
-            np.concatenate([[0], np.cumsum(counts)]),
-            (self.n_rows, len(dense) + n_extra),
-        )
-
-
 def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: float = 1e-11) -> ConeAnswer:
     """Solve with only these goal rows ("worst") and limit rows; all other goals take every goal row."""
-    exact = scene.exact
-    blocks = _Blocks(scene.n_planes, exact)
-    cost, square, heads = _goal(scene, blocks, goal_rows)
-    first_limit = blocks.n_rows
+    exact, cones, heads, n = scene.exact, Cones(2 * scene.n_planes), 0, scene.n_planes
+    if scene.goal != "correction":
+        rows = round(scene.divisor**2)
+        heads = cones.least(scene.goal, _over_parts(scene.G[goal_rows]), scene.g[goal_rows], scene.huber, rows)
+    first_limit = cones.n_rows
     shown = limit_rows if exact is None else np.setdiff1d(limit_rows, exact.rows)
     tight, inside = scene.tightness[shown], min(INSIDE * tolerance, 2e-9)
     if len(shown):
-        blocks.moduli(
-            scene.F[shown] / tight[:, None], scene.f[shown] / tight, np.maximum(1.0 / tight - inside, 0.5 / tight), ()
-        )
-    n_extra = _amounts(scene, blocks, len(cost), 0.0 if exact is None else inside)
-    _arcs(scene, blocks)
-    cost = np.concatenate([cost, scene.mass if scene.goal == "correction" else np.zeros(n_extra - len(cost))])
+        bounds = np.maximum(1.0 / tight - inside, 0.5 / tight)
+        cones.moduli(_over_parts(scene.F[shown] / tight[:, None]), scene.f[shown] / tight, bounds)
+    _amounts(scene, cones, 0.0 if exact is None else inside)
+    _arcs(scene, cones)
     worked(0.5 + 0.007 * (len(goal_rows) + len(shown)) * scene.n_planes)
-    x, dual, status = _solved(blocks, cost, square, tolerance)
+    found = cones.solve(tolerance=tolerance, along=None if exact is None else _along(exact))
     z = np.zeros(len(scene.g), dtype=complex)
-    z[goal_rows] = _multipliers(dual, heads, len(goal_rows), whole=scene.goal == "rms")
+    z[goal_rows] = _multipliers(found.z, heads, len(goal_rows), whole=scene.goal == "rms")
     v = np.zeros(len(scene.f), dtype=complex)
-    v[shown] = _multipliers(dual, first_limit, len(shown), whole=False) / tight
+    v[shown] = _multipliers(found.z, first_limit, len(shown), whole=False) / tight
     if exact is not None:
-        v[exact.rows] = -exact.inverse.conj().T @ blocks.pull(dual)
-    return ConeAnswer(x, z, v, status)
+        pulled = cones.pulled(found.z) if len(found.z) else np.zeros(2 * n)
+        v[exact.rows] = -exact.inverse.conj().T @ (pulled[:n] + 1j * pulled[n : 2 * n])
+    return ConeAnswer(found.x[:n] + 1j * found.x[n : 2 * n], z, v, found.status)
+
+
+def _over_parts(M: ComplexArray) -> ComplexArray:
+    """Rows over x as rows over its real, then imaginary parts."""
+    return np.concatenate([M, 1j * M], axis=1)
+
+
+def _along(exact: Exact) -> tuple[FloatArray, FloatArray]:
+    """x = base + free y in real and imaginary parts."""
+    N = exact.free
+    return np.concatenate([exact.base.real, exact.base.imag]), np.block([[N.real, -N.imag], [N.imag, N.real]])
 
 
 def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> ComplexArray:
@@ -144,50 +73,26 @@ def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> Compl
     return -(triples[:, 1] + 1j * triples[:, 2])
 
 
-def _goal(scene: Scaled, blocks: _Blocks, rows: Rows) -> tuple[FloatArray, FloatArray, int]:
-    """Linear and square cost of the extra variables, and the first row of the goal's cones."""
-    none = np.zeros(0)
-    G, g, zero = scene.G[rows], scene.g[rows], np.zeros(len(rows))
-    if scene.goal == "correction":
-        return none, none, 0
-    if scene.goal == "rms":
-        return np.array([1.0 / scene.divisor]), np.zeros(1), blocks.norm(G, g, 0)
-    if scene.goal == "worst":
-        return np.ones(1), np.zeros(1), blocks.moduli(G, g, zero, (0,))
-    own = np.arange(len(rows))
-    if scene.goal == "sum":
-        return np.ones(len(rows)), np.zeros(len(rows)), blocks.moduli(G, g, zero, (own,))
-    start = blocks.moduli(G, g, zero, (own, own + len(rows)))
-    count = len(rows)
-    blocks.linear(np.zeros((count, 2 * scene.n_planes)), zero, (own, own + count, -np.ones(count)))
-    return np.repeat([0.0, 2.0 * scene.huber], count), np.repeat([2.0, 0.0], count), start
-
-
-def _amounts(scene: Scaled, blocks: _Blocks, n_extra: int, inside: float) -> int:
-    """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has |x| as an extra variable.
-
-    Number of extras.
-    """
+def _amounts(scene: Scaled, cones: Cones, inside: float) -> None:
+    """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has |x| as a helper."""
     caps, total = scene.caps * (1.0 - inside), scene.total * (1.0 - inside)
     planes = np.flatnonzero(np.isfinite(scene.caps))
-    unit = np.eye(scene.n_planes, dtype=complex)
-    nothing = np.zeros(scene.n_planes, dtype=complex)
+    unit, nothing = _over_parts(np.eye(scene.n_planes, dtype=complex)), np.zeros(scene.n_planes, dtype=complex)
     if scene.goal != "correction" and not np.isfinite(scene.total):
         if len(planes):
-            blocks.moduli(unit[planes], nothing[planes], caps[planes], ())
-        return n_extra
-    slots = n_extra + np.arange(scene.n_planes)
-    blocks.moduli(unit, nothing, nothing.real, (slots,))
-    flat = np.zeros((len(planes), 2 * scene.n_planes))
+            cones.moduli(unit[planes], nothing[planes], caps[planes])
+        return
+    slots = cones.helpers(scene.n_planes, scene.mass if scene.goal == "correction" else 0.0)
+    cones.moduli(unit, nothing, 0.0, (slots,))
     if len(planes):
-        blocks.linear(flat, caps[planes], (np.arange(len(planes)), slots[planes], np.ones(len(planes))))
+        flat = np.zeros((len(planes), cones.n))
+        cones.linear(flat, caps[planes], (np.arange(len(planes)), slots[planes], np.ones(len(planes))))
     if np.isfinite(scene.total):
         place = np.zeros(scene.n_planes, dtype=int)
-        blocks.linear(np.zeros((1, 2 * scene.n_planes)), np.array([total]), (place, slots, scene.mass))
-    return n_extra + scene.n_planes
+        cones.linear(np.zeros((1, cones.n)), np.array([total]), (place, slots, scene.mass))
 
 
-def _arcs(scene: Scaled, blocks: _Blocks) -> None:
+def _arcs(scene: Scaled, cones: Cones) -> None:
     """Allowed arcs of half a turn at most: two half planes each."""
     n = scene.n_planes
     for plane, wedge in enumerate(scene.wedges):
@@ -200,26 +105,7 @@ def _arcs(scene: Scaled, blocks: _Blocks) -> None:
         if half < 1e-12:  # a ray: forward along it as well
             dense = np.vstack([dense, np.zeros(2 * n)])
             dense[2, plane], dense[2, n + plane] = -np.cos(middle), -np.sin(middle)
-        blocks.linear(dense, np.zeros(len(dense)))
-
-
-def _solved(
-    blocks: _Blocks, cost: FloatArray, square: FloatArray, tolerance: float
-) -> tuple[ComplexArray, FloatArray, str]:
-    """x, the dual and the solver's own word for how it ended."""
-    exact = blocks.exact
-    n_extra, n = len(cost), blocks.n_planes if exact is None else exact.free.shape[1]
-    y, dual, status = np.zeros(n, dtype=complex), np.zeros(blocks.n_rows), "Solved"
-    if blocks.n_rows:
-        dense, b = blocks.over_free()
-        diagonal = np.concatenate([np.zeros(2 * n), square, np.zeros(n_extra - len(square))])
-        places = np.flatnonzero(diagonal)
-        starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
-        P = by_columns(diagonal[places], places, starts, (2 * n + n_extra, 2 * n + n_extra))
-        q = np.concatenate([np.zeros(2 * n), cost])
-        found = solve_cones(q, blocks.matrix(dense, n_extra), b, blocks.cones, quadratic=P, tolerance=tolerance)
-        y, dual, status = found.x[:n] + 1j * found.x[n : 2 * n], found.z, found.status
-    return y if exact is None else exact.base + exact.free @ y, dual, status
+        cones.linear(dense, np.zeros(len(dense)))
 
 
 Places = NDArray[np.intp]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.question import combined
-from vibopt.cones import CONE, LINEAR, solve_cones
+from vibopt.cones import Cones
 from vibopt.records import dataclass
 from vibopt.work import worked
 
@@ -77,109 +77,62 @@ class Least:
     claim: str
 
 
-class _Program:
-    """Rows of A x + s = b in cones, and the cost of x and its helpers, collected."""
-
-    def __init__(self, goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray) -> None:
-        self.box, self.scale, self.at = box, scale, box.size
-        self.bent = {id(one): _bent(one, box) for one in (goal, *limits) if one.by == "sum"}
-        own = {"sum": 0, "worst": 1, "rms": 1, "huber": 2 * len(goal.constant)}[goal.by]
-        self.n = box.size + own + sum(int(one.sum()) for one in self.bent.values())
-        self.flat: list[tuple[FloatArray, FloatArray]] = []
-        self.cones: list[tuple[FloatArray, FloatArray]] = []
-        self.sizes: list[int] = []
-        self.q, self.square = np.zeros(self.n), np.zeros(self.n)
-        self._box()
-
-    def _within(self, heads: FloatArray, ends: FloatArray | float, slope: ComplexArray, constant: ComplexArray) -> None:
-        """|slope x + constant| <= heads x + ends, row by row; `heads` of one row are those of all."""
-        many = len(constant)
-        rows, right = np.empty((many, 3, self.n)), np.empty((many, 3))
-        rows[:, 0], rows[:, 1], rows[:, 2] = -heads, -slope.real, -slope.imag
-        right[:, 0], right[:, 1], right[:, 2] = ends, constant.real, constant.imag
-        self.cones.append((rows.reshape(-1, self.n), right.ravel()))
-        self.sizes += [3] * many
-
-    def _box(self) -> None:
-        first = len(self.box.shares)
-        unit = np.eye(first, self.n) * self.scale[:first, None]
-        low, high = np.array(self.box.shares).reshape(-1, 2).T
-        ends = np.stack([high, -low], axis=1).ravel()
-        kept = np.isfinite(ends)
-        self.flat.append((np.stack([unit, -unit], axis=1).reshape(-1, self.n)[kept], ends[kept]))
-        at = first + 2 * np.arange(len(self.box.caps))
-        slope = np.zeros((len(at), self.n), dtype=complex)
-        slope[np.arange(len(at)), at], slope[np.arange(len(at)), at + 1] = 1.0, 1j
-        ends = np.minimum(np.array(self.box.caps) / self.scale[at], REACH)
-        self._within(np.zeros(self.n), ends, slope, np.zeros(len(at), dtype=complex))
-
-    def _helpers(self, many: int) -> FloatArray:
-        """Rows that pick the next helpers."""
-        picks = np.zeros((many, self.n))
-        picks[np.arange(many), self.at + np.arange(many)] = 1.0
-        self.at += many
-        return picks
-
-    def _wide(self, one: Lengths, size: float) -> tuple[ComplexArray, ComplexArray]:
-        """Rows over x and the helpers, and constants, over `size`."""
-        slope = np.zeros((len(one.constant), self.n), dtype=complex)
-        slope[:, : self.box.size] = one.slope * self.scale / size
-        return slope, one.constant / size
-
-    def goal(self, one: Lengths, size: float) -> None:
-        slope, constant = self._wide(one, size)
-        if one.by == "rms":
-            head = self._helpers(1)
-            self.cones.append((np.concatenate([-head, -slope.real, -slope.imag]),
-                               np.concatenate([[0.0], constant.real, constant.imag])))  # fmt: skip
-            self.sizes.append(1 + 2 * len(constant))
-            self.q += head[0] / np.sqrt(len(constant))
-        elif one.by == "sum":
-            self.q += self._sum(one, slope, constant)
-        else:
-            heads = self._helpers(1 if one.by == "worst" else len(constant))
-            over = self._helpers(len(constant)) if one.by == "huber" else np.zeros((1, self.n))
-            self._within(heads + over, 0.0, slope, constant)
-            if one.by == "worst":
-                self.q += heads[0]
-                return
-            self.square += 2.0 * heads.sum(axis=0)
-            self.q += 2.0 * one.huber / size * over.sum(axis=0)
-            self.flat.append((-over, np.zeros(len(over))))
-
-    def limit(self, one: Lengths, size: float) -> None:
-        slope, constant = self._wide(one, size)
+def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray, size: float) -> _Posed:
+    """The goal over `size`, within limits and box, over x / scale."""
+    cones, cost = Cones(box.size), np.zeros(box.size)
+    first, low, high = len(box.shares), *np.array(box.shares).reshape(-1, 2).T
+    rows, ends = np.eye(first, box.size) * scale[:first, None], np.concatenate([high, -low])
+    kept = np.isfinite(ends)
+    cones.linear(np.concatenate([rows, -rows])[kept], ends[kept])
+    at = first + 2 * np.arange(len(box.caps))
+    slope = np.zeros((len(at), box.size), dtype=complex)
+    slope[np.arange(len(at)), at], slope[np.arange(len(at)), at + 1] = 1.0, 1j
+    cones.moduli(slope, np.zeros(len(at), dtype=complex), np.minimum(np.array(box.caps) / scale[at], REACH))
+    if goal.by == "sum":
+        cost, _ = _sum(cones, goal, box, scale / size, size, 1.0)
+    else:
+        cones.least(goal.by, goal.slope * scale / size, goal.constant / size, goal.huber / size)
+    for one in limits:
+        own = one.limit or size
         if one.by == "worst":
-            self._within(np.zeros(self.n), one.limit / size, slope, constant)
-        else:
-            self.flat.append((self._sum(one, slope, constant)[None], np.array([one.limit / size])))
+            cones.moduli(one.slope * scale / own, one.constant / own, one.limit / own)
+            continue
+        row, heads = _sum(cones, one, box, scale / own, own, 0.0)
+        cones.linear(row[None], np.array([one.limit / own]), (0 * heads, heads, np.ones(len(heads))))
+    return _Posed(cones, cost)
 
-    def _sum(self, one: Lengths, slope: ComplexArray, constant: ComplexArray) -> FloatArray:
-        """Row of the sum of the lengths: those that are plain sums of shares, and helpers for the others."""
-        bent = self.bent[id(one)]
-        heads = self._helpers(int(bent.sum()))
-        self._within(heads, 0.0, slope[bent], constant[bent])
-        return np.asarray(slope[~bent].real.sum(axis=0) + heads.sum(axis=0))
 
-    def run(self) -> _Point:
+def _sum(
+    cones: Cones, one: Lengths, box: Box, scale: FloatArray, size: float, cost: float
+) -> tuple[FloatArray, NDArray[np.intp]]:
+    """The sum of the lengths over `size`: a row of those that are plain sums of shares, and helpers for the others."""
+    bent = _bent(one, box)
+    heads = cones.helpers(int(bent.sum()), cost)
+    cones.moduli(one.slope[bent] * scale, one.constant[bent] / size, 0.0, (heads,))
+    return np.asarray((one.slope[~bent] * scale).real.sum(axis=0)), heads
+
+
+@dataclass(frozen=True)
+class _Posed:
+    """A program, and what x itself costs in it."""
+
+    cones: Cones
+    cost: FloatArray
+
+    def run(self, box: Box, scale: FloatArray) -> _Point:
         """The solver's point, its multipliers brought into their cones, and the bound that they prove."""
-        A, b = (np.concatenate(part) for part in zip(*self.flat, *self.cones, strict=True))
-        flat = len(b) - sum(self.sizes)
-        worked(0.5 + 0.003 * len(b) * self.n)
-        kinds = [(LINEAR, flat), *((CONE, many) for many in self.sizes)]
-        found = solve_cones(self.q, A, b, kinds, quadratic=np.diag(self.square) if self.square.any() else None)
-        x, z, at = found.x, found.z, flat
-        z[:flat] = np.maximum(z[:flat], 0.0)
-        for many in self.sizes:
-            z[at] = max(z[at], float(np.linalg.norm(z[at + 1 : at + many])))
-            at += many
+        cones, n = self.cones, self.cones.n + len(self.cones.cost)
+        worked(0.5 + 0.003 * cones.n_rows * n)
+        found = cones.solve(self.cost)
+        x, z = found.x, cones.into_dual(found.z)
+        square, q = np.concatenate([0.0 * self.cost, cones.square]), np.concatenate([self.cost, cones.cost])
         with np.errstate(invalid="ignore", over="ignore"):  # a ray that is not finite proves nothing
-            back, falls = A.T @ z, float(b @ z)
+            back, falls = cones.pulled(z), float(cones.rows()[1] @ z)
             room = np.maximum(np.abs(x) * 2.0, 1.0)
-            room[: self.box.size] = np.minimum(REACH, 1.0 + _box_reach(self.box, self.scale))
-            slack = self.square * x + self.q + back
-            bound = -falls - 0.5 * float(self.square @ x**2) - float(np.abs(slack) @ room)
-            ray = falls < 0.0 and bool(np.abs(back).max() * REACH * (1.0 + self.n) < -falls)
+            room[: box.size] = np.minimum(REACH, 1.0 + _box_reach(box, scale))
+            slack = square * x + q + back
+            bound = -falls - 0.5 * float(square @ x**2) - float(np.abs(slack) @ room)
+            ray = falls < 0.0 and bool(np.abs(back).max() * REACH * (1.0 + n) < -falls)
         return _Point(x, found.status, bound, ray, bool(np.isfinite(x).all() and np.isfinite(z).all()))
 
 
@@ -206,11 +159,7 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     """The x with the least goal that keeps the limits and the box."""
     scale = _scales([goal, *limits], box)
     size = float((np.abs(goal.constant) + np.abs(goal.slope) @ scale).max()) or 1.0
-    program = _Program(goal, limits, box, scale)
-    program.goal(goal, size)
-    for one in limits:
-        program.limit(one, one.limit or size)
-    run, power = program.run(), 2 if goal.by == "huber" else 1
+    run, power = _posed(goal, limits, box, scale, size).run(box, scale), 2 if goal.by == "huber" else 1
     if "Infeasible" in run.status:
         if run.ray:
             return Least(None, np.nan, np.inf, "infeasible", "no weights keep the limits: certified by a dual ray")
