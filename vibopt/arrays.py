@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -22,3 +23,28 @@ Values = TypeVar("Values", FloatArray, ComplexArray)
 def some(number: Any) -> bool:
     """Whether a number is not zero, or one at least of many in an array."""
     return bool(number.any()) if isinstance(number, np.ndarray) else bool(number)
+
+
+def crossing(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a continuous function that has other signs at both ends is zero, to the last digits (Chandrupatla 1997)."""
+    a, b = low, high
+    at_a, at_b = function(a), function(b)
+    c, at_c, part, floor = a, at_a, 0.5, 1e-17 * abs(high - low)
+    while True:
+        best = a if abs(at_a) < abs(at_b) else b
+        room = 4.5e-16 * abs(best) + floor
+        if at_a == 0.0 or at_b == 0.0 or abs(b - a) <= 2.0 * room:
+            return best
+        least = room / abs(b - a)
+        new = a + min(max(part, least), 1.0 - least) * (b - a)
+        value = function(new)
+        if (value > 0.0) == (at_a > 0.0):
+            c, at_c = a, at_a
+        else:
+            c, at_c, b, at_b = b, at_b, a, at_a
+        a, at_a = new, value
+        far, rise = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+        part = 0.5
+        if rise * rise < far and (1.0 - rise) ** 2 < 1.0 - far:
+            part = at_a / (at_b - at_a) * at_c / (at_b - at_c)
+            part += (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)

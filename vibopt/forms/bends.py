@@ -1,7 +1,7 @@
 """Slope and second derivative of a response at one speed, in log x and in the speed, in closed form.
 
 With u = D^-1 f and the row r, h = r . u changes with the dynamic stiffness z_t of a term by (signs_t - l_t) a_t,
-where a_t = b_t . u and l_t = b_t . D^-1 r, and those change by G = B^T D^-1 B: one solution gives all of it.
+where a_t = b_t . u and l_t = b_t . D^-1 r, and those change by D^-1 of what moves: two solutions give all of it.
 A local extreme moves with the design; its own motion is eliminated from the second derivative.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.mechanics.harmonic import dynamic_stiffness
+from vibopt.mechanics.harmonic import assembled
 from vibopt.mechanics.model import DAMPING, INERTIA, Model, factors
 from vibopt.records import dataclass
 from vibopt.signals import Amplitude, Combine, Drive, Line, Output
@@ -78,23 +78,23 @@ def _line(model: Model, output: Output, line: Line, x: FloatArray, speed: float)
     p = model.values(x)
     phi = factors(kinds, np.array(omega))
     z = p * phi
-    both = dynamic_stiffness(model, z)
+    both = assembled(model, p, np.array(omega))
     load = line.vector[:n] - both[:, n:] @ line.vector[n:]
     row = output.row + (output.signs * z) @ vectors
     size = np.sqrt(np.abs(np.diagonal(both)))
     size = np.where(size == 0.0, 1.0, size)
-    right = np.column_stack([load, row[:n], vectors[:, :n].T]) / size[:, None]
-    solved = np.linalg.solve(both[:, :n] / np.outer(size, size), right) / size[:, None]
+    scaled = both[:, :n] / np.outer(size, size)
+    solved = np.linalg.solve(scaled, np.column_stack([load, row[:n]]) / size[:, None]) / size[:, None]
     u = np.concatenate([solved[:, 0], line.vector[n:]])
     h = complex(row @ u)
     seen, taken = vectors @ u, output.signs - vectors[:, :n] @ solved[:, 1]
-    passed = vectors[:, :n] @ solved[:, 2:]
     first = taken * seen
-    second = -(seen[:, None] * passed * taken[None, :])
     moves, twice = _terms(model, p, phi, omega, line.order)
+    pushed, pulled = (vectors[:, :n].T @ (one[:, None] * moves) / size[:, None] for one in (seen, taken))
+    second = -pushed.T @ np.linalg.solve(scaled, pulled)
     exponents = np.column_stack([model.exponents, np.zeros(len(p))])
     slope = first @ moves
-    bend = moves.T @ (second + second.T) @ moves + (exponents.T * (first * z)) @ exponents
+    bend = second + second.T + (exponents.T * (first * z)) @ exponents
     mixed = (first * moves[:, -1]) @ model.exponents
     bend[-1, :-1] += mixed
     bend[:-1, -1] += mixed

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.harmonic import modal_of, mount_count, transfer
-from vibopt.mechanics.modal import WORTH, Modal
+from vibopt.mechanics.modal import WORTH, Modal, Undamped
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import poles
 from vibopt.mechanics.onemass import Curve, curve
@@ -60,16 +60,17 @@ def closed_form(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> Cur
 
 def modes_for(
     model: Model, form: Modulus, drive: Drive, x: FloatArray
-) -> tuple[Modal | None, ComplexArray, FloatArray]:
+) -> tuple[Modal | Undamped | None, ComplexArray, FloatArray]:
     """Modes of a model that is worth it, and the singularities; nothing of both where single speeds are looked at."""
     if all(band.is_point for band in drive.bands):
         return None, np.zeros(0, dtype=complex), np.zeros(0)
-    modal = modal_of(model, model.values(x))
+    top = max(line.order for line in drive.lines) * max(band.high for band in drive.bands)
+    modal = modal_of(model, model.values(x), top)
     return modal, *singularities(model, form, drive, x, modal)
 
 
 def singularities(
-    model: Model, form: Modulus, drive: Drive, x: FloatArray, modal: Modal | None = None
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, modal: Modal | Undamped | None = None
 ) -> tuple[ComplexArray, FloatArray]:
     """Complex speeds where the response to a drive is singular, real speeds where it is not smooth."""
     found = modal.poles if modal is not None else poles(model, model.values(x))
@@ -92,7 +93,7 @@ class DriveResponse:
     form: Modulus
     drive: Drive
     x: FloatArray
-    modal: Modal | None = None
+    modal: Modal | Undamped | None = None
 
     def __call__(self, speed: FloatArray) -> FloatArray:
         """Combined peak amplitude, shape of `speed` [rad/s]."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
+from vibopt.mechanics.model import kept as model_keeps
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     Bounds = tuple[FloatArray, FloatArray]
 
-_STEP, _KEPT = 1e-6, 4096
+_STEP = 1e-6
 _T = TypeVar("_T")
 WITHOUT_END = 1e30
 ROOTS = 1e-6
@@ -307,16 +308,11 @@ class Form:
 
 def kept(model: Model, form: Form, x: FloatArray, measured: Callable[[FloatArray], Sequence[_T]]) -> list[_T]:
     """What a form measures at designs x (n, n_vars), of which the last ones stay with the model."""
-    known: dict[tuple[int, bytes], tuple[Form, _T]] = vars(model).setdefault("kept", {})
-    keys = [(id(form), one.tobytes()) for one in np.asarray(x, dtype=float)]
-    found = {key: known[key][1] for key in keys if key in known}
-    if new := list(dict.fromkeys(key for key in keys if key not in found)):
-        for key, one in zip(new, measured(np.array([np.frombuffer(key[1]) for key in new])), strict=True):
-            while len(known) >= _KEPT:
-                known.pop(next(iter(known)))
-            known[key] = form, one  # the form stays, and so its number
-            found[key] = one
-    return [found[key] for key in keys]
+
+    def both(some: FloatArray) -> list[tuple[Form, _T]]:
+        return [(form, one) for one in measured(some)]  # the form stays, and so its number
+
+    return [one for _, one in model_keeps(model, id(form), np.asarray(x, dtype=float), both)]
 
 
 def by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.forms.form import WITHOUT_END, Form, Local, Worst
+from vibopt.forms.form import WITHOUT_END, Form, Local, Worst, kept
 from vibopt.forms.monomials import Monomials
 from vibopt.forms.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.records import dataclass
@@ -80,10 +80,29 @@ class Modulus(Form):
 
         if self.endless and not least_wanted:
             return Worst(float("inf"), dict.fromkeys(self.endless, 0.0))
+        if self._at_one_speed(model):
+            (drive,) = self.drives
+            return Worst(self._sizes(model, x[None])[0], {drive.name: drive.bands[0].low})
         found = {drive.name: drive_extreme(model, self, drive, x, least_wanted) for drive in self.drives}
         values = [one.value for one in found.values()]
         total = hypot(*values) if self.combine == "rss" else sum(values)
         return Worst(total, {name: one.speed for name, one in found.items()})
+
+    def ahead(self, model: Model, x: FloatArray) -> None:
+        if self._at_one_speed(model):
+            self._sizes(model, x)
+
+    def _at_one_speed(self, model: Model) -> bool:
+        """Whether one harmonic at one speed is all there is, of many coordinates."""
+        return model.spins and self.one_line and [band.is_point for band in self.bands] == [True]
+
+    def _sizes(self, model: Model, x: FloatArray) -> list[float]:
+        """The response at the one speed, at designs x (n, n_vars)."""
+        from vibopt.forms.drive_response import solved
+
+        assert self.line is not None
+        line, speed = self.line, self.bands[0].low
+        return kept(model, self, x, lambda some: solved(model, self.output, line, [speed], some)[:, 0].tolist())
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         """Of the greatest value."""

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, bend_of_slopes, row_said
+from vibopt.forms.form import Form, row_said
 from vibopt.forms.monomials import Monomials
 from vibopt.forms.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled_static
 from vibopt.forms.reduce import Reach, weighed
 from vibopt.mechanics.harmonic import carried, dynamic_stiffness, stretches
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-from vibopt.mechanics.modes import sag, sag_slope, sags_at
+from vibopt.mechanics.modes import sag, sag_bend, sag_slope, sags_at
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -114,8 +114,8 @@ class StaticRow(UnderWeights):
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return sag_slope(model, self.row, x)
 
-    def bend(self, model: Model, x: FloatArray) -> FloatArray:
-        return bend_of_slopes(self, model, x)
+    def bend(self, model: Model, x: FloatArray) -> FloatArray | None:
+        return sag_bend(model, self.row, x)
 
     def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
         return np.zeros(len(model.terms)), self.row

@@ -10,7 +10,14 @@ from vibopt.arrays import FloatArray
 from vibopt.forms.form import ROOTS, Form, bend_of_slopes, plus
 from vibopt.mechanics.free_motion import TOGETHER, shape_ratio
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-from vibopt.mechanics.modes import frequency_slopes, mode_shapes, modes_at, natural_frequencies, undamped
+from vibopt.mechanics.modes import (
+    frequency_bends,
+    frequency_slopes,
+    mode_shapes,
+    modes_at,
+    natural_frequencies,
+    undamped,
+)
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -45,7 +52,12 @@ class ModeFrequency(Form):
         return of_mode
 
     def bend(self, model: Model, x: FloatArray) -> FloatArray:
-        return bend_of_slopes(self, model, x)
+        found = frequency_bends(model, x, [self.index])
+        return bend_of_slopes(self, model, x) if found is None else found[0]
+
+    def ahead(self, model: Model, x: FloatArray) -> None:
+        if model.spins:
+            modes_at(model, x)
 
     def acting(self, model: Model) -> FloatArray:
         return of_modes(model)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
-from vibopt.mechanics.modal import WORTH, Modal, decompose
-from vibopt.mechanics.model import Model, factors
-from vibopt.mechanics.modes import free_matrices
+from vibopt.mechanics.modal import WORTH, Modal, Undamped, decompose, undamped
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, Model, factors, kept
+from vibopt.mechanics.modes import free_matrices, whirls
 from vibopt.signals import Output
 
 
@@ -42,23 +42,36 @@ def bordered(model: Model, z: ComplexArray, output: Output, vector: ComplexArray
     return stiff, border
 
 
-def _assembled(model: Model, p: FloatArray, omega: FloatArray) -> ComplexArray:
-    """D at one design and many frequencies, from its four matrices; as `dynamic_stiffness`."""
+def assembled(model: Model, p: FloatArray, omega: FloatArray) -> ComplexArray:
+    """D at one design and many frequencies, or at many of what spins, from four matrices; as `dynamic_stiffness`."""
     n = model.n_free
-    mass, stiff, damping, hysteretic = (model.matrix(kind, p)[:n] for kind in range(4))
+    made = model.sums if model.spins else model.matrix
+    mass, stiff, damping, hysteretic = (made(kind, p)[..., :n, :] for kind in range(4))
     w = np.asarray(omega)[..., None, None]
     result: ComplexArray = (stiff + 1j * hysteretic) - w**2 * mass + 1j * w * damping
     return result
 
 
-def modal_of(model: Model, p: FloatArray) -> Modal | None:
-    """The modes of a model worth decomposing; None for small ones and where modes cannot be trusted."""
+def modal_of(model: Model, p: FloatArray, top: float) -> Modal | Undamped | None:
+    """The modes of a model worth decomposing; None for small ones and where modes cannot be trusted.
+
+    Those of what spins are good up to the frequency `top` [rad/s].
+    """
     if model.n_free < WORTH:
         return None
+    if model.spins:
+        return kept(model, ("modes", top), p[None], lambda each: [_whirling(model, one, top) for one in each], most=4)[
+            0
+        ]
     mass, damping, stiffness, hysteretic = free_matrices(model, p)
     if not stiffness.any(axis=0).all():  # rigid motion
         return None
     return decompose(mass, damping, stiffness + 1j * hysteretic)
+
+
+def _whirling(model: Model, p: FloatArray, top: float) -> Undamped | None:
+    some = np.flatnonzero(np.isin(model.kinds, (DAMPING, HYSTERETIC)) & (p != 0.0))
+    return undamped(*whirls(model, p), model.vectors[some, : model.n_free], p[some], model.kinds[some] == DAMPING, top)
 
 
 def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray) -> ComplexArray:
@@ -67,7 +80,11 @@ def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray)
     `vector` (..., n_coords) is one line's, or one for each frequency.
     """
     n = model.n_free
-    both = _assembled(model, p, omega) if np.ndim(p) == 1 else dynamic_stiffness(model, impedances(model, p, omega))
+    both = (
+        assembled(model, p, omega)
+        if np.ndim(p) == 1 or model.spins
+        else dynamic_stiffness(model, impedances(model, p, omega))
+    )
     load = vector[..., :n] - (both[..., n:] @ vector[..., n:, None])[..., 0]
     if n == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -79,20 +96,19 @@ def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray)
 
 
 def _through_modes(
-    model: Model, p: FloatArray, output: Output, vector: ComplexArray, omega: FloatArray, modal: Modal
+    model: Model, p: FloatArray, output: Output, vector: ComplexArray, omega: FloatArray, modal: Modal | Undamped
 ) -> ComplexArray:
     """As `transfer` without its power: what the row reads of each mode times what the load gives to it."""
     n, rows, base = model.n_free, model.vectors, vector[..., model.n_free :]
     taken, pulling = np.flatnonzero(output.signs), np.flatnonzero(rows[:, n:].any(axis=1))
     reads = np.concatenate([np.ones((*omega.shape, 1)), output.signs[taken] * _of(model, taken, p, omega)], axis=-1)
     lines = np.concatenate([output.row[None, :], rows[taken]])
-    load = np.broadcast_to(vector[..., :n] @ modal.weights.T, (*omega.shape, len(modal.rates)))
+    load = vector[..., :n]
     if base.any():
         pulled = _of(model, pulling, p, omega) * (base @ rows[pulling, n:].T)
-        load = load - pulled @ (rows[pulling, :n] @ modal.weights.T)
+        load = load - pulled @ rows[pulling, :n]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        amplitudes = load / (1j * omega[..., None] - modal.rates)
-        seen = amplitudes @ (lines[:, :n] @ modal.shapes).T + base @ lines[:, n:].T
+        seen = modal.seen(lines[:, :n], load, omega) + base @ lines[:, n:].T
         value: ComplexArray = (reads * seen).sum(axis=-1)
     return value
 
@@ -130,7 +146,7 @@ def transfer(
     output: Output,
     vector: ComplexArray,
     omega: FloatArray,
-    modal: Modal | None = None,
+    modal: Modal | Undamped | None = None,
 ) -> ComplexArray:
     """Response per unit line amplitude, shape of omega [rad/s]; inf exactly at a pole; `vector` as in `motion`."""
     omega = np.asarray(omega, dtype=float)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import field, replace
 from typing import TypeVar
 
@@ -13,6 +13,7 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.records import cached_property, dataclass
 
 K = TypeVar("K")
+T = TypeVar("T")
 INERTIA, STIFFNESS, DAMPING, HYSTERETIC = 0, 1, 2, 3
 _NOTHING = 1e-13
 """A term whose vector shrinks below this part of itself has no part in a reduced model."""
@@ -229,6 +230,24 @@ class Model:
         total: FloatArray = (vectors.T * p[chosen]) @ vectors
         return total
 
+    def sums(self, kind: int, p: FloatArray) -> FloatArray:
+        """As `matrix`, (..., n_coords, n_coords), at coefficients that are `values` of designs, p (..., n_terms)."""
+        picks, blocks = self._blocks[kind]
+        return np.asarray(np.tensordot(p[..., picks] / self.scales[picks], blocks, axes=1))
+
+    @cached_property
+    def _blocks(self) -> list[tuple[IntArray, FloatArray]]:
+        """Of each kind one term of every product of powers in it, and the matrix of all that go with it."""
+        found = []
+        for kind in range(4):
+            chosen = np.flatnonzero((self.kinds == kind) & (self.scales != 0.0))
+            alike = self.alike[1][chosen]
+            groups = [chosen[alike == row] for row in np.unique(alike)]
+            blocks = [(self.vectors[some].T * self.scales[some]) @ self.vectors[some] for some in groups]
+            picks = np.array([some[0] for some in groups], dtype=int)
+            found.append((picks, np.array(blocks).reshape(-1, self.n_coords, self.n_coords)))
+        return found
+
     def turning(self, x: FloatArray) -> FloatArray:
         """Of dampers that turn with a shaft at a design (n_vars,), on the free coordinates, (n_free, n_free)."""
         found = np.zeros((self.n_free, self.n_free))
@@ -337,6 +356,21 @@ class Model:
             links={name: moved(row) for name, row in self.links.items()},
             basis=self.basis @ whole if self.basis.size else whole,
         )
+
+
+def kept(
+    model: Model, what: Hashable, x: FloatArray, measured: Callable[[FloatArray], Iterable[T]], most: int = 4096
+) -> list[T]:
+    """What is measured of a model in each row of x (n, m), of which the last ones stay with the model."""
+    known: dict[bytes, T] = vars(model).setdefault("kept", {}).setdefault(what, {})
+    rows = {one.tobytes(): i for i, one in enumerate(x)}
+    found = {key: known[key] for key in rows if key in known}
+    if new := {key: i for key, i in rows.items() if key not in found}:
+        for key, one in zip(new, measured(x[list(new.values())]), strict=True):
+            while len(known) >= most:
+                known.pop(next(iter(known)))
+            known[key] = found[key] = one
+    return [found[one.tobytes()] for one in x]
 
 
 def factors(kinds: IntArray, omega: FloatArray) -> ComplexArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,12 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.joints import condensed, first_order, massless
-from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, kept
 
+_TOGETHER = 1_000_000
+"""Entries of matrices that are taken at once."""
+_MIXED = 1e-9
+"""Part of itself by which the square of a frequency differs at least from that of a mode that mixes with it."""
 _STILL = 1e-12
 """Part of the longest period below which one is rounding."""
 
@@ -19,7 +24,8 @@ def free_matrices(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray, 
     """M, C, K, H on the free coordinates, each (n_free, n_free)."""
     n = model.n_free
     kinds = (INERTIA, DAMPING, STIFFNESS, HYSTERETIC)
-    mass, damping, stiffness, hysteretic = (model.matrix(kind, p)[:n, :n] for kind in kinds)
+    made = model.sums if model.spins else model.matrix
+    mass, damping, stiffness, hysteretic = (made(kind, p)[:n, :n] for kind in kinds)
     return mass, damping, stiffness, hysteretic
 
 
@@ -60,14 +66,40 @@ def _poles_by_inverse(mass: FloatArray, damping: FloatArray, stiffness: ComplexA
     return np.asarray(1.0 / periods[np.abs(periods) > _STILL * slow], dtype=complex)
 
 
-def whirls(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+def whirls(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray]:
     """1 / w^2 of each free undamped whirl (n,), greatest first, and motions (n, n) that have potential energy 1/2.
 
     The stiffness is positive.  Where the first is not, gyroscopic moments keep that motion from ever being free.
     """
-    root = np.linalg.inv(np.linalg.cholesky(stiffness))
-    squares, vectors = np.linalg.eigh(root @ mass @ root.T)
-    return squares[::-1], (root.T @ vectors)[:, ::-1]
+
+    def found(each: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+        for one in each:
+            mass, _, stiffness, _ = free_matrices(model, one)
+            root = np.linalg.inv(np.linalg.cholesky(stiffness))
+            squares, vectors = np.linalg.eigh(root @ mass @ root.T)
+            yield squares[::-1], (root.T @ vectors)[:, ::-1]
+
+    return kept(model, "whirls", p[None], found, most=4)[0]
+
+
+def critical_speeds(model: Model, p: FloatArray) -> FloatArray:
+    """Speeds of free undamped whirl with the spin at coefficients p (n, n_terms), ascending, (n, n_free) [rad/s].
+
+    Infinite for each that gyroscopic moments keep away.
+    """
+    n = model.n_free
+
+    def found(each: FloatArray) -> FloatArray:
+        if len(each) == 1:
+            inverse: Any = whirls(model, each[0])[0][None]
+        else:
+            root = np.linalg.inv(np.linalg.cholesky(model.sums(STIFFNESS, each)[:, :n, :n]))
+            mass = model.sums(INERTIA, each)[:, :n, :n]
+            inverse = np.linalg.eigvalsh(root @ mass @ np.swapaxes(root, 1, 2))[:, ::-1]
+        return np.asarray(np.where(inverse > 0.0, 1.0 / np.sqrt(np.abs(inverse)), np.inf))
+
+    parts = np.array_split(p, len(p) * n**2 // _TOGETHER + 1)
+    return np.array([one for part in parts for one in kept(model, "critical speeds", part, found)]).reshape(-1, n)
 
 
 def _poles_of_one(mass: float, damping: float, stiffness: complex) -> ComplexArray:
@@ -100,13 +132,12 @@ def natural_frequencies(model: Model, p: FloatArray) -> FloatArray:
 
     Of what spins the critical speeds of whirl with the spin; infinite for each that gyroscopic moments keep away.
     """
-    mass, _, stiffness, _ = free_matrices(model, p)
     if model.spins:
-        inverse = whirls(mass, stiffness)[0]
-        return np.asarray(np.where(inverse > 0.0, 1.0 / np.sqrt(np.abs(inverse)), np.inf))
-    if model.n_free == 1:
-        only: FloatArray = np.sqrt(stiffness[0] / mass[0, 0])
+        only: FloatArray = critical_speeds(model, p[None])[0]
         return only
+    mass, _, stiffness, _ = free_matrices(model, p)
+    if model.n_free == 1:
+        return np.asarray(np.sqrt(stiffness[0] / mass[0, 0]))
     root = undamped_root(mass, stiffness)
     squares = np.linalg.eigvalsh(root @ stiffness @ root.T)
     found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
@@ -115,11 +146,11 @@ def natural_frequencies(model: Model, p: FloatArray) -> FloatArray:
 
 def mode_shapes(model: Model, p: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Natural frequencies (n_modes,) [rad/s] and mass-normalised shapes (n_free, n_modes)."""
-    mass, _, stiffness, _ = free_matrices(model, p)
     if model.spins:
-        inverse, shapes = whirls(mass, stiffness)
+        inverse, shapes = whirls(model, p)
         free = inverse > 0.0
         return 1.0 / np.sqrt(inverse[free]), shapes[:, free] / np.sqrt(inverse[free])
+    mass, _, stiffness, _ = free_matrices(model, p)
     root = undamped_root(mass, stiffness)
     squares, vectors = np.linalg.eigh(root @ stiffness @ root.T)
     return np.sqrt(np.maximum(squares, 0.0)), root.T @ vectors
@@ -183,6 +214,27 @@ def sag(model: Model, x: FloatArray) -> FloatArray | None:
     return down
 
 
+def sag_bend(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray | None:
+    """Second derivative of the log of asked . u in log x, (n_vars, n_vars); None where there is none."""
+    n, down = model.n_free, sag(model, x)
+    value = 0.0 if down is None else float(asked @ down)
+    if down is None or not value:
+        return None
+    p, vectors, slopes = model.values(x, static=True), model.vectors[:, :n], model.exponents
+    springs, heavy = np.where(model.kinds == STIFFNESS, p, 0.0), np.where(model.kinds == INERTIA, GRAVITY * p, 0.0)
+    stiff = (vectors.T * springs) @ vectors
+    size = np.sqrt(np.diag(stiff))
+    stiff = stiff / np.outer(size, size)
+    row = vectors @ (np.linalg.solve(stiff, asked[:n] / size) / size)
+    sunk = heavy - springs * (vectors @ down[:n])
+    pushed = (vectors.T @ (sunk[:, None] * slopes)) / size[:, None]
+    pulled = (vectors.T @ ((springs * row)[:, None] * slopes)) / size[:, None]
+    mixed = pulled.T @ np.linalg.solve(stiff, pushed)
+    slope = (row * sunk) @ slopes / value
+    bend = ((slopes.T * (row * sunk)) @ slopes - mixed - mixed.T) / value
+    return np.asarray(bend - np.outer(slope, slope))
+
+
 def sag_slope(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray:
     """Slope of the log of asked . u in log x, (n_vars,).
 
@@ -214,6 +266,34 @@ def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArra
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = 0.5 * ((share.T * springs) / (omega**2)[:, None] - share.T * masses) @ model.exponents
     return omega, np.nan_to_num(slope)
+
+
+def frequency_bends(model: Model, x: FloatArray, indices: Sequence[int]) -> list[FloatArray] | None:
+    """Second derivatives of the logs of natural frequencies (0 is the lowest) in log x, each (n_vars, n_vars).
+
+    Modes that are as fast, to the last digits, are taken not to mix; None where joints without mass follow.
+    """
+    if model.massless.any():
+        return None
+    p, n, slopes = model.values(x), model.n_free, model.exponents
+    if model.spins:
+        values, shapes = whirls(model, p)
+    else:
+        omega, shapes = mode_shapes(model, p)
+        values = omega**2
+    upper, lower, power = (INERTIA, STIFFNESS, -0.5) if model.spins else (STIFFNESS, INERTIA, 0.5)
+    reads, held, found = model.vectors[:, :n] @ shapes, p * (model.kinds == lower), []
+    for index in indices:
+        own, value = reads[:, index], values[index]
+        moved = p * (model.kinds == upper) - value * held
+        mixed = (reads * (moved * own)[:, None]).T @ slopes
+        gaps = value - values
+        gaps[np.abs(gaps) <= _MIXED * abs(value)] = np.inf
+        slope, beside = mixed[index], (held * own**2) @ slopes
+        bend = (slopes.T * (moved * own**2)) @ slopes + 2.0 * (mixed.T / gaps) @ mixed
+        bend -= np.outer(slope, beside) + np.outer(beside, slope)
+        found.append(power * (bend / value - np.outer(slope, slope) / value**2))
+    return found
 
 
 def rates_and_shapes(model: Model, p: FloatArray) -> tuple[ComplexArray, ComplexArray]:
@@ -266,7 +346,7 @@ def modes_at(model: Model, x: FloatArray) -> FloatArray:
     """Undamped natural frequencies at designs x (n, n_vars) [rad/s], ascending, shape (n, n_modes)."""
     p, n = model.values(x), model.n_free
     if model.spins:
-        return np.array([natural_frequencies(model, one) for one in p])
+        return critical_speeds(model, p)
     vectors = model.vectors[:, :n]
     pairs = vectors[:, :, None] * vectors[:, None, :]
     stiff = np.tensordot(p * (model.kinds == STIFFNESS), pairs, axes=1)

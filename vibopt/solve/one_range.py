@@ -16,10 +16,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, crossing
 from vibopt.errors import counted
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.modes import modes_at, natural_frequencies
 from vibopt.program.meetings import watched
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -294,8 +294,6 @@ class _Run:
 
     def _meetings(self) -> list[float]:
         """Places at which a natural frequency of a machine meets one that is looked at there."""
-        from scipy.optimize import brentq
-
         found: list[float] = []
         for model, asked in self._watched():
             places = np.linspace(0.0, 1.0, max(_MODES, int(np.ceil(4.0 * self.span))) + 1)
@@ -304,13 +302,14 @@ class _Run:
                 modes = natural_frequencies(model, model.values(self.x(place)))
                 return np.asarray((modes[:, None] - asked).ravel())
 
-            signs = np.array([above(float(one)) for one in places])
+            modes = modes_at(model, np.array([self.x(float(one)) for one in places]))
+            signs = (modes[:, :, None] - asked).reshape(len(places), -1)
             for index, column in np.argwhere(signs[:-1] * signs[1:] < 0.0).tolist():
 
                 def gap(place: float, column: int = column) -> float:
                     return float(above(place)[column])
 
-                found.append(float(brentq(gap, places[index], places[index + 1], xtol=1e-15, rtol=1e-14)))
+                found.append(crossing(gap, float(places[index]), float(places[index + 1])))
         return found
 
     def _watched(self) -> list[tuple[Model, FloatArray]]:
@@ -332,12 +331,10 @@ class _Run:
 
     def _cross(self, row: int, place: float, piece: _Piece) -> float:
         """Where one limit is just met, near a place at which its polynomial is zero; that place itself elsewhere."""
-        from scipy.optimize import brentq
-
         reach = max(1e-4 * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
         low, high = max(place - reach, piece.low), min(place + reach, piece.high)
         if self.row(low)[row] * self.row(high)[row] < 0.0:
-            place = float(brentq(lambda one: float(self.row(one)[row]), low, high, xtol=1e-17, rtol=1e-15))
+            place = crossing(lambda one: float(self.row(one)[row]), low, high)
         self.row(place)
         return place
 

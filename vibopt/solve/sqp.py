@@ -6,7 +6,7 @@ nothing to sample here and the answer is as sharp as the measurement.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.cones import LINEAR, solve_cones
 from vibopt.forms.form import Local
-from vibopt.mechanics.modes import frequency_slopes
+from vibopt.mechanics.modes import frequency_bends, frequency_slopes
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.working_set import least_of
@@ -39,6 +39,8 @@ _LIGHT = 4.0
 """Weight of what limits are missed by to begin with: steps may leave limits a little on their way, and go further."""
 _PRICED = 1e-6
 """Part of the greatest price below which a limit has none."""
+_AWAY = 3.0
+"""Log of the factor by which a mode that is looked at may be away from a forbidden band."""
 _SOFT = 1e-9
 _FLAT = 1e-12
 _STIFFER = (1.0, 10.0, 100.0, 1000.0)
@@ -146,13 +148,17 @@ def _piece(index: int, one: Local, sense: float, bound: float) -> Piece:
 
 
 def _outside(index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
-    """Each mode's depth in the forbidden band, to the nearer end."""
+    """Depth of each mode in the forbidden band, to the nearer end; of those that are not far beyond it."""
     omega, slopes = frequency_slopes(limit.model, x)
     log = np.log(np.maximum(omega, 1e-300))
     low, high = np.log(max(limit.bound, 1e-300)), np.log(limit.upper)
-    for mode, (value, slope) in enumerate(zip(log, slopes, strict=True)):
-        up = high - value < value - low
-        yield Piece(index, float(min(value - low, high - value)), -slope if up else slope, (float(mode),))
+    away = np.maximum(np.maximum(low - log, log - high), 0.0)
+    modes = np.flatnonzero(away <= max(_AWAY, float(away.min()))).tolist()
+    bends: Sequence[FloatArray | None] = frequency_bends(limit.model, x, modes) or [None] * len(modes)
+    for mode, bend in zip(modes, bends, strict=True):
+        value, sign = log[mode], -1.0 if high - log[mode] < log[mode] - low else 1.0
+        depth = float(min(value - low, high - value))
+        yield Piece(index, depth, sign * slopes[mode], (float(mode),), None if bend is None else sign * bend)
 
 
 @dataclass
