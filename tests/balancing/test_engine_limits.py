@@ -151,7 +151,7 @@ def test_a_job_is_not_called_impossible_because_its_goal_starts_at_zero() -> Non
 def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(prices, "ALLOWANCE", 0)
     assert solved(four(secondary_couple="400 N m")).notes[-1] == (
-        "No price was computed for secondary_couple: 4 more solutions would exceed the budget. "
+        "No price was computed for secondary_couple: 1 more solution would exceed the budget. "
         "`vibopt explain FILE --thorough` computes it."
     )
     assert solved(four(secondary_couple="200 N m", secondary_force="5 kN")).reason == (

@@ -4,26 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from math import ceil
 from typing import Any
 
 import numpy as np
 
 from vibopt.answer.answer import Conflict, Least, Nearest
-from vibopt.answer.entry import Checked, Entry, Price, at_most
-from vibopt.answer.plan import DeferredMapping
+from vibopt.answer.entry import Checked, Entry, at_most
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.question import Question, Solved, first_greatest
-from vibopt.balancing.question_prices import ACTIVE, STEP, THOROUGH, Step, allowance, clash, left_out, solve_question
+from vibopt.balancing.question_prices import (
+    ACTIVE,
+    Best,
+    Bound,
+    OpenError,
+    Priced,
+    Prices,
+    Step,
+    allowance,
+    clash,
+    solve_question,
+)
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import Posed, caps, row_limits, rows_of
-from vibopt.records import dataclass
 from vibopt.units import show
-from vibopt.work import Budget, is_limited, late
+from vibopt.work import Budget
 
 Limit = ResidualLimit | CorrectionLimit
 Known = Limit | OwnCap
@@ -32,24 +40,6 @@ AGREES = 1e-6
 _LOOKS = 24
 _CLOSE = 1e-7
 NONE: Mapping[str, float] = {}
-
-
-@dataclass(frozen=True)
-class Priced:
-    """The limits of the file at an answer, what wider ones and caps buy by name, and what is left out in words."""
-
-    limits: dict[str, Checked]
-    words: Mapping[str, str]
-    notes: tuple[str, ...]
-
-    def with_words(self) -> dict[str, Checked]:
-        """The limits with their prices."""
-        said = {name: Price(words) for name, words in self.words.items() if words}
-        return {name: replace(one, price=said.get(name)) for name, one in self.limits.items()}
-
-    def caps(self) -> dict[str, Price]:
-        """Prices of the planes' own caps, by their path."""
-        return {name: Price(said) for name, said in self.words.items() if name not in self.limits and said}
 
 
 def limit_answers(
@@ -84,113 +74,52 @@ def limit_answers(
     answers = {limit.name: measured(job, there, limit, u, greatest) for limit in limits}
     reached = {one: one.measured(there.question, u, masses) / one.at_most for one in own_caps(job)}
     value = asked.question.chosen_only(solved.chosen).value(u)
-    asking = _Asking(job, asked, value, goal, solved.work, allowance(thorough))
     priced: list[Known] = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
     priced += [one for one, part in reached.items() if job.choices and (steps or 1.0 - part < ACTIVE)]
-    words: Mapping[str, str] = DeferredMapping(lambda: {one.name: asking.price(one) for one in priced})
-    if not asked.question.is_search:
-        asking.plan(priced)
-    if asked.question.is_search or is_limited():
-        words = dict(words)
-    return Priced(answers, words, asking.notes())
+    budget, over = allowance(thorough), f" ({job.goal.robust} over the scatter)" if job.goal.robust else ""
+    bounds = [_bound(job, asked, one, (value, solved.work), budget, ranged=not steps) for one in priced]
+    prices = Prices(
+        bounds, value, lambda one: show(asked.question.amount(one), goal.unit, goal.dimension), solved.work, budget,
+        searched=asked.question.is_search, behind=over,
+    )  # fmt: skip
+    return Priced(answers, prices.words, prices.notes)
 
 
-class _Asking:
-    """Prices one after the other, from one allowance of work."""
+def _bound(
+    job: RotorJob, asked: Posed, limit: Known, now: tuple[float, float], budget: Budget, *, ranged: bool
+) -> Bound:
+    """A limit with what other bounds do; `now` is the goal of the answer and its work."""
 
-    def __init__(self, job: RotorJob, asked: Posed, value: float, goal: Entry, work: float, budget: Budget) -> None:
-        self.job, self.asked, self.value, self.goal = job, asked, value, goal
-        self.work, self.budget = max(work, 1.0), budget
-        self.left: list[str] = []
-        self.endless: list[str] = []
+    def best(bound: float) -> tuple[float, ComplexArray] | None:
+        wider = loosened(job, asked, limit, bound / limit.at_most)
+        solved = None if wider is None else solve_question(wider, _left(wider, budget, now[1]))
+        if solved is not None and solved.status in ("feasible", "unproven") and asked.question.is_discrete:
+            raise OpenError
+        return None if solved is None or solved.u is None or not np.isfinite(solved.value) else (solved.value, solved.u)
 
-    def notes(self) -> tuple[str, ...]:
-        """What was left out, in words."""
-        ends = f"{len(self.endless) * (_LOOKS + 2)} more solutions would exceed the budget. {THOROUGH} looks for it"
-        where = (
-            (f"Where {', '.join(self.endless)} stops to matter was not looked for: {ends}.",) if self.endless else ()
-        )
-        return (*left_out(self.left, len(self.left)), *where)
-
-    def plan(self, limits: Sequence[Known]) -> None:
-        """What will be left out, where each further solution takes the work of the answer."""
-        for limit in limits:
-            if not self.room(1):
-                self.left.append(limit.name)
-                continue
-            self.budget.spend(ceil(self.work))
-            if not self.job.goal.robust and not self.room(_LOOKS + 2):
-                self.endless.append(limit.name)
-            elif not self.job.goal.robust:
-                self.budget.spend(ceil((_LOOKS + 2) * self.work))
-
-    def room(self, solves: int) -> bool:
-        """Whether so many more solutions fit into what is left."""
-        return not self.budget.over and self.budget.spent + solves * self.work <= self.budget.most
-
-    def solve(self, question: Question) -> Solved:
-        """One more solution; a search gets what is left, and at least what the answer took, and its work is counted."""
-        if not self.asked.question.is_search:
-            return solve_question(question)
-        most = max(self.budget.most - self.budget.spent, self.work) if self.budget.most < 1e9 else None
-        solved = solve_question(question, most)
-        self.budget.spend(ceil(solved.work))
-        return solved
-
-    def _may(self, solves: int) -> bool:
-        """Whether there is room and time; of what was planned before there is room."""
-        return self.room(solves) if self.asked.question.is_search else not late("prices")
-
-    def price(self, limit: Known) -> str:
-        """What a wider limit buys, in words; "" where it buys nothing or was left out."""
-        job, asked, question = self.job, self.asked, self.asked.question
-        wider = loosened(job, asked, limit, STEP)
-        if wider is None or limit.name in self.left:
-            return ""
-        solved = self.solve(wider) if self._may(1) else None
-        if solved is None or (solved.status in ("feasible", "unproven") and question.is_discrete):
-            self.left.append(limit.name)
-            return ""
-        if solved.u is None or not np.isfinite(solved.value) or solved.value > self.value * (1.0 - 1e-7):
-            return ""
-        dimension, unit = _dimension(job, limit), self.goal.unit
-        bound, further = (show(one, limit.unit, dimension) for one in (limit.at_most, limit.at_most * STEP))
-        now, then = (show(question.amount(one), unit, self.goal.dimension) for one in (self.value, solved.value))
-        over = f" ({job.goal.robust} over the scatter)" if job.goal.robust else ""
-        until = "" if question.is_discrete or job.goal.robust else self._until(limit)
-        return f"{bound} -> {further} buys {now} -> {then}{over}" + (
-            f"; nothing more to gain beyond {until}" if until else ""
-        )
-
-    def _until(self, limit: Known) -> str:
-        """The bound from which on the goal is as good as without the limit, by false position; "" without proof."""
-        if limit.name in self.endless:
-            return ""
-        if not self._may(_LOOKS + 2):
-            self.endless.append(limit.name)
-            return ""
-        job, asked = self.job, self.asked
-        without = loosened(job, asked, limit, np.inf)
-        free = None if without is None else self.solve(without)
-        if free is None or free.u is None or not free.value < self.value:
-            return ""
-        most = _amount(job, asked, limit, free.u) / limit.at_most * (1.0 + 1e-9)
-        if most <= 1.0:
-            return ""
+    def until(free: tuple[float, ComplexArray], asked_for: Best) -> float | None:
+        """By false position."""
+        most = _amount(job, asked, limit, free[1]) / limit.at_most * (1.0 + 1e-9)
 
         def root(goal: float) -> float:  # the goal meets its free value as a parabola does, its root as a line
-            return float(np.sqrt(max(goal - free.value, 0.0)) - np.sqrt(1e-6 * self.value))
+            return float(np.sqrt(max(goal - free[0], 0.0)) - np.sqrt(1e-6 * now[0]))
 
         def height(factor: float) -> float:
-            wider = loosened(job, asked, limit, factor)
-            solved = None if wider is None or not self._may(1) else self.solve(wider)
-            return np.inf if solved is None or solved.u is None else root(solved.value)
+            there = asked_for(limit.at_most * factor)
+            return np.inf if there is None else root(there[0])
 
-        good = _first_below(height, (1.0, root(self.value)), (most, root(free.value)))
-        if not self._may(1):
-            self.endless.append(limit.name)
-            return ""
-        return show(limit.at_most * good, limit.unit, _dimension(job, limit))
+        if most <= 1.0:
+            return None
+        return limit.at_most * _first_below(height, (1.0, root(now[0])), (most, root(free[0])))
+
+    dimension = _dimension(job, limit)
+    return Bound(limit.name, limit.at_most, limit.unit, dimension, best, until if ranged else None, _LOOKS + 2)
+
+
+def _left(question: Question, budget: Budget, least: float = 1.0) -> float | None:
+    """Work for one more solution: of a search what is left, and so much at least."""
+    endless = not question.is_search or budget.most > 1e9
+    return None if endless else max(float(budget.most - budget.spent), least, 1.0)
 
 
 def _first_below(height: Callable[[float], float], bad: tuple[float, float], good: tuple[float, float]) -> float:
@@ -363,8 +292,7 @@ def _least(question: Question, importance: object, budget: Budget) -> Solved:
     """Without limits on residuals, the least of the greatest amplitude times its importance."""
     free = np.full(len(question.limits), np.inf)
     asked = replace(question, limits=free, importance=np.asarray(importance, dtype=float), goal="worst")
-    most = None if not question.is_search or budget.most > 1e9 else float(max(budget.most - budget.spent, 1))
-    solved = solve_question(asked, most)
+    solved = solve_question(asked, _left(question, budget))
     budget.spend(int(np.ceil(solved.work)))
     return solved
 

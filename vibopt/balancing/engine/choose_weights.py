@@ -16,7 +16,7 @@ from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.lengths import Box, Least, Lengths, least
-from vibopt.balancing.question_prices import ACTIVE, Bound, Step, clash, prices_of
+from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices, Step, clash
 from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.units import show
@@ -273,10 +273,8 @@ _LOOSER = 1.0005
 Known = EngineLimitTable | Cap
 
 
-def prices(
-    job: EngineJob, found: Balanced, limits: Mapping[str, Checked], work: float, budget: Budget
-) -> tuple[dict[str, str], tuple[str, ...]]:
-    """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out.
+def priced(job: EngineJob, found: Balanced, limits: Mapping[str, Checked], work: float, budget: Budget) -> Priced:
+    """The limits with what wider ones and caps buy.
 
     Parameters
     ----------
@@ -288,17 +286,18 @@ def prices(
         What the answer took, which is expected of each further solution, and what all may take [nominal ms].
     """
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
-        return {}, ()
+        return Priced(limits, {})
     asked: list[tuple[str, Known]] = [
         (name, job.limits[name]) for name, one in limits.items() if job.is_search or one.margin < ACTIVE
     ]
     asked += [(one.path, one) for one in caps_of(job) if job.is_search or one.reached(job, found) >= 1.0 - ACTIVE]
     goal = goal_table(job)
     grain = 1e-9 * size_of(job, goal.is_couple)
-    bounds = [_bound(job, name, one, grain) for name, one in asked]
-    return prices_of(
-        bounds, goal_value(job, found), lambda one: show(one, "", goal.dimension, digits=4), grain, work, budget
-    )
+    prices = Prices(
+        [_bound(job, name, one, grain) for name, one in asked], goal_value(job, found),
+        lambda one: show(one, "", goal.dimension, digits=4), work, budget, searched=job.is_search, grain=grain,
+    )  # fmt: skip
+    return Priced(limits, prices.words, prices.notes)
 
 
 def _bound(job: EngineJob, name: str, limit: Known, grain: float) -> Bound:
@@ -307,15 +306,13 @@ def _bound(job: EngineJob, name: str, limit: Known, grain: float) -> Bound:
         found = balance(other)
         return (goal_value(other, found), found) if found.status in ("optimal", "feasible") else None
 
-    def until(free: tuple[float, Balanced]) -> float | None:
+    def until(free: tuple[float, Balanced], best: Best) -> float | None:
         return _until(job, name, limit, free[0] + 10.0 * grain, best)
 
-    return Bound(name, limit.bound, limit.unit, limit.dimension, best, until)
+    return Bound(name, limit.bound, limit.unit, limit.dimension, best, until, stepped=job.is_search)
 
 
-def _until(
-    job: EngineJob, name: str, limit: Known, target: float, best: Callable[[float], tuple[float, Balanced] | None]
-) -> float | None:
+def _until(job: EngineJob, name: str, limit: Known, target: float, best: Best) -> float | None:
     """The bound from which on the goal is as good as without the limit, solved once more with it; None if none."""
     free = moved(job, name, limit, inf)
     reached: list[float] = []

@@ -9,9 +9,10 @@ from math import degrees
 import numpy as np
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
+from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
+from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, impasse, prices
+from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, impasse, priced
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, is_even
@@ -26,7 +27,7 @@ from vibopt.balancing.engine.shaking import (
     peak,
 )
 from vibopt.balancing.lengths import least
-from vibopt.balancing.question_prices import allowance, left_words, nearest_of
+from vibopt.balancing.question_prices import Priced, allowance, left_words, nearest_of
 from vibopt.units import show
 from vibopt.work import metered
 
@@ -94,22 +95,20 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         job.limits, lambda limits: _best(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
         lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough=thorough,
     ) if impossible else None  # fmt: skip
-    words, unpriced = prices(job, found, limits, meter.done, budget) if status in ("optimal", "feasible") else ({}, ())
-    limits = {
-        name: replace(one, price=Price(words.pop(name)) if name in words else None) for name, one in limits.items()
-    }
+    solved = status in ("optimal", "feasible")
+    bought = priced(job, found, limits, meter.done, budget) if solved else Priced(limits, {})
     return Answer(
         job=job,
         status=status,
         claim=claim,
         values=_values(job, found, here),
-        limits={} if status == "infeasible" else limits,
+        limits={} if status == "infeasible" else DeferredMapping(bought.with_words),
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
         nearest=near,
-        notes=(*_notes(job, found, here), *unpriced, *(left_words(near) if impossible else ())),
-        prices={path: Price(one) for path, one in words.items()},
+        notes=(*_notes(job, found, here), *bought.notes, *(left_words(near) if impossible else ())),
+        prices=DeferredMapping(bought.caps),
         details={"classes": found.tried, "as_good": found.alike},
         reason=reason,
         conflict=conflict,

@@ -7,8 +7,8 @@ from dataclasses import replace
 from math import inf, tau
 
 from vibopt.answer.answer import Answer, Conflict
-from vibopt.answer.entry import Checked, Entry, Price, Value, Word, at_most, direction_of
-from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
+from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
+from vibopt.answer.plan import DeferredMapping, Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.known.correct import Correction, correct
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
@@ -25,7 +25,10 @@ from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.question_prices import (
     ACTIVE,
+    Best,
     Bound,
+    Priced,
+    Prices,
     Solver,
     Step,
     allowance,
@@ -33,22 +36,22 @@ from vibopt.balancing.question_prices import (
     left_words,
     narrowest,
     nearest_of,
-    prices_of,
 )
 from vibopt.units import show
 from vibopt.work import Budget, metered
 
 
-def _prices(job: KnownJob, found: Correction, work: float, budget: Budget) -> tuple[dict[str, str], tuple[str, ...]]:
-    """What a wider limit or cap buys, in words by name (path), and a sentence where a price was not found out."""
+def _priced(job: KnownJob, found: Correction, limits: Mapping[str, Checked], work: float, budget: Budget) -> Priced:
+    """The limits with what wider ones and caps buy."""
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
-        return {}, ()
+        return Priced(limits, {}, rates=found.prices)
     steps = any(plane.is_discrete for plane in job.planes)
     caps = sorted(own_caps(job), key=lambda one: one.drilled)
     taken = [*(_limit(job, found, name) for name in job.limits), *(_cap(job, found, one) for one in caps)]
-    asked = [one for one, part in taken if steps or part >= 1.0 - ACTIVE]
+    asked = [replace(one, stepped=steps) for one, part in taken if steps or part >= 1.0 - ACTIVE]
     dimension = _dimension(job)
-    return prices_of(asked, _value(job, found), lambda goal: show(goal, "", dimension), 0.0, work, budget)
+    prices = Prices(asked, _value(job, found), lambda goal: show(goal, "", dimension), work, budget, searched=steps)
+    return Priced(limits, prices.words, prices.notes, found.prices)
 
 
 Measure = Callable[[KnownJob, Correction], float]
@@ -66,14 +69,14 @@ def _taken(
         other = _best(job := moved(value))
         return None if other is None else (_value(job, other), other)
 
-    def until(free: tuple[float, Correction]) -> float | None:
+    def until(free: tuple[float, Correction], best: Best) -> float | None:
         """What the answer without the bound reaches, if with that bound the goal is as good."""
         reached = measured(moved(inf), free[1]) * (1.0 + 1e-9)
         again = best(reached) if reached > now else None
         return reached if again and again[0] <= free[0] + 1e-6 * _value(moved(now), found) else None
 
     part = measured(moved(now), found) / now if now > 0.0 else inf
-    return Bound(path, now, unit, dimension, best, until), part
+    return Bound(path, now, unit, dimension, best, until, 2), part
 
 
 def _dimension(job: KnownJob) -> str:
@@ -142,11 +145,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         found = correct(job, solver)
     limits = _rows(job, found, job.limits)
     status, claim = _status(job, found, limits)
-    words, unpriced = _prices(job, found, meter.done, allowance(thorough))
-    limits = {
-        name: replace(one, price=Price(words.pop(name, ""), rate=found.prices.get(name)))
-        for name, one in limits.items()
-    }
+    priced = _priced(job, found, limits, meter.done, allowance(thorough))
     impossible = status == "infeasible" and job.limits
     conflict, reason = impasse(job, claim, meter.done, allowance(thorough)) if impossible else (None, "")
     near = nearest_of(
@@ -161,12 +160,12 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         reason=reason,
         conflict=conflict,
         values=_values(job, found),
-        limits={} if status == "infeasible" else limits,
+        limits={} if status == "infeasible" else DeferredMapping(priced.with_words),
         measures=_rows(job, found, job.measures),
         goal=_goal(job, found),
         method=found.way,
-        notes=(*job.notes, *_notes(job, found), *unpriced, *(left_words(near) if impossible else ())),
-        prices={path: Price(one) for path, one in words.items()},
+        notes=(*job.notes, *_notes(job, found), *priced.notes, *(left_words(near) if impossible else ())),
+        prices=DeferredMapping(priced.caps),
         plan=Plan((Fitting(found.planes, (), found.u),)),
     )
 
