@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from math import ceil
 
 from vibopt.errors import counted
 from vibopt.records import dataclass
@@ -170,6 +171,16 @@ def late(what: str = "") -> bool:
     return True
 
 
+def spoken_time(seconds: float) -> str:
+    """A time in the two units that matter: "50 s", "3 min", "2 h 10 min", "12 days"."""
+    if seconds < 99.5:
+        return f"{max(seconds, 1.0):.0f} s"
+    minutes = ceil(seconds / 60.0)
+    if minutes < 100:
+        return f"{minutes} min"
+    return f"{minutes // 60} h {minutes % 60} min" if minutes < 2 * 24 * 60 else f"{minutes // (24 * 60)} days"
+
+
 __all__ = [
     "Budget",
     "Meter",
@@ -181,5 +192,6 @@ __all__ = [
     "late",
     "metered",
     "seconds_of_each_answer",
+    "spoken_time",
     "worked",
 ]

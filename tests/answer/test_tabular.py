@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -78,3 +79,26 @@ def test_pandas_has_the_rows_or_is_asked_for_in_words(monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(VibOptError, match=r"^to_pandas needs pandas, which is not installed\. Install it, pip install"):
         answer.to_pandas()
+
+
+def test_a_grid_has_a_dimension_for_each_fact(monkeypatch: pytest.MonkeyPatch) -> None:
+    job = vo.read(PRESS)
+    ranges = {"limits.start_up.at_most": "15 mm..30 mm", "bodies.press.mass": "290, 300 kg"}
+    study = vo.sweep(job, ranges, points=3)
+    seen: dict[str, Any] = {}
+    made = SimpleNamespace(Dataset=lambda data, coords: seen.update(data=data, coords=coords))
+    monkeypatch.setitem(sys.modules, "xarray", made)
+    study.to_xarray()
+    names = ["limits.start_up.at_most [m]", "bodies.press.mass [kg]"]
+    assert [*seen["coords"]] == names
+    assert seen["coords"][names[1]].tolist() == [290.0, 300.0]
+    for head, (where, column) in seen["data"].items():
+        assert (where, column.shape) == (names, (3, 2)), head
+        assert column.ravel().tolist() == [row[head] for row in study.table()]
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(
+        VibOptError, match=r"^to_xarray needs xarray, which is not installed\. Install it, pip install x"
+    ):
+        study.to_xarray()
+    with pytest.raises(VibOptError, match=r"^to_xarray is for a grid, and these points are a sample\. Take"):
+        vo.sweep(job, {"limits.start_up.at_most": "15 mm..30 mm"}, points=4, sample="latin").to_xarray()

@@ -232,12 +232,31 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+COUNTED = """
+import sys
+from vibopt.cli.main import main
+from vibopt.study import many, edges
+alone, count = many.one_point, 0
+def counting(*words):
+    global count
+    count += 1
+    return alone(*words)
+many.one_point = counting
+edges.boundaries = lambda *words: ()
+from vibopt.study import sweep
+sweep.boundaries = edges.boundaries
+code = main(sys.argv[1:])
+print(count, "answered", file=sys.stderr)
+sys.exit(code)
+"""
+
+
 @pytest.mark.parametrize(
     ("how", "code"),
     [("raise KeyboardInterrupt", 130), ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL)],
     ids=["interrupted", "killed"],
 )
-def test_a_sweep_that_is_stopped_keeps_its_points(fan: Path, how: str, code: int) -> None:
+def test_a_sweep_that_is_stopped_keeps_its_points_and_goes_on(run: Run, fan: Path, how: str, code: int) -> None:
     out = fan.with_name("out.csv")
     words = ["sweep", str(fan), "--vary", f"{BOUND}=10 N..30 N", "--points", "5", "--csv", str(out)]
     program = [sys.executable, "-c", STOPPED.format(how=how), *words]
@@ -249,7 +268,41 @@ def test_a_sweep_that_is_stopped_keeps_its_points(fan: Path, how: str, code: int
         ["10.0", "optimal"],
         ["15.0", "optimal"],
     ]
-    assert sorted(os.listdir(fan.parent)) == ["fan.toml", "out.csv"]
+    assert sorted(os.listdir(fan.parent)) == ["fan.toml", "out.csv", "out.csv.points"]
     if code == 130:
-        assert done.stderr.strip() == f"Stopped. {out} holds 2 of 5 points."
+        goes_on = "; the same command with --resume goes on."
+        assert done.stderr.strip() == f"Stopped. {out} holds 2 of 5 points{goes_on}"
     assert is_ours(out.read_bytes())
+    whole = fan.with_name("whole.csv")
+    assert run(*words[:-1], str(whole)).code == 0
+    journal = fan.with_name("out.csv.points")
+    told = journal.read_text(encoding="utf-8")
+    journal.write_text(told + told.splitlines()[-1][:40], encoding="utf-8")  # a last line that was cut
+    counted = [sys.executable, "-c", COUNTED, *words, "--resume"]
+    done = subprocess.run(counted, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert (done.returncode, done.stderr.strip()) == (0, "3 answered")
+    assert out.read_bytes() == whole.read_bytes()
+    assert sorted(os.listdir(fan.parent)) == ["fan.toml", "out.csv", "whole.csv"]
+
+
+def test_what_cannot_be_gone_on_with_is_said(run: Run, fan: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    journal = tmp_path / "out.csv.points"
+    words = ["sweep", str(fan), "--vary", f"{BOUND}=10 N..30 N", "--points", "3", "--resume"]
+    done = run(*words)
+    assert (done.code, done.err) == (2, "--resume goes on with the points beside a --csv FILE. Name it.\n")
+    done = run(*words, "--csv", str(out))
+    said = f"--resume: there is no {journal} to go on with. Leave --resume out to begin.\n"
+    assert (done.code, done.err) == (2, said)
+    journal.write_text("vibopt sweep 12\n", encoding="utf-8")
+    done = run(*words, "--csv", str(out))
+    said = (
+        f"--resume: {journal} is of another problem, other ranges or another version of vibopt. Leave --resume out to "
+        "begin anew.\n"
+    )
+    assert (done.code, done.err) == (2, said)
+    journal.write_text("my points\n", encoding="utf-8")
+    done = run(*words[:-1], "--csv", str(out))
+    said = f"{journal} cannot be written: it is there already, and vibopt did not write it. Name another --csv.\n"
+    assert (done.code, done.err) == (2, said)
+    assert journal.read_text(encoding="utf-8") == "my points\n"

@@ -12,12 +12,11 @@ from typing import Any
 
 import pytest
 
-from vibopt.cli import progress
 from vibopt.cli.main import VERBS, main
 from vibopt.cli.progress import Bar
 from vibopt.frontier import Frontier
 from vibopt.study import prices
-from vibopt.work import Budget
+from vibopt.work import Budget, spoken_time
 
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2]
@@ -56,7 +55,7 @@ def test_a_line_says_stage_part_time_so_far_and_time_left(
 
 @pytest.mark.parametrize(("seconds", "words"), [(0.2, "1 s"), (59.7, "60 s"), (180.0, "3 min"), (7800.0, "2 h 10 min")])
 def test_times_are_said_in_what_matters(seconds: float, words: str) -> None:
-    assert progress._spoken(seconds) == words
+    assert spoken_time(seconds) == words
 
 
 def test_on_a_pipe_a_line_comes_a_minute_and_the_bar_ends_it(capsys: pytest.CaptureFixture[str]) -> None:

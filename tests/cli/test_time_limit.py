@@ -61,7 +61,7 @@ def test_where_a_limit_stops_to_matter_is_left_out_in_words_and_computed_when_as
 ) -> None:
     few = 80.0  # nominal ms: the steps, and no range
     monkeypatch.setattr(prices, "OF_LIMITS", few)
-    left = "was not looked for: some fifty answers each. `vibopt whatif FILE --thorough` computes all."
+    left = "was not looked for: some thirty answers each. `vibopt whatif FILE --thorough` computes all."
     said = " ".join(run("explain", press).out.split())
     assert "How far the prices of limits." in said
     assert left in said

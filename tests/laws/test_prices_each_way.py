@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import random
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import vibopt as vo
-from vibopt.answer.entry import Way
+from vibopt.answer.entry import Entry, Way
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
-from vibopt.study.holding import state_of
+from vibopt.study.holding import Road, State, state_of
+from vibopt.study.one_way import Along, axis_of
 from vibopt.study.price_words import range_rows, rows_of
 from vibopt.study.prices import Prices, Ranked, priced, prices
+from vibopt.values.fact_at import FactAt
 
 PROBLEMS = Path(__file__).parent.parent.parent / "problems"
 CHEAP = (
@@ -108,6 +113,58 @@ def test_what_changes_at_the_end_of_a_range_is_what_is_said(file: str) -> None:
                 assert name in way.then, (row.path, way)
                 seen += 1
     assert seen >= 3
+
+
+class Smooth(Road):
+    """Answers whose room for `second` falls smoothly to nothing at an end, or of which `first` lets go there."""
+
+    together = False  # type: ignore[assignment]
+    end, bend, lets_go, blind = 0.5, 0.0, False, False
+
+    def _answered(self, value: float) -> State:
+        t = math.log10(value / self.fact.value)
+        left = self.end - t
+        held = {"first"} if self.lets_go == (left > 0.0) else set()
+        held |= set() if self.lets_go or left > 0.0 else {"second"}
+        size = (-left if self.lets_go else left) * (1.0 + self.bend * t)
+        room = {} if self.blind else {"first" if self.lets_go else "second": max(size, 0.0)}
+        return State(value, "optimal", Entry(1.0 + t, "mass"), frozenset(held), {}, room)
+
+    def followed(self) -> tuple[float, int]:
+        """The end that was found [decades], and how many answers it took."""
+        axis = axis_of(self.fact, 1.0)
+        assert axis is not None
+        along = Along(self, axis, self(self.fact.value), 1)
+        found = along.ranged(along.stepped(1), 1)
+        assert found.until is not None
+        return math.log10(found.until.value / self.fact.value), len(self.known)
+
+
+def smooth(end: float, bend: float, lets_go: bool, blind: bool = False) -> Smooth:
+    made = Smooth(
+        vo.read(PROBLEMS / "isolation" / "rao_9_34.toml"), FactAt("bodies.press.mass", 300.0, "kg", "mass"), None
+    )
+    made.end, made.bend, made.lets_go, made.blind = end, bend, lets_go, blind
+    return made
+
+
+@settings(max_examples=50, deadline=None)
+@given(end=st.floats(0.02, 0.97), bend=st.floats(-0.6, 3.0), lets_go=st.booleans())
+def test_the_end_of_a_range_is_found_where_the_room_of_what_takes_over_ends(
+    end: float, bend: float, lets_go: bool
+) -> None:
+    at, answers = smooth(end, bend, lets_go).followed()
+    assert end - 2.1e-5 <= at <= end * (1.0 + 1e-12)
+    assert answers <= 24
+
+
+def test_following_what_is_left_takes_far_fewer_answers_than_halving() -> None:
+    cases = [
+        (end, bend, go) for end in (0.07, 0.21, 0.43, 0.77, 0.9) for bend in (-0.4, 0.7, 2.0) for go in (True, False)
+    ]
+    followed = sum(smooth(*case).followed()[1] for case in cases)
+    halved = sum(smooth(*case, blind=True).followed()[1] for case in cases)
+    assert followed < 0.65 * halved
 
 
 def test_the_first_to_argue_about_buys_most_of_all_limits() -> None:

@@ -174,8 +174,8 @@ def test_two_processes_write_the_same_bytes_as_one() -> None:
         ({START_UP: "5, 6 mm", MASS: "1..2 kg"}, {"sample": "sobol"},
          "--sample sobol draws from ranges, and limits.start_up.at_most is a list. Leave --sample out."),
         ({START_UP: "5..6 mm", MASS: "1..2 kg"}, {"points": 40_000},
-         "1600000000 points are 1600000000 answers, more than the 100000 that are answered unasked. Take fewer "
-         "--points, or add --yes."),
+         "1600000000 points are 1600000000 answers, some 2 h 40 min of work, more than the 100000 that are answered "
+         "unasked. Take fewer --points, or add --yes."),
         ({f"limits.{one}.at_most": "1..2 mm" for one in "abcd"}, {},
          "--vary is given 4 times. A sweep varies one, two or three facts: leave some out."),
         ({"limits.startup.at_most": "5..6 mm"}, {},

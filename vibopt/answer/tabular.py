@@ -16,6 +16,17 @@ _DIGITS, _ROUNDING = 4, 1e-9
 _LEFT = ' style="text-align:left"'
 
 
+def installed(package: str, method: str, instead: str) -> Any:
+    """A package that a method needs; VibOptError where it is not installed, with what to do instead."""
+    from importlib import import_module
+
+    try:
+        return import_module(package)
+    except ImportError:
+        words = f"{method} needs {package}, which is not installed. Install it, pip install {package}, {instead}"
+        raise VibOptError(words) from None
+
+
 class Tabular:
     """What has rows; those who are one say them in `table` and their first lines in `heading`."""
 
@@ -37,15 +48,7 @@ class Tabular:
         VibOptError
             pandas is not installed.
         """
-        from importlib import import_module
-
-        try:
-            pandas = import_module("pandas")
-        except ImportError:
-            raise VibOptError(
-                "to_pandas needs pandas, which is not installed. Install it, pip install pandas, or take .table(): the "
-                "same rows as a list."
-            ) from None
+        pandas = installed("pandas", "to_pandas", "or take .table(): the same rows as a list.")
         return pandas.DataFrame(self.table())
 
     def _repr_html_(self) -> str:

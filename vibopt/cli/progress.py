@@ -5,13 +5,12 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from math import ceil
 from threading import Lock, Timer
 from types import TracebackType
 from typing import TYPE_CHECKING
 
 from vibopt.cli.output import complain
-from vibopt.work import deaf
+from vibopt.work import deaf, spoken_time
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -52,14 +51,14 @@ class Bar:
         part, passed = self._state[1], self._clock() - self._stage
         if part < _LEAST:
             return ""
-        return f"at most {_spoken(passed * (1.0 - part) / part)} more"
+        return f"at most {spoken_time(passed * (1.0 - part) / part)} more"
 
     @property
     def line(self) -> str:
         """Stage, part, time so far and time left in a line."""
         doing, part = self._state
         done = f"{100.0 * part:.0f} % of it" if part >= _LEAST else ""
-        said = (doing, done, f"{_spoken(self._clock() - self._begun)} so far", self.left)
+        said = (doing, done, f"{spoken_time(self._clock() - self._begun)} so far", self.left)
         return f"vibopt: {', '.join(one for one in said if one)}"
 
     def __enter__(self) -> Bar:
@@ -107,14 +106,6 @@ class Bar:
             self._task = self._shown.add_task(self._state[0], total=1.0, left=self.left)
             self._shown.update(self._task, completed=self._state[1])
             self._shown.start()
-
-
-def _spoken(seconds: float) -> str:
-    """A time in the two units that matter: "50 s", "3 min", "2 h 10 min"."""
-    if seconds < 99.5:
-        return f"{max(seconds, 1.0):.0f} s"
-    minutes = ceil(seconds / 60.0)
-    return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60} min"
 
 
 def _is_terminal() -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,10 +27,10 @@ from vibopt.cli.options import (
     workers,
 )
 from vibopt.cli.output import colour, note_kept, say, say_json, width
-from vibopt.cli.sweep_table import GrowingTable, csv_text
+from vibopt.cli.sweep_table import GrowingTable, Journal, csv_text
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.files.writing import checked_target, format_of, write_file
+from vibopt.files.writing import checked_target, format_of, is_stream, write_file
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
@@ -65,6 +66,7 @@ _TURNED = (".mass", ".unbalance")
     "--sample", type=click.Choice(["sobol", "latin"]), help="Draw points evenly from the ranges in place of a grid."
 )
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB), as they come.")
+@click.option("--resume", is_flag=True, help="Go on with a sweep that was stopped, with the points beside its --csv.")
 @click.option("--figure", metavar="FILE", help="Draw the points of one or two facts (.svg, .png, .pdf).")
 @click.option("--yes", is_flag=True, help="Answer more than 100000 points.")
 @workers
@@ -81,6 +83,7 @@ def sweep(
     points: int | None,
     sample: Any,
     csv_file: str | None,
+    resume: bool,
     figure: str | None,
     yes: bool,
     workers: int,
@@ -93,13 +96,20 @@ def sweep(
     """Vary one, two or three facts, and answer at every point.
 
     Where designs begin or end, and where other limits become active, is found between the points.  A sweep that
-    is stopped keeps its points in the --csv file.  Exit code 5 unless every point has a proven or checked answer.
+    is stopped, or killed, keeps its points in the --csv file, and goes on with --resume.  Exit code 5 unless every
+    point has a proven or checked answer.
     """
+    from vibopt.jobs import is_scene
+    from vibopt.study.seen import goal_word
+
     ranges = ranges_of(vary)
     for path in ranges:
         if path in changes_of(changes):
             raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
-    job = read_job(file, with_scenario(file, scenario, changes))
+    if resume and csv_file is None:
+        raise InputError("--resume goes on with the points beside a --csv FILE. Name it.")
+    changes = with_scenario(file, scenario, changes)
+    job = read_job(file, changes)
     table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
     if table is not None and picture is not None and table.resolve() == picture.resolve():
@@ -109,9 +119,15 @@ def sweep(
         raise InputError(f"--figure: {why}. Leave it out, and write the points with --csv FILE.")
     how = {"keep_design": keep_design, "sample": sample or "", "workers": workers}
     edges = as_json or picture is not None or len(ranges) == 1
-    result = _run(job, ranges, points, table, edges=edges, most=_MOST_OF_ALL if yes else None, **how)
+    journal = None if table is None or is_stream(table) else _journal(file, job, changes, table, (ranges, points, how))
+    known = journal.take_up() if journal is not None and resume else []
+    goal = "" if keep_design and is_scene(job) else goal_word(job)
+    growing = GrowingTable(table, job, goal, journal, known) if table is not None else None
+    result = _run(job, ranges, points, growing, edges=edges, most=_MOST_OF_ALL if yes else None, known=known, **how)
     if table is not None:
         write_file(table, csv_text(result).encode())
+    if journal is not None:
+        journal.end()
     if picture is not None:
         write_file(picture, _drawn(result, format_of(picture, FORMATS)))
     written = [str(one) for one in (table, picture) if one is not None]
@@ -140,11 +156,28 @@ def _drawn(result: Sweep, form: str) -> bytes:
     return saved(figure, form)
 
 
+def _journal(
+    file: str,
+    job: Job,
+    changes: Sequence[str],
+    table: Path,
+    asked: tuple[Mapping[str, str], int | None, Mapping[str, Any]],
+) -> Journal:
+    """Where the points are kept; the number of processes makes no difference to them."""
+    from vibopt.cli.answer_cache import Asked
+
+    ranges, points, how = asked
+    told = [dict(ranges), points, how["sample"], how["keep_design"]]
+    journal = Journal(table, Asked(file, job, tuple(changes)).key(f"sweep {json.dumps(told)}"))
+    journal.check()
+    return journal
+
+
 def _run(
     job: Job,
     ranges: Mapping[str, str],
     points: int | None,
-    table: Path | None,
+    growing: GrowingTable | None,
     *,
     edges: bool,
     most: int | None,
@@ -152,14 +185,10 @@ def _run(
 ) -> Sweep:
     """The sweep, with every point in the table as soon as it is known."""
     from vibopt.cli.progress import Bar
-    from vibopt.jobs import is_scene
-    from vibopt.study.seen import goal_word
     from vibopt.study.sweep import MOST_POINTS
     from vibopt.study.sweep import sweep as run
     from vibopt.study.varied import how_many
 
-    goal = "" if how["keep_design"] and is_scene(job) else goal_word(job)
-    growing = GrowingTable(table, job, goal) if table is not None else None
     answered = growing.add if growing is not None else None
     try:
         with Bar() as bar:
@@ -171,7 +200,8 @@ def _run(
     except KeyboardInterrupt:
         if growing is not None and growing.points:
             count = how_many(ranges, points, how["sample"])
-            note_kept(f"{shown_name(growing.target)} holds {len(growing.points)} of {count} points.")
+            kept = f"{shown_name(growing.target)} holds {len(growing.points)} of {count} points"
+            note_kept(f"{kept}." if growing.journal is None else f"{kept}; the same command with --resume goes on.")
         elif growing is None:
             note_kept("No point was kept: with --csv FILE each is written as it comes.")
         raise

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,6 +55,11 @@ class State:
         analysis the limit with the least margin and those that are broken.
     worst
         Value of each limit [SI], where it was answered alone.
+    room
+        How far what could hold it back is from doing so, by the same names: margins of limits, and what is left to
+        ends of ranges, as parts; where it was answered alone.
+    x
+        The design.
     """
 
     value: float
@@ -61,6 +67,8 @@ class State:
     measure: Entry | None
     held: frozenset[str]
     worst: Mapping[str, float] = field(default_factory=dict)
+    room: Mapping[str, float] = field(default_factory=dict)
+    x: tuple[float, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -96,14 +104,19 @@ def state_of(job: Job, found: Answer[Any], value: float) -> State:
     if goal is None or found.status not in ("optimal", "feasible"):
         return State(value, found.status, None, frozenset())
     worst = {name: one.value.value for name, one in found.limits.items()}
+    room = {name: one.margin for name, one in found.limits.items()}
     if not is_scene(job):
-        return State(value, found.status, goal, frozenset(_balancing_held(job, found)), worst)
+        return State(value, found.status, goal, frozenset(_balancing_held(job, found)), worst, room)
     held = {name for name, one in found.limits.items() if one.active}
     held |= {f"{path} at {_end(one.at_bound)}" for path, one in found.variables.items() if one.at_bound}
     listed = {one.path for one in found.scene.variables if one.values is not None}
     held |= {f"{path} = {one.value.shown}" for path, one in found.variables.items() if path in listed}
     held |= {f"{path} = {one.value}" for path, one in found.places.items()}
-    return State(value, found.status, goal, frozenset(held), worst)
+    for one, x in zip(found.scene.variables, found.x, strict=False):
+        if x > 0.0:
+            room[f"{one.path} at {_PLACES['low']}"] = math.log(x / one.low) if one.low > 0.0 else math.inf
+            room[f"{one.path} at {_PLACES['high']}"] = math.log(one.high / x)
+    return State(value, found.status, goal, frozenset(held), worst, room, tuple(found.x))
 
 
 def _end(which: str) -> str:
@@ -138,7 +151,7 @@ class Road:
     """Answers along one number of a job, kept; many together where all can be.
 
     near
-        The design of the job as it is, where others begin.
+        The design of the job as it is, where others begin that have no neighbour yet.
     may
         Whether another answer may be asked for.
     work
@@ -151,18 +164,19 @@ class Road:
     may: Callable[[], bool] = lambda: True
     known: dict[float, State] = field(default_factory=dict)
     work: float = 0.0
-    alone: bool = False
 
     @property
     def has_goal(self) -> bool:
         """Whether something is made best."""
         return (self.job.goal is not None) if is_scene(self.job) else bool(self.job.aim)
 
-    @property
+    @cached_property
     def together(self) -> bool:
-        """Whether answers may be found in one batch."""
+        """Whether answers are found in one batch: two of them are tried."""
         job = self.job
-        return not self.alone and is_scene(job) and not (uncertain(job) or open_positions(job) or self.fact.place)
+        if not is_scene(job) or uncertain(job) or open_positions(job) or self.fact.place:
+            return False
+        return columns(job, [self.fact], self.fact.value * np.array([[0.999], [1.001]])) is not None
 
     def __call__(self, value: float) -> State:
         """The answer at a value [SI]."""
@@ -178,7 +192,9 @@ class Road:
         except InputError:
             return State(value, "refused", None, frozenset())
         if is_scene(here):
-            near = self.near if self.near and len(self.near) == len(here.variables) else None
+            begun = [one for one in self.known.values() if len(one.x) == len(here.variables) > 0]
+            near = min(begun, key=lambda one: abs(one.value - value)).x if begun else self.near
+            near = near if near and len(near) == len(here.variables) else None
             found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
         else:
             found = answer(here, explain=False, brief=True)
@@ -188,22 +204,21 @@ class Road:
     def at(self, values: Sequence[float]) -> list[State | None]:
         """The answers at several values, in any order; None where a batch has proven nothing."""
         missing = sorted({one for one in values if one not in self.known})
-        if len(missing) >= FEWEST_TOGETHER and self.together:
-            self._batch(missing)
-            if self.together:
-                return [self.known.get(one) for one in values]
+        if len(missing) >= FEWEST_TOGETHER and self.together and self._batch(missing):
+            return [self.known.get(one) for one in values]
         return [self(one) for one in values]
 
-    def _batch(self, values: list[float]) -> None:
+    def _batch(self, values: list[float]) -> bool:
+        """Whether a batch answered them."""
         assert is_scene(self.job)
         self.work += LEAST_WORK + 0.05 * len(values)
         found = columns(self.job, [self.fact], np.array(values)[:, None])
         if found is None:
-            self.alone = True
-            return
+            return False
         for index, status in enumerate(found.status):
             if status in ("optimal", "infeasible"):
                 self.known[values[index]] = self._state(found, index, values[index])
+        return True
 
     def _state(self, found: Columns, index: int, value: float) -> State:
         scene: Any = self.job

@@ -28,6 +28,7 @@ from vibopt.values.fact_at import FactAt
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
+    from vibopt.study.varied import Varied
 
 Answered = Callable[[Sequence[FactAt], Point], None]
 FEWEST_TOGETHER = 12
@@ -35,6 +36,8 @@ FEWEST_TOGETHER = 12
 BATCH = 4
 """Points that a process answers before it ends, whatever their number and that of the processes."""
 _SAME = 1e-9
+_OF_BATCH, _LEAST = 0.006, 5.0
+"""Work of an answer in a batch, and at least of one alone [nominal ms]."""
 PROVEN = 2e-7
 """Part of the goal by which two plans of a measured rotor may differ, both proven."""
 
@@ -124,6 +127,14 @@ def one_point(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Point:
     """The answer at one place, by itself."""
     here = changed_at(job, facts, values)
     return point_of(facts, values, here, answer(here, explain=False, brief=True))
+
+
+def work_of_one(job: Job, varied: Sequence[Varied]) -> float:
+    """Work of one of many answers [nominal ms]: a share of a batch where two of them are found in one."""
+    ends = np.array([[getattr(one, end) for one in varied] for end in ("low", "high")])
+    if _batch(job, tuple(one.fact for one in varied), ends, lambda part: None) is not None:
+        return _OF_BATCH
+    return max(answer(job, explain=False, brief=True).work, _LEAST)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ _ALONE = (0.12, 0.3, 0.6, 1.0)
 _MANY = 48
 _CLOSE, _CLOSER = 2e-5, 2e-7
 """Decades to which the end of a range is known: one by one, and many together."""
+_GUESSES = 24
 _BESIDE = 1e-6
 """Decades on either side of a guess at which it is confirmed."""
 _SAME = 1e-7
@@ -195,7 +196,7 @@ class Along:
             if bad is None:
                 return good, good, None
             guessed = self._guessed(before, good, bad, direction)
-            inner, outer = guessed or self._halved(good, bad, direction, before.like)
+            inner, outer = guessed or self._followed(before, good, bad, direction)
             if again and inner is self.here and not self.axis.counted and outer.good:  # held otherwise from now on
                 before = outer
                 continue
@@ -240,7 +241,8 @@ class Along:
     def _guessed(self, like: State, good: State, bad: State, direction: int) -> tuple[State, State] | None:
         """Both sides of the value at which the limit itself begins, or ends, to matter, if it is between the two."""
         one = like if self.key not in like.held else bad
-        value = self.guess(one) if self.key and not self.axis.counted else None
+        changes = (self.key in like.held) != (self.key in bad.held)
+        value = self.guess(one) if self.key and changes and not self.axis.counted else None
         if value is None or not one.good:
             return None
         t = self.axis.at(value)
@@ -248,6 +250,50 @@ class Along:
             return None
         inner, outer = (self.road(self.axis.value(t + direction * side * _BESIDE)) for side in (-1, 1))
         return (inner, outer) if inner.like(like) and not outer.like(like) else None
+
+    def _followed(self, like: State, good: State, bad: State, direction: int) -> tuple[State, State]:
+        """The end of what holds it back, from where the room of what takes over, or lets go, comes to nothing.
+
+        That room is followed from the side on which there is some; where it tells nothing, answers are halved.
+        """
+        last, told = math.nan, 0.0
+        for _ in range(0 if self.road.together or self.axis.counted else _GUESSES):
+            low, high = abs(self._t(good)), abs(self._t(bad))
+            if high - low <= _CLOSE:
+                return good, bad
+            t, nearest = self._vanishes(like, good, bad)
+            wide, missed = high - low, abs(t - last) if nearest != told else math.nan
+            last, told = t, nearest
+            if not low - 0.2 * wide < t < high + 0.2 * wide:
+                places = [0.5 * (low + high)]
+            elif missed <= 0.1 * _CLOSE:
+                places = [t - _BESIDE, t + _BESIDE]
+            else:  # from a little before what was tried, the next is nearer
+                off = min(max(0.3 * missed, 0.4 * _CLOSE), 0.3 * wide) if missed >= 0.0 else 0.1 * wide
+                near = 0.1 * _CLOSE
+                places = [t if low + near < t < high - near else min(max(t, low + off), high - off)]
+            for one in places:
+                if low < one < high:
+                    state = self.road(self.axis.value(direction * one))
+                    good, bad = (state, bad) if state.like(like) else (good, state)
+        return self._halved(good, bad, direction, like.like)
+
+    def _vanishes(self, like: State, good: State, bad: State) -> tuple[float, float]:
+        """Where near two answers the room of what tells them apart is nothing, as three others tell; else nan.
+
+        Beside it the place of the nearest of the three.
+        """
+        way = math.copysign(1.0, self._t(bad))
+        low, high = way * self._t(good), way * self._t(bad)
+        known = [(way * self._t(one), one) for one in self.road.known.values()]
+        for names, side, end in ((bad.held - like.held, like, low), (like.held - bad.held, bad, high)):
+            states = [one for one in known if one[1].like(side) and (0.0 <= one[0] <= low or one[0] >= high)]
+            states.sort(key=lambda one: abs(one[0] - end))
+            for name in sorted(names):
+                room = [(t, one.room[name]) for t, one in states if one.room.get(name, 0.0) > 0.0][:3]
+                if len(room) >= 2 and room[0][1] != room[1][1]:
+                    return _at_nothing(room, end), room[0][0]
+        return math.nan, math.nan
 
     def _halved(self, good: State, bad: State, direction: int, holds: Callable[[State], bool]) -> tuple[State, State]:
         """The last value at which something holds and the first at which it does not, as near as they are known."""
@@ -273,6 +319,23 @@ class Along:
             middle = self.road(float(round(0.5 * (good.value + bad.value))))
             good, bad = (middle, bad) if holds(middle) else (good, middle)
         return good, bad
+
+
+def _at_nothing(points: list[tuple[float, float]], end: float) -> float:
+    """Where values (t, room) come to zero next to an end, by the parabola through three of them, or a straight line."""
+    (a, first), (b, second), *more = points
+    slope = (second - first) / (b - a)
+    line = a - first / slope if slope else math.nan
+    if not more:
+        return line
+    bend = ((more[0][1] - second) / (more[0][0] - b) - slope) / (more[0][0] - a)
+    inner = slope + bend * (a - b)  # slope of the parabola at a
+    square = inner * inner - 4.0 * bend * first
+    if not square >= 0.0 or not bend:
+        return line
+    large = -0.5 * (inner + math.copysign(math.sqrt(square), inner))
+    roots = [a + large / bend, *([a + first / large] if large else [])]
+    return min(roots, key=lambda one: abs(one - end))
 
 
 def complement_of(scene: object, path: str) -> bool:

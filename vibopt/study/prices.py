@@ -35,7 +35,7 @@ ALLOWANCE = 20_000.0
 """Work that a table of prices may take [nominal ms] where not all is asked for."""
 OF_LIMITS = 2_000.0
 """The same for the limits alone, beside an answer."""
-_A_RANGE = 50
+_A_RANGE = 30
 """Answers that both ranges of a number take, one by one."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
 """What was measured of a rotor: data, and nothing to argue about."""
@@ -368,7 +368,7 @@ def _left(rows: list[Ranked]) -> Iterator[str]:
     if steps:
         yield f"No price was computed for {', '.join(steps)}: each takes answers of its own. {way}"
     if ranges:
-        yield f"How far the prices of {', '.join(ranges)} go on was not looked for: some fifty answers each. {way}"
+        yield f"How far the prices of {', '.join(ranges)} go on was not looked for: some thirty answers each. {way}"
 
 
 def _data(job: Job, read: int) -> str:

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.tabular import Tabular
+import numpy as np
+
+from vibopt.answer.tabular import Tabular, installed
 from vibopt.arrays import FloatArray
-from vibopt.errors import InputError
+from vibopt.errors import InputError, VibOptError
 from vibopt.jobs import answer, is_open, is_scene
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
@@ -18,6 +20,7 @@ from vibopt.study.points import Heads, Point, Points
 from vibopt.study.seen import goal_word, kept
 from vibopt.study.varied import Sample, Varied, how_many, is_variable, points_of, varied
 from vibopt.values.fact_at import FactAt
+from vibopt.work import spoken_time
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -96,6 +99,24 @@ class Sweep(Tabular):
             for point in points
         ]
 
+    def to_xarray(self) -> Any:
+        """The grid as an `xarray.Dataset`: a dimension for each fact [SI], a variable for each other column.
+
+        Raises
+        ------
+        VibOptError
+            xarray is not installed, or the points are a sample, which is no grid.
+        """
+        if not self.axes:
+            raise VibOptError("to_xarray is for a grid, and these points are a sample. Take .to_pandas() or .table().")
+        xarray = installed("xarray", "to_xarray", "or take .table(): the same rows as a list.")
+        rows, shape = self.table(), [len(one) for one in self.axes]
+        heads = list(rows[0])
+        names = heads[: len(self.axes)]
+        columns = {head: _column([row[head] for row in rows]).reshape(shape) for head in heads[len(names) :]}
+        coords = dict(zip(names, self.axes, strict=True))
+        return xarray.Dataset({head: (names, one) for head, one in columns.items()}, coords=coords)
+
     def to_json(self) -> dict[str, Any]:
         """Path or paths, goal, and all points."""
         where = {"path": self.path} if len(self.varied) == 1 else {"paths": self.paths}
@@ -114,6 +135,14 @@ class Sweep(Tabular):
         return not {"unproven", "check_failed"} & set(found)
 
 
+def _column(cells: list[Any]) -> Any:
+    """Numbers as such, nan where there is none; words as they are."""
+    words = any(isinstance(one, str) for one in cells)
+    return np.array(
+        ["" if one is None else str(one) for one in cells] if words else cells, dtype=None if words else float
+    )
+
+
 def sweep(
     job: Job,
     vary: str | Mapping[str, str],
@@ -126,6 +155,7 @@ def sweep(
     most: int = MOST_POINTS,
     progress: Progress | None = None,
     answered: many.Answered | None = None,
+    known: Sequence[Point] = (),
 ) -> Sweep:
     """Answer a job at values of one, two or three facts.
 
@@ -155,6 +185,8 @@ def sweep(
     answered
         Called with the facts, in the units of the ranges, and each point as soon as it is known, in any order; not
         where all are found together.
+    known
+        Points of the same sweep that were answered before; the others are answered.
 
     Raises
     ------
@@ -173,24 +205,28 @@ def sweep(
     base = kept(job, design) if keep_design and design is not None else job
     made, what = varied(base if held else job, ranges, design)
     base = made if base is job else base
-    _check_count(ranges, points, sample, most)
+    _check_count(base, what, (how_many(ranges, points, sample), points), most)
     where = points_of(what, points, sample)
     facts = tuple(one.fact for one in what)
-    found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered)
+    at = {tuple(map(float, one)): index for index, one in enumerate(where.values)} if known else {}
+    before = {at[here]: one for one in known if (here := tuple(each.value for each in one.varied.values())) in at}
+    found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered, known=before)
     job = made if held and not keep_design else job
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
 
 
-def _check_count(ranges: Mapping[str, str], points: int | None, sample: Sample, most: int) -> None:
-    if points is not None and points < 2:
-        raise InputError(f"--points {points} is not between 2 and {MOST_POINTS}.")
-    count = how_many(ranges, points, sample)
-    if count > most > MOST_POINTS:
-        raise InputError(f"{count} points are more than the {most} of one sweep. Take fewer --points.")
-    if count > most:
+def _check_count(job: Job, what: Sequence[Varied], count: tuple[int, int | None], most: int) -> None:
+    """Whether so many points, of so many values each, are answered unasked."""
+    points, each = count
+    if each is not None and each < 2:
+        raise InputError(f"--points {each} is not between 2 and {MOST_POINTS}.")
+    if points > most > MOST_POINTS:
+        raise InputError(f"{points} points are more than the {most} of one sweep. Take fewer --points.")
+    if points > most:
+        work = spoken_time(1e-3 * points * many.work_of_one(job, what))
         raise InputError(
-            f"{count} points are {count} answers, more than the {MOST_POINTS} that are answered unasked. Take fewer "
-            "--points, or add --yes."
+            f"{points} points are {points} answers, some {work} of work, more than the {MOST_POINTS} that are answered "
+            "unasked. Take fewer --points, or add --yes."
         )
 
 

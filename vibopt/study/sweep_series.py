@@ -24,6 +24,8 @@ from vibopt.units import best_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values.fact_at import FactAt
 
+_LEVEL = 1e-6
+"""Part of a number by which answers may differ that are drawn as one: as far as the coarsest proof goes."""
 WORDS = {
     "infeasible": "no design meets all limits",
     "unbounded": "the goal has no best value",
@@ -169,6 +171,8 @@ def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> 
     finite = si[np.isfinite(si)]
     shown = unit or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
     y = in_unit(si, shown, dimension)
+    if len(finite) and np.ptp(finite) <= _LEVEL * np.abs(finite).max():
+        y = np.where(np.isfinite(si), np.median(y[np.isfinite(si)]), nan)
     log = bool(
         shown != DECIBEL
         and dimension != "angle"
