@@ -220,13 +220,22 @@ class RotatingMachine(Machine):
 
         By the pieces; none above where their waves are short.
         """
-        mass, _, stiffness, _, polar = self.slow
-        n = len(mass)
-        moved = np.linalg.solve(stiffness, np.hstack([mass, spin * polar]))
-        state = np.block([[np.zeros((n, n)), np.eye(n)], [moved[:, :n], -moved[:, n:]]])
-        periods = np.linalg.eigvals(state).real
+        moved, turned = self._at_rest
+        n = len(moved)
+        periods = np.linalg.eigvalsh(np.block([[-spin * turned, moved], [moved.T, np.zeros((n, n))]]))
         found = 1.0 / periods[np.abs(periods) > _REAL * np.abs(periods).max()]
         return np.sort(found[np.abs(found) <= min(one.quick for one in self.shafts.values())])
+
+    @cached_property
+    def _at_rest(self) -> tuple[FloatArray, FloatArray]:
+        """Root of M and polar inertia over the root of K, each (n, n).
+
+        With v = w u, K u = w (M v - W P u) and M v = w M u are one symmetric problem of 1 / w, positive on its left.
+        """
+        mass, _, stiffness, _, polar = self.slow
+        root = np.linalg.inv(np.linalg.cholesky(stiffness))
+        sizes, ways = np.linalg.eigh(mass)
+        return root @ (ways * np.sqrt(np.maximum(sizes, 0.0))), root @ polar @ root.T
 
     def natural_frequencies(self) -> FloatArray:
         """Critical speeds of the whirl with the spin, which an unbalance drives [rad/s]."""
