@@ -81,7 +81,7 @@ class Budget:
     @property
     def over(self) -> bool:
         """Whether the search is to end here: all is spent, or the user's time limit is reached."""
-        return self.spent >= self.most or late(str(self))
+        return self.spent >= self.most or (is_limited() and late(str(self)))
 
     @property
     def part(self) -> float:

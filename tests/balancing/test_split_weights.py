@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -10,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, minimize
 
+from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.fan import Fan
-from vibopt.balancing.question import Question
+from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.split_weights import solve_split, takes
 
 
@@ -96,3 +98,17 @@ def test_no_random_split_beats_a_proven_answer(seed: int, goal: str) -> None:
             u[plane] = (parts * fan.holes).sum()
         assert question.value(u) >= solved.bound - 1e-9
         assert question.value(u) >= solved.value * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-5])
+@pytest.mark.parametrize("goal", ["rms", "worst", "sum", "huber"])
+def test_holes_all_around_under_a_limit_next_to_nothing_are_as_good_as_free_weights(goal: Goal, size: float) -> None:
+    question = asked(np.random.default_rng(5), 3, goal=goal)
+    fan = Fan.of((2.0 * np.pi * np.arange(12) / 12).tolist(), np.inf)
+    limits = np.where(np.arange(question.n_readings) == 1, size, np.inf)
+    split = replace(question, limits=limits, caps=np.full(3, 50.0), fans=(fan,) * 3)
+    found, free = solve_split(split), solve_continuous(replace(split, fans=()))
+    assert (found.status, free.status) == ("optimal", "optimal")
+    assert found.value == pytest.approx(free.value, rel=1e-6)
+    assert found.u is not None
+    assert abs(question.residual(found.u)[1]) <= size * (1.0 + 1e-6) + 1e-9

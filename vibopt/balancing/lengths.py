@@ -20,6 +20,7 @@ from vibopt.records import dataclass
 from vibopt.work import worked
 
 PROVEN = 1e-7
+_TIGHT = 0.01
 REACH = 1e3
 """Choices without a cap are searched up to this many times the size that matters; the claim says so."""
 
@@ -93,7 +94,10 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
     else:
         cones.least(goal.by, goal.slope * scale / size, goal.constant / size, goal.huber / size)
     for one in limits:
-        own = one.limit or size
+        reached = float((np.abs(one.constant) + np.abs(one.slope) @ scale).max()) or size
+        own = (
+            one.limit if one.limit > _TIGHT * reached else reached
+        )  # limits far below are met in the size of their rows
         if one.by == "worst":
             cones.moduli(one.slope * scale / own, one.constant / own, one.limit / own)
             continue
