@@ -209,6 +209,46 @@ def test_jeffcott() -> None:
     assert found["sag"] == pytest.approx(20.0 * 9.80665 / stiffness, rel=1e-7)
 
 
+@pytest.mark.parametrize("speed", ["900 rpm", "100..2500 rpm"])
+def test_a_light_stepped_shaft_bends_most_where_force_times_arm_says(speed: str) -> None:
+    """32 F a / pi d^3 at the step of the thinner shaft, of the force on the bearing near it."""
+    sections = [{"length": "0.4 m", "diameter": "40 mm"}, {"length": "0.6 m", "diameter": "50 mm"}]
+    document = light(sections=sections, density="1e-6 kg/m3")
+    document["links"] = held(3e7, 3e3)
+    document["excitations"]["imbalance"]["speed"] = speed
+    force = {"response": "transmitted_force", "through": "left_bearing"}
+    found = asked(document, force=force, stress={"response": "bending_stress", "of": "rotor"})
+    assert found["stress"] == pytest.approx(found["force"] * 0.4 * 32.0 / (math.pi * 0.04**3), rel=1e-7)
+
+
+def test_the_stress_of_a_heavy_shaft_is_agreed() -> None:
+    """Bending by the inertia of all parts, discs that tilt among them, as polynomials and waves hand it on."""
+    document = {**friswell(), "links": held(2e6, 3e3)}
+    document["excitations"]["imbalance"]["speed"] = "300..1500 rpm"
+    both = {name: {"response": "bending_stress", "of": "rotor", **more} for name, more in
+            (("all", {}), ("slow", {"at": "500 rpm"}))}  # fmt: skip
+    found = asked(document, **both)
+    assert found["all"] > found["slow"] > 0.0
+
+
+@pytest.mark.slow
+def test_the_stress_of_a_heavy_shaft_bounds_its_diameter() -> None:
+    document = friswell(sections=[{"length": "1.5 m", "diameter": {"from": "40 mm", "to": "60 mm"}}])
+    document["links"] = held(2e7, 2e4)
+    document["excitations"]["imbalance"]["speed"] = "800 rpm"
+    document["limits"] = {"stress": {"response": "bending_stress", "of": "rotor", "at_most": "10 MPa"}}
+    document["goal"] = {"find_all": "rotors.rotor.sections.1.diameter"}
+    del document["measures"]
+    design = solve(from_dict(document))
+    assert design.status == "met"
+    for _, end in ((one.value, other.value) for one, other in design.found):
+        if end < 0.06:
+            there = {**friswell(sections=[{"length": "1.5 m", "diameter": f"{end!r} m"}]), "links": held(2e7, 2e4)}
+            there["excitations"] = document["excitations"]
+            stress = asked(there, s={"response": "bending_stress", "of": "rotor"})["s"]
+            assert stress == pytest.approx(10e6, rel=1e-8)
+
+
 @pytest.mark.parametrize("whirl", ["forward", "backward"])
 def test_an_overhung_disc_tilts_by_the_closed_form(whirl: str) -> None:
     """A disc at the end of a cantilever: (12 E I / L^3 - m w^2)(4 E I / L -+ ...) = (6 E I / L^2)^2."""

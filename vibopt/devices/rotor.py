@@ -15,7 +15,7 @@ from vibopt.errors import QuantityError, counted
 from vibopt.mechanics import shaft_waves as waves
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.model import INERTIA, STIFFNESS
+from vibopt.mechanics.model import INERTIA, STIFFNESS, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.shaft_polynomials import Beam, Span, shapes, shares
 from vibopt.units import read_quantity
@@ -302,6 +302,10 @@ class RotorTable(Device):
         phases = sum(one.phase(1.0) for one in spans)
         return ((modes + len(self.stations) - 0.5) * math.pi / phases) ** 2 if modes else 0.0
 
+    def bent(self, name: str) -> tuple[str, ...]:
+        """Both ends of every span, where bending is asked for: what a rotor called so stands for."""
+        return tuple(one for k in range(len(self.spans)) for one in ends_of_span(name, k))
+
     def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
         """Energies of the shaft by its sections, and of the discs; polar inertia counts in forward whirl alone."""
         beam = self.beam(builder.top, builder.modes)
@@ -311,6 +315,9 @@ class RotorTable(Device):
             area = (wide**2.0).times(0.25 * math.pi * (1.0 - bore(section) ** 2))
             second = (wide**4.0).times(math.pi * (1.0 - bore(section) ** 4) / 64.0)
             self._add_span(builder, name, beam, k, (area, second, self.sheared(section)))
+            stress = (wide**-3.0).times(32.0 / (math.pi * (1.0 - bore(section) ** 4)))
+            for single in ends_of_span(name, k):
+                builder.counts[stressed(single)] = stress**-1.0
         for j, disc in enumerate(self.discs):
             masses, diametral, polar = disc.inertias(f"rotors.{name}.discs.{j + 1}", symbols)
             tilt = {coordinate(name, 2 * self.node(disc.at.value) + 1): 1.0}
@@ -340,7 +347,7 @@ class RotorTable(Device):
     ) -> None:
         """Energies between two nodes; of the deflection its mean has the weight."""
         area, second, shear = section
-        places = [coordinate(name, i) for i in beam.coordinates(k)]
+        places, owner = [coordinate(name, i) for i in beam.coordinates(k)], f"{name}@{k + 1}"
         rows, long = shapes(beam.degrees[k], beam.lengths[k]), beam.lengths[k]
         mass, rotary = area.times(self.density.value), second.times(self.density.value)
         kinds = (
@@ -353,9 +360,10 @@ class RotorTable(Device):
             for i, (row, share) in enumerate(zip(table, shares(len(table), long), strict=True)):
                 parts = dict(zip(places, row.tolist(), strict=True))
                 static = 1.0 if kind == STIFFNESS or (weighs and i == 0) else 0.0
-                builder.add_term(kind, parts, size.times(float(share)), name, static)
+                tilts = float(row[1]), float(row[3])
+                builder.add_term(kind, parts, size.times(float(share)), owner, static, tilts)
                 if kind == INERTIA and not weighs:
-                    builder.add_polar(parts, size.times(2.0 * float(share)), name)
+                    builder.add_polar(parts, size.times(2.0 * float(share)), owner, tilts)
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """The same shaft by its waves, of radii."""
@@ -369,7 +377,8 @@ class RotorTable(Device):
             area = math.pi * (outer - inner) * (outer + inner)
             second = 0.25 * area * (outer**2 + inner**2)
             bends, shears = self.modulus.value * second, self.sheared(section) * area
-            pieces.append(waves.Section(long, bends, shears, self.density.value * area, self.density.value * second))
+            heavy = self.density.value
+            pieces.append(waves.Section(long, bends, shears, heavy * area, heavy * second, outer / second))
         discs = [
             waves.Disc(self.node(disc.at.value), *disc.built(f"rotors.{name}.discs.{j + 1}", numbers))
             for j, disc in enumerate(self.discs)
@@ -378,6 +387,11 @@ class RotorTable(Device):
         phases = sum(one.length * (one.mass / one.bending) ** 0.25 for one in pieces)
         reach = ((assembly.modes + len(points)) * math.pi / phases) ** 2 if assembly.modes else 0.0
         assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, max(assembly.top, reach))
+
+
+def ends_of_span(rotor: str, k: int) -> tuple[str, str]:
+    """Names of the left and the right end of a span, that no link of a file can have."""
+    return f"{rotor}@{k + 1}.left", f"{rotor}@{k + 1}.right"
 
 
 def coordinate(rotor: str, index: int) -> str:

@@ -197,16 +197,22 @@ class ModelBuilder:
     def add_hysteretic(self, link: str, stiffness: Monomial) -> None:
         self._add(HYSTERETIC, self.links[link], stiffness, link, across=True)
 
-    def add_term(self, kind: int, row: Mapping[str, float], value: Monomial, owner: str, static: float = 1.0) -> None:
+    def add_term(
+        self, kind: int, row: Mapping[str, float], value: Monomial, owner: str, static: float = 1.0,
+        tilts: tuple[float, float] = (0.0, 0.0),
+    ) -> None:  # fmt: skip
         """A term over the coordinates themselves, by name; `static` times it is what acts under weights alone."""
         vector = np.array([row.get(name, 0.0) for name in self.coords])
-        self._add(kind, vector, value, owner, static)
+        exponents, weighs = value.row(self.n_vars), value.scale * static
+        self.terms.append(Term(kind, vector, value.scale, exponents, owner, weighs, tilts=tilts))
 
-    def add_polar(self, row: Mapping[str, float], moment: Monomial, owner: str) -> None:
+    def add_polar(
+        self, row: Mapping[str, float], moment: Monomial, owner: str, tilts: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
         """Polar moment of inertia of what spins, over the coordinates that tilt it: it counts against the other one."""
         vector = np.array([row.get(name, 0.0) for name in self.coords])
         self.terms.append(
-            Term(INERTIA, vector, -moment.scale, moment.row(self.n_vars), owner, 0.0, across=False, polar=True)
+            Term(INERTIA, vector, -moment.scale, moment.row(self.n_vars), owner, 0.0, polar=True, tilts=tilts)
         )
 
     def _add(

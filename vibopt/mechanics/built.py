@@ -113,12 +113,15 @@ class Motion:
         Frequency [rad/s].
     stretches
         Second end less first per joint [m], where it is known better than from the points.
+    inner
+        Motion of coordinates that are no points (n, n_coords), flat over `omega`, where a machine keeps it.
     """
 
     points: dict[str, ComplexArray]
     forces: dict[str, ComplexArray]
     omega: FloatArray
     stretches: Mapping[str, ComplexArray] = field(default_factory=dict)
+    inner: ComplexArray | None = None
 
 
 @dataclass(frozen=True, slots=True)

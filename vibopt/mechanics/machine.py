@@ -349,6 +349,10 @@ class Machine:
         """Mass of shafts and of what sits on them [kg]."""
         return 0.0
 
+    def stress_at(self, end: str, motion: Motion) -> ComplexArray:
+        """Greatest of bending at one end of a span of a rotor [Pa]; there is none."""
+        raise KeyError(end)
+
     def critical_speeds(self, sense: float = 1.0) -> FloatArray:
         """Speeds at which a whirl with the spin, or against it (`sense` -1), is free, ascending [rad/s]."""
         return self.natural_frequencies()

@@ -38,6 +38,8 @@ class Term:
         Of its owner's ends, first and second, how far each moves it, held ones too; what is between them has (-1, 1).
     polar
         Whether it is an INERTIA less than nothing, the polar one of what spins, in a whirl forward with the spin.
+    tilts
+        Of a span of a shaft, how far tilting its left and its right end moves it.
     """
 
     kind: int
@@ -49,6 +51,7 @@ class Term:
     across: bool = False
     shares: tuple[float, float] = (0.0, 0.0)
     polar: bool = False
+    tilts: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,19 @@ class RotatingMachine(Machine):
         points = {name: found[:, i].reshape(np.shape(omega)) for name, i in at.items()}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(np.shape(omega), dtype=complex))
-        return Motion(points, forces, omega)
+        return Motion(points, forces, omega, inner=found)
+
+    def stress_at(self, end: str, motion: Motion) -> ComplexArray:
+        """Greatest of bending at one end of a span, NAME@1.left for instance, in a steady motion [Pa]."""
+        assert motion.inner is not None
+        flat, (rotor, _, span) = np.ravel(motion.omega), end.partition("@")
+        top, (number, _, side) = float(np.abs(flat).max(initial=0.0)), span.partition(".")
+        shafts, right = self._cut(top).shafts, int(side == "right")
+        k = self.shafts[rotor].cuts(top)[int(number) - 1 + right] - right
+        before = list(shafts).index(rotor)
+        begin = len(self.masses) + sum(one.size for one in list(shafts.values())[:before]) + 2 * k
+        moment = shafts[rotor].moment(k, right, flat**2, motion.inner[:, begin : begin + 4])
+        return np.asarray(moment * shafts[rotor].sections[k].stress).reshape(np.shape(motion.omega))
 
     @cached_property
     def _exact_places(self) -> dict[str, int]:

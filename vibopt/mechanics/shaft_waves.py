@@ -27,19 +27,25 @@ _PIECES, _FEWEST, _LONG, _SHORT = 16, 3, 10.0, 1.3
 
 Phase along a piece where matrices are said to be good up to a frequency [rad].
 """
+_ROUNDED = 1e-7
+"""Part of what adds up to a moment below which it is rounding, as at a free end."""
 _WHOLE = 3.5
 """Phase along a section up to which it is followed in one stretch [rad]: held at both ends it does not vibrate yet."""
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A round piece of shaft: length [m], E I [N m^2], kappa G A [N], rho A [kg/m], rho I [kg m]."""
+    """A round piece of shaft: length [m], E I [N m^2], kappa G A [N], rho A [kg/m], rho I [kg m].
+
+    `stress` is the greatest over the moment that bends it [1/m^3].
+    """
 
     length: float
     bending: float
     shear: float
     mass: float
     rotary: float
+    stress: float = 0.0
 
     def quick(self, pieces: int) -> float:
         """Frequency up to which the waves along one of some pieces of it are long [rad/s]."""
@@ -95,15 +101,19 @@ class WhirlingShaft:
         """Frequency up to which the whole is slow [rad/s]."""
         return min(one.quick(self.pieces) for one in self.sections)
 
+    def cuts(self, omega: float) -> list[int]:
+        """Number of each node where sections are cut so short."""
+        return [0, *np.cumsum([one.stretches(omega, _WHOLE) for one in self.sections]).tolist()]
+
     def cut(self, omega: float) -> WhirlingShaft:
         """The same with its sections cut to stretches short enough for a frequency [rad/s].
 
         Along a long one waves grow beyond all digits, and a section held at its ends vibrates by itself.
         """
-        counts = [one.stretches(omega, _WHOLE) for one in self.sections]
+        node = self.cuts(omega)
+        counts = np.diff(node).tolist()
         if max(counts) == 1:
             return self
-        node = np.cumsum([0, *counts]).tolist()
         shorter = [replace(one, length=one.length / n) for one, n in zip(self.sections, counts, strict=True)]
         return replace(
             self,
@@ -129,6 +139,15 @@ class WhirlingShaft:
             found[:, 2 * disc.node, 2 * disc.node] -= square * disc.mass
             found[:, 2 * disc.node + 1, 2 * disc.node + 1] -= square * disc.diametral - turned * disc.polar
         return found
+
+    def moment(self, k: int, end: int, square: ComplexArray | FloatArray, ends: ComplexArray) -> ComplexArray:
+        """Moment on the left (0) or right (1) end of section k of a whirl with the shaft [N m], (n,).
+
+        From deflection and tilt at both its ends (n, 4), at frequencies squared (n,) [1/s^2]; what is rounding is zero.
+        """
+        parts = _stiffness((self.sections[k],), square, -square)[0, :, 1 + 2 * end] * ends
+        whole = parts.sum(axis=-1)
+        return np.asarray(np.where(np.abs(whole) > _ROUNDED * np.abs(parts).sum(axis=-1), whole, 0.0))
 
     @cached_property
     def slow(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -125,6 +125,7 @@ class Response(Table):
     noise_twin: ClassVar[str] = ""
     transient_twin: ClassVar[str] = ""
     in_space: ClassVar[str] = ""
+    of_rotor: ClassVar[bool] = False
     of_link: ClassVar[bool] = False
     of_mount: ClassVar[str] = ""
     other_bound: ClassVar[str] = ""

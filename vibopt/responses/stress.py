@@ -32,9 +32,10 @@ class _OfBeam(Response):
     dimension: ClassVar[str] = "stress"
     moves: ClassVar[str] = "line"
     of_link: ClassVar[bool] = True
+    asks: ClassVar[str] = "link"
 
     def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "link")}
+        return {"of": (self.of, self.asks)}
 
 
 class BendingStress(_OfBeam, HarmonicResponse):
@@ -42,8 +43,11 @@ class BendingStress(_OfBeam, HarmonicResponse):
 
     Dynamic part only, without that of the weight, at the outermost fibre where a force at its load bends it most; with
     the forces of its own mass, where it has one.  Of a shaft that whirls alike in both planes it goes round with it.
+    Of a rotor it is the greatest at its stations, discs and ends of sections, on either side of each.
     """
 
+    asks: ClassVar[str] = "link or rotor"
+    of_rotor: ClassVar[bool] = True
     amplitude: ClassVar[bool] = True
     against_friction: ClassVar[str] = ""
     twin: ClassVar[str] = "shear_stress"
@@ -55,6 +59,10 @@ class BendingStress(_OfBeam, HarmonicResponse):
         return RelativeDisplacement(response="relative_displacement", across=self.of)
 
     def output(self, model: Model) -> Output:
+        if "@" in self.of:
+            span, _, side = self.of.rpartition(".")
+            pulls = [term.tilts[side == "right"] if term.owner == span else 0.0 for term in model.terms]
+            return Output(np.zeros(model.n_coords), np.array(pulls), shared_by=stressed(self.of))
         if (self.of, "stress") in model.readings:
             return replace(forces_of_beam(model, self.of, "stress"), shared_by=forced(self.of))
         return self.of_shape(model)
@@ -64,6 +72,8 @@ class BendingStress(_OfBeam, HarmonicResponse):
         return replace(self._stretch.output(model), shared_by=stressed(self.of))
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        if "@" in self.of:
+            return machine.stress_at(self.of, motion)
         joint, stress = machine.joint(self.of), self.measured_shape(machine, motion)
         return stress - _inert(machine, joint, joint.borne.stress, motion) if joint.borne is not None else stress
 
@@ -112,6 +122,8 @@ class CombinedBendingStress(BendingStress):
     """
 
     against_friction: ClassVar[str] = StaticBendingStress.against_friction
+    asks: ClassVar[str] = "link"
+    of_rotor: ClassVar[bool] = False
     amplitude: ClassVar[bool] = False
     sags: ClassVar[bool] = True
     twin: ClassVar[str] = ""
@@ -186,6 +198,8 @@ class ShearStress(BendingStress):
     """`response = "shear_stress"`: greatest in a round shaft that twists [Pa] peak, the dynamic part at its surface."""
 
     moves: ClassVar[str] = "axis"
+    asks: ClassVar[str] = "link"
+    of_rotor: ClassVar[bool] = False
     twin: ClassVar[str] = "bending_stress"
     noise_twin: ClassVar[str] = ""
     transient_twin: ClassVar[str] = ""

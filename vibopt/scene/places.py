@@ -91,6 +91,7 @@ def named(scene: Scene) -> dict[str, list[str]]:
     return {
         "body": moving(scene),
         "link": links(scene),
+        "link or rotor": [*links(scene), *raw(scene, "rotors")],
         "joining link": joining,
         "body or link": list(dict.fromkeys([*moving(scene), *links(scene)])),
         "point": points(scene),

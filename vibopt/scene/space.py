@@ -46,7 +46,10 @@ def place_in_space(scene: Scene, name: str) -> bool:
 
 
 def members(scene: Scene, response: Response) -> tuple[Response, ...]:
-    """The questions that a question about mounts stands for: one a mount, or one an axis; else itself."""
+    """The questions that one about mounts or a rotor stands for: one a mount, an axis, a place; else itself."""
+    if response.of_rotor and (rotor := scene.rotors.get(vars(response)["of"])) is not None:
+        every = rotor.bent(vars(response)["of"])
+        return tuple(response.model_copy(update={"of": one}) for one in every)
     for key in ("of", "through", "across") if scene.mounts else ():
         name = getattr(response, key, None)
         singles = _singles(scene, name)

@@ -33,6 +33,8 @@ _OTHERS = (0.118, 0.382, 0.764)
 """Parts of a band at which a machine is also measured in full, whatever the worst speed."""
 _AS_REST = 1e-6
 """Part of the reach of the orders at which a ratio of two motions is as at rest."""
+_TRIED, _NEAR = 48, 0.8
+"""Speeds of a range at which places are compared, and the part of the greatest from which on one may be that."""
 TOLERANCE = 1e-9
 """Part of a bound by which a design may miss it: rounding, and no more."""
 
@@ -60,8 +62,30 @@ def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side:
 
 def measure_on(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
     """As `measure`, on a machine already built; of a group of mounts the worst of them."""
-    found = [_measured(scene, machine, one, side) for one in members(scene, response)]
+    asked = members(scene, response)
+    if isinstance(response, HarmonicResponse) and response.of_rotor and len(asked) > 1 and side != "at_least":
+        asked = _foremost(scene, machine, cast("tuple[HarmonicResponse, ...]", asked))
+    found = [_measured(scene, machine, one, side) for one in asked]
     return found[foremost([one.value for one in found], least=side == "at_least")] if len(found) > 1 else found[0]
+
+
+def _foremost(scene: Scene, machine: Machine, asked: tuple[HarmonicResponse, ...]) -> tuple[HarmonicResponse, ...]:
+    """Of many places on one machine those that come near the greatest: of all speeds, or at one of its resonances.
+
+    How high a resonance is nobody knows before it is searched, but which places it moves most.
+    """
+    kept = np.zeros(len(asked), dtype=bool)
+    for name in names_for(scene, asked[0]):
+        bands = bands_for(scene, asked[0], name)
+        tried = [np.linspace(band.low, band.high, 1 if band.is_point else _TRIED) for band in bands]
+        near = [at for at in machine.known_poles.real.tolist() if any(band.holds(at) for band in bands)]
+        speeds, count = np.concatenate([*tried, near]), len(near)
+        each = [Shaken(machine, one, scene.excitations[name], combine_for(scene, one))(speeds) for one in asked]
+        sizes = np.array(each)
+        kept |= sizes.max(axis=1) >= _NEAR * sizes.max()
+        at_poles = sizes[:, len(speeds) - count :]
+        kept |= (at_poles >= _NEAR * at_poles.max(axis=0, initial=0.0)).any(axis=1)
+    return tuple(one for one, may in zip(asked, kept.tolist(), strict=True) if may)
 
 
 def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
