@@ -80,7 +80,8 @@ def _foremost(scene: Scene, machine: Machine, asked: tuple[HarmonicResponse, ...
         tried = [np.linspace(band.low, band.high, 1 if band.is_point else _TRIED) for band in bands]
         near = [at for at in machine.known_poles.real.tolist() if any(band.holds(at) for band in bands)]
         speeds, count = np.concatenate([*tried, near]), len(near)
-        each = [Shaken(machine, one, scene.excitations[name], combine_for(scene, one))(speeds) for one in asked]
+        shaker, lines = scene.excitations[name], unit_lines(scene, name)
+        each = [Shaken(machine, one, shaker, lines, combine_for(scene, one))(speeds) for one in asked]
         sizes = np.array(each)
         kept |= sizes.max(axis=1) >= _NEAR * sizes.max()
         at_poles = sizes[:, len(speeds) - count :]
