@@ -81,3 +81,36 @@ def test_a_speed_that_only_touches_its_bound_belongs_to_the_set() -> None:
     (pair,) = design.found or ()
     assert pair[0].value == pytest.approx(NATURAL * np.sqrt(1 - 2 * zeta**2), rel=1e-6)
     assert pair[1].value == pytest.approx(pair[0].value, rel=1e-6)
+
+
+@pytest.mark.parametrize("side", ["at_most", "at_least"])
+def test_stress_of_weight_and_whirl_together_is_that_of_the_whirl_under_a_bound_less_the_weight(side: str) -> None:
+    document = {
+        "title": "a fan on its beam",
+        "bodies": {"fan": {"mass": "40 kg"}},
+        "links": {
+            "beam": {
+                "between": ["fan", "ground"],
+                "beam": {"kind": "simply_supported", "length": "1 m", "modulus": "207 GPa", "diameter": "40 mm"},
+                "damping": "60 N s/m",
+            }
+        },
+        "excitations": {
+            "e": {
+                "kind": "force", "on": "fan", "amplitude": "50 N", "varies": "constant",
+            }
+        },
+    }  # fmt: skip
+    own = {"still": {"response": "static_bending_stress", "of": "beam"}}
+    alone = {key: value for key, value in document.items() if key != "excitations"}
+    weight = solve(from_dict({**alone, "measures": own})).measures["still"].value.value
+    both = []
+    for response, bound in (("combined_bending_stress", 2.0 * weight), ("bending_stress", weight)):
+        limits = {"stress": {"response": response, "of": "beam", side: f"{bound!r} Pa"}}
+        document["excitations"]["e"]["speed"] = {"from": "10 rad/s", "to": "400 rad/s"}
+        design = solve(from_dict({**document, "limits": limits, "goal": {"find_all": "e.speed"}}))
+        both.append([end.value for one in design.found for end in one])
+        document["excitations"]["e"]["speed"] = "10..400 rad/s"
+        assert solve(from_dict({**document, "limits": limits})).status == "violated"
+    assert len(both[0]) == (4 if side == "at_most" else 2)
+    assert both[0] == pytest.approx(both[1], rel=1e-9)

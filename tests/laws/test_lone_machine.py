@@ -13,6 +13,7 @@ from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.peaks import greatest, least
 from vibopt.signals import Band
+from vibopt.verify.over_bands import Search
 
 sizes = st.floats(-3.0, 3.0).map(lambda power: 10.0**power)
 OMEGA = np.array([1e-3, 0.3, 1.0, 4.0, 300.0])
@@ -82,9 +83,8 @@ def test_extremes_of_one_body_are_those_that_a_search_finds(
     natural = float(turning[0])
     bands, poles = (Band(0.02 * natural, 7.0 * natural),), machine.poles()
     for search in (greatest, least):
-        found = search(response, bands, poles, np.zeros(0), turning).value
-        searched = search(response, bands, poles, np.zeros(0)).value
-        assert found == pytest.approx(searched, rel=1e-8)
+        found = Search(response, poles, np.zeros(0), search is least).over(bands, turning).value
+        assert found == pytest.approx(search(response, bands, poles, np.zeros(0)).value, rel=1e-8)
 
 
 @st.composite
@@ -117,8 +117,8 @@ def test_the_greatest_of_two_bodies_is_what_a_search_finds(machine: Machine, pow
 
     turning = machine.turning(read, power)  # where digits are lost it is not known, and searched for
     bands, poles = (Band(0.02, 7.0),), machine.poles()
-    found, searched = (greatest(response, bands, poles, np.zeros(0), known).value for known in (turning, None))
-    assert found == pytest.approx(searched, rel=1e-9)
+    found = Search(response, poles, np.zeros(0), least=False).over(bands, turning).value
+    assert found == pytest.approx(greatest(response, bands, poles, np.zeros(0)).value, rel=1e-9)
 
 
 @given(pairs())

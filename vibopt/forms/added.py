@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, by_differences
+from vibopt.forms.form import Form, Local, Worst, by_differences, log_of
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -35,16 +35,32 @@ class Added(Form):
         moving = [part.swings for part in self.parts if part.swings is not None]
         return moving[0] if len(moving) == 1 else None
 
+    def beside(self, model: Model, x: FloatArray) -> float:
+        return self._together([part.value(model, x) for part in self.parts if part.swings is None])
+
     def value(self, model: Model, x: FloatArray) -> float:
-        return self._together([part.worst(model, x).value for part in self.parts])
+        return self.worst(model, x).value
+
+    def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
+        each = [part.worst(model, x, least_wanted=least_wanted) for part in self.parts]
+        return Worst(self._together([one.value for one in each]), {k: v for one in each for k, v in one.speeds.items()})
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        first = [part.extremes(model, x, least_wanted=False)[0] for part in self.parts]
+        return self.extremes(model, x, least_wanted=False)[0].slope
+
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        """The one that is made of the worst of each."""
+
+        def value(at: FloatArray) -> float:
+            return self.worst(model, at, least_wanted=least_wanted).value
+
+        first = [part.extremes(model, x, least_wanted=least_wanted)[0] for part in self.parts]
         values = np.exp(np.array([one.value for one in first]))
-        if not 0.0 < self._together(values) < np.inf:
-            return by_differences(lambda at: self.value(model, at), x)
-        shares = (values / self._together(values)) ** (2 if self.squares else 1)
-        return np.asarray(shares @ np.array([one.slope for one in first]))
+        whole = self._together(values)
+        if not 0.0 < whole < np.inf:
+            return [Local(log_of(value(x)), by_differences(value, x))]
+        shares = (values / whole) ** (2 if self.squares else 1)
+        return [Local(log_of(whole), np.asarray(shares @ np.array([one.slope for one in first])))]
 
     def _together(self, values: list[float] | FloatArray) -> float:
         return float(np.linalg.norm(values) if self.squares else np.sum(values))

@@ -104,6 +104,10 @@ class Form:
         """What of it is a response over speeds, where one part is and all else stands beside it."""
         return self.harmonic
 
+    def beside(self, model: Model, x: FloatArray) -> float:
+        """What stands beside what `swings` and adds to it."""
+        return 0.0
+
     @property
     def powers(self) -> Monomials | None:
         """Itself where it is a sum of powers of the variables, which needs no machine."""

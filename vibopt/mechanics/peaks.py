@@ -48,9 +48,6 @@ _FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 _SLOPE, _BEND = _FIVE / 2.5, (_FIVE**2 - 0.5) / 0.4375
 """Slope and bend, in steps, of the parabola that fits five values best."""
 
-BETWEEN = (0.11, 0.37, 0.63, 0.89)
-"""Further places in a band, as parts of it, that are looked at where all extremes are known."""
-
 Response = Callable[[FloatArray], FloatArray]
 Place = tuple[float, float]
 """Value and speed, as an `Extreme` has them."""
@@ -64,13 +61,7 @@ class Extreme:
     speed: float
 
 
-def greatest(
-    response: Response,
-    bands: tuple[Band, ...],
-    poles: ComplexArray,
-    breaks: FloatArray,
-    turning: FloatArray | None = None,
-) -> Extreme:
+def greatest(response: Response, bands: tuple[Band, ...], poles: ComplexArray, breaks: FloatArray) -> Extreme:
     """The greatest value over all bands, and where.
 
     Parameters
@@ -83,21 +74,13 @@ def greatest(
         Complex speeds at which the response is singular [rad/s].
     breaks
         Speeds at which the response is not smooth.
-    turning
-        All speeds at which it may be greatest or least, where they are known.
     """
-    return _best(_candidates(response, bands, poles, breaks, least=False, turning=turning), least=False)
+    return _best(_candidates(response, bands, poles, breaks, least=False), least=False)
 
 
-def least(
-    response: Response,
-    bands: tuple[Band, ...],
-    poles: ComplexArray,
-    breaks: FloatArray,
-    turning: FloatArray | None = None,
-) -> Extreme:
+def least(response: Response, bands: tuple[Band, ...], poles: ComplexArray, breaks: FloatArray) -> Extreme:
     """The least value over all bands, and where; parameters as for `greatest`."""
-    return _best(_candidates(response, bands, poles, breaks, least=True, turning=turning), least=True)
+    return _best(_candidates(response, bands, poles, breaks, least=True), least=True)
 
 
 def peaks(
@@ -124,11 +107,9 @@ def _candidates(
     *,
     least: bool,
     keep: float = 1.0 - _CLOSE,
-    turning: FloatArray | None = None,
 ) -> list[Place]:
     ranges = [band for band in bands if not band.is_point]
     points = [end for band in bands for end in ((band.low,) if band.is_point else (band.low, band.high))]
-    points += [] if turning is None else [one for band in ranges for one in _looked_at(band, turning)]
     real = [_undamped(band, poles) for band in ranges]
     beside = [speed * (1.0 + off) for own in real for speed in own for off in (1e-7, 1e-6)]
     values = response(np.array(points + beside)).tolist()
@@ -137,15 +118,9 @@ def _candidates(
     for band, own in zip(ranges, real, strict=True):
         infinite = [(np.inf, speed) for speed in own if _endless(next(near), next(near))]
         found += infinite
-        if turning is None and (least or not infinite):
+        if least or not infinite:
             found += _inside(response, band, poles, breaks, least=least, keep=keep)
     return found
-
-
-def _looked_at(band: Band, turning: FloatArray) -> list[float]:
-    """The known speeds in a band, and a few between at which nothing may be worse than there."""
-    inside = [one for one in turning.tolist() if band.low < one < band.high]
-    return inside + [band.low + part * (band.high - band.low) for part in BETWEEN]
 
 
 def _undamped(band: Band, poles: ComplexArray) -> list[float]:

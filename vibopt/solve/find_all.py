@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -97,10 +98,13 @@ def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: s
 
 def _holds(limit: Limit, drive_name: str, bands: tuple[Band, ...]) -> list[Interval]:
     """Speeds at which one limit holds."""
-    form = limit.form.harmonic
+    form = limit.form.swings
     assert form is not None
     x = np.zeros(0)
     least = limit.least_wanted
+    limit = replace(limit, bound=limit.bound - limit.form.beside(limit.model, x))
+    if limit.bound < 0.0:
+        return [(band.low, band.high) for band in bands] if least else []
     drive = next(one for one in form.drives if one.name == drive_name)
     rest = [drive_extreme(limit.model, form, one, x, least).value for one in form.drives if one is not drive]
     others = float(np.sqrt(sum(v * v for v in rest))) if form.combine == "rss" else float(sum(rest))

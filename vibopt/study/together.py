@@ -15,7 +15,6 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.lone import LoneMachine
-from vibopt.mechanics.peaks import BETWEEN
 from vibopt.program.pose import pose
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, Response
@@ -33,6 +32,8 @@ from vibopt.verify.certify import TOLERANCE, Shaken
 _EXACT = 1e-12
 _INSIDE = (0.41, 0.68)
 """Where the question is read, as parts of each fact's values: the corners fix the laws, places inside verify them."""
+_BETWEEN = np.array([[0.11], [0.37], [0.63], [0.89]])
+"""Parts of a band at which no machine may be worse than where its response turns."""
 _SAME = 1e-9
 """Part of a value by which the two routes to it may differ; of its terms where these cancel, `_ROUNDING`."""
 _ROUNDING = 2e-12
@@ -221,7 +222,7 @@ class _Checked:
                 if inner is None:
                     raise NotClosedError("its damping is of several kinds.")
                 inside = np.clip(inner.reshape(len(inner), -1), low, high)
-                speeds += [inside, low + (high - low) * np.array(BETWEEN)[:, None]]
+                speeds += [inside, low + (high - low) * _BETWEEN]
             b += 1
         omega = np.concatenate(speeds)
         with np.errstate(all="ignore"):

@@ -17,7 +17,6 @@ from vibopt.excitations import Excitation
 from vibopt.mechanics.combine import combined, foremost
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.modal import WORTH
-from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for, unit_lines
@@ -25,6 +24,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.signals import Band, Combine, Line
 from vibopt.verify.as_built import machine_of
+from vibopt.verify.over_bands import Reached, Search
 
 if TYPE_CHECKING:
     from vibopt.verify.near_rest import Orders
@@ -43,12 +43,14 @@ TOLERANCE = 1e-9
 class Measured:
     """Value of a response on the built machine [SI], and the speed [rad/s] of the worst per excitation.
 
-    `response` is the single question: of a group of mounts the worst of them.
+    `response` is the single question: of a group of mounts the worst of them.  `least` says which end over the speeds
+    it is.
     """
 
     value: float
     speeds: Mapping[str, float]
     response: Response
+    least: bool = False
 
 
 def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side: str = "at_most") -> Measured:
@@ -131,16 +133,16 @@ def _nearest_mode(modes: FloatArray, outside: tuple[Band, ...]) -> float:
 
 def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: str) -> Measured:
     want_least = (side == "at_least") != response.complement
-    found: dict[str, Extreme] = {}
+    found: dict[str, Reached] = {}
     for name in names_for(scene, response):
         found[name] = _one_drive(scene, machine, response, name, want_least)
     values = [one.value for one in found.values()]
     total = float(np.sqrt((np.array(values) ** 2).sum())) if response.combine == "rss" else sum(values)
     value = 1.0 - total if response.complement else total + response.beside(machine)
-    return Measured(value, {name: one.speed for name, one in found.items()}, response)
+    return Measured(value, {name: one.speed for name, one in found.items()}, response, want_least)
 
 
-def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Extreme:
+def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Reached:
     bands = bands_for(scene, response, name)
     if machine.rubs:
         from vibopt.verify.stick_slip import rubbing
@@ -151,14 +153,14 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     between = any(not band.is_point for band in bands)
     singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
     turning = shaken.turning if between and not (want_least and len(machine.masses) > 1) else None
-    found = (least if want_least else greatest)(shaken, bands, singular, breaks, turning)
+    found = Search(shaken, singular, breaks, want_least).over(bands, turning)
     whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
     if whole or not np.isfinite(found.value):
         return found
     return _in_full(shaken, found, bands, want_least)
 
 
-def _in_full(shaken: Shaken, found: Extreme, bands: tuple[Band, ...], want_least: bool) -> Extreme:
+def _in_full(shaken: Shaken, found: Reached, bands: tuple[Band, ...], want_least: bool) -> Reached:
     """The extreme measured on the machine in full, there and at a few other speeds where that is another machine."""
     machine = shaken.machine.in_full
     full = replace(shaken, machine=machine)
@@ -167,7 +169,7 @@ def _in_full(shaken: Shaken, found: Extreme, bands: tuple[Band, ...], want_least
         speeds += [band.low + part * (band.high - band.low) for band in bands for part in _OTHERS if not band.is_point]
     values = full(np.array(speeds))
     worst = foremost(values, least=want_least)
-    return Extreme(float(values[worst]), speeds[worst])
+    return Reached(float(values[worst]), speeds[worst])
 
 
 @dataclass(frozen=True)

@@ -155,16 +155,32 @@ class Built:
 
     def compared(self, row: Checked, found: Measured) -> Checked:
         """The row, with what the model says of it where that is another number."""
-        if not self.modelled.differs(found.response, found):
+        differs, own = self.modelled.differs(found.response, found), None
+        if not differs and (own := self.modelled.elsewhere(found.response, found)) is None:
             beyond = self._beyond(row, found)
             return replace(row, unknown=f"{row.name} {beyond}") if beyond else row
-        values = self.modelled.at(found.response, found)[0], found.value
-        digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
-        both = [f"{one:.{digits}g} {si_unit(found.response.dimension)}".rstrip() for one in values]
-        at = ", ".join(f"{one.shown} of {name}" for name, one in row.worst_at.items())
+        value = self.modelled.at(found.response, found)[0] if own is None else own.value
+        one, other = _told_apart(found.response, value, found.value)
         what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
-        words = f"{what} is {both[0]} in the model, {both[1]} on the machine as built"
-        return replace(row, doubt=f"{words}, at {at}" if at else words)
+        at = self._where(found.response, found.speeds)
+        if own is None:
+            words = f"{what} is {one} in the model, {other} on the machine as built"
+            return replace(row, doubt=f"{words}, at {at}" if at else words)
+        there = self._where(found.response, own.speeds)
+        words = f"{what} is {'least' if found.least else 'greatest'} in the model with {one} at {there}"
+        return replace(row, doubt=f"{words}, on the machine as built with {other} at {at}")
+
+    def _where(self, response: Response, speeds: Mapping[str, float]) -> str:
+        """Speeds of excitations in words."""
+        each = {name: _speed(self.scene, name, speed, response) for name, speed in speeds.items()}
+        return ", ".join(f"{one.shown} of {name}" for name, one in each.items())
+
+
+def _told_apart(response: Response, *values: float) -> tuple[str, str]:
+    """Two values in words, with the digits that they differ by."""
+    digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
+    one, other = (f"{value:.{digits}g} {si_unit(response.dimension)}".rstrip() for value in values)
+    return one, other
 
 
 def _worst_of(built: Built, offs: Sequence[Mapping[str, float]], name: str, response: Response, side: str) -> Checked:

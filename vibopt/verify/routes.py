@@ -6,6 +6,7 @@ the rounding of their coefficients, carried through the equations to the respons
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import hypot
 
@@ -14,12 +15,13 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, rigid_form
+from vibopt.forms.form import Worst
 from vibopt.mechanics.harmonic import carried, dynamic_stiffness, impedances, motion, mount_count, stretches
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.onemass import reading
 from vibopt.program.from_rest import from_rest, graded
-from vibopt.program.pose import form_of, ratings
+from vibopt.program.pose import form_of, on_needed, ratings
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
@@ -81,6 +83,43 @@ class Modelled:
         value, room = self.at(response, found)
         return not _within(value, found.value, room)
 
+    def elsewhere(self, response: Response, found: Measured) -> Worst | None:
+        """Its own worst over the speeds, where its search finds another value than that of the machine as built.
+
+        That both agree at one speed does not say that it is the worst.  Of one mass both know their turns outright.
+        """
+        seen = response.seen_in(self.full)
+        asked = form_of(self.scene, seen, response).harmonic
+        if asked is None or (seen.n_free == 1 and asked.line is not None):
+            return None
+        model, form = on_needed(self.scene, seen, response, reduce=False)
+        assert form.harmonic is not None
+        if all(band.is_point for drive in form.drives for band in drive.bands):
+            return None
+        own = form.worst(model, self.x, least_wanted=found.least)
+        value = 1.0 - found.value if response.complement else found.value
+        if _within(own.value, value, 0.0):
+            return None
+        room = max(self._rooms(model, form.harmonic, speeds) for speeds in (own.speeds, found.speeds))
+        room = max(room, _SAME * self._at_ends(model, form.harmonic))
+        complement = replace(own, value=1.0 - own.value) if response.complement else own
+        return None if _within(own.value, value, room) else complement
+
+    def _rooms(self, model: Model, form: Modulus, speeds: Mapping[str, float]) -> float:
+        """How far rounding of the coefficients moves the responses to all excitations, each at a speed."""
+        at = [(drive, speeds[drive.name] or drive.bands[0].low) for drive in form.drives]
+        with np.errstate(all="ignore"):
+            return sum(self._shaken_room(model, form, drive, speed) for drive, speed in at if speed)
+
+    def _at_ends(self, model: Model, form: Modulus) -> float:
+        """The greatest of the responses at ends of their bands: a least beside it may be nothing."""
+        ends = [
+            (drive, np.array([end for band in drive.bands for end in (band.low, band.high)])) for drive in form.drives
+        ]
+        with np.errstate(all="ignore"):
+            values = np.concatenate([DriveResponse(model, form, drive, self.x)(at) for drive, at in ends])
+        return float(values[np.isfinite(values)].max(initial=0.0))
+
     def at(self, response: Response, found: Measured) -> tuple[float, float]:
         """Its value where the other route found its own, and how far rounding may move it."""
         seen = response.seen_in(self.full)
@@ -97,7 +136,7 @@ class Modelled:
             modes = natural_frequencies(self.full, self.p)
             value = float(modes[np.abs(modes - found.value).argmin()])
         else:
-            value = form.value(self.full, self.x)
+            value = form.worst(self.full, self.x, least_wanted=found.least).value
         if abs(value - found.value) <= _SAME * abs(found.value):
             return value, 0.0
         return value, form.room(self.full, self.x, value, found.value, self._rounding)
@@ -127,7 +166,9 @@ class Modelled:
         for drive in form.drives:
             speed = found.speeds[drive.name] or drive.bands[0].low
             endless = drive.name in form.endless and found.speeds[drive.name] == 0.0
-            each.append(np.inf if endless else float(DriveResponse(model, form, drive, self.x)(np.array([speed]))[0]))
+            here, above = DriveResponse(model, form, drive, self.x)(np.array([1.0, 10.0]) * speed).tolist()
+            fades = speed != found.speeds[drive.name] and here <= 0.2 * above
+            each.append(np.inf if endless else 0.0 if fades else here)
             close = len(form.drives) == 1 and _within(each[0], found.value, 0.0)
             rooms.append(0.0 if endless or close else self._shaken_room(model, form, drive, speed))
         total = hypot(*each) if form.combine == "rss" else sum(each)

@@ -17,10 +17,10 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
 from vibopt.mechanics.built import Course, Joint
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.peaks import Extreme
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse
 from vibopt.signals import Band
+from vibopt.verify.over_bands import Reached
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
@@ -256,7 +256,7 @@ class Rubbed:
 
 def rubbing(
     machine: Machine, response: HarmonicResponse, excitation: Excitation, bands: tuple[Band, ...], *, least: bool
-) -> Extreme:
+) -> Reached:
     """Greatest value of a response over speeds [rad/s], or the least; and the speed of it."""
     [line] = excitation.lines(np.ones(1))
     last = [(0.0, 0.0)]
@@ -278,7 +278,7 @@ def rubbing(
         return value
 
     sign = -1.0 if least else 1.0
-    found = [Extreme(at(band.low), band.low) for band in bands if band.is_point]
+    found = [Reached(at(band.low), band.low) for band in bands if band.is_point]
     for band in bands:
         if not band.is_point:
             found += _over(at, band, _natural(machine) / line.order, sign)
@@ -297,7 +297,7 @@ def _endless(rubbed: Rubbed) -> bool:
     return rubbed.joint.damping == 0.0 and tuned and 4.0 * rubbed.joint.friction <= np.pi * push
 
 
-def _over(at: Callable[..., float], band: Band, natural: float, sign: float) -> list[Extreme]:
+def _over(at: Callable[..., float], band: Band, natural: float, sign: float) -> list[Reached]:
     """Both ends and the best inside a band, after a rough look at it."""
     from scipy.optimize import minimize_scalar
 
@@ -306,16 +306,16 @@ def _over(at: Callable[..., float], band: Band, natural: float, sign: float) -> 
     speeds = np.unique(np.concatenate([np.geomspace(low, band.high, _COARSE), near[(near > low) & (near < band.high)]]))
     rough = sign * np.array([at(one, 1e-6) for one in speeds])
     rough = np.where(np.isnan(rough), -np.inf, rough)
-    found = [Extreme(at(one), one) for one in (low, band.high)]
+    found = [Reached(at(one), one) for one in (low, band.high)]
     tops = (rough >= np.append(-np.inf, rough[:-1])) & (rough >= np.append(rough[1:], -np.inf))
     hopeful = np.flatnonzero(tops & (rough >= (1.0 - 0.2 * sign) * rough.max()))
     for i in hopeful[np.argsort(-rough[hopeful])][:_LOOKED]:
         ends = speeds[max(i - 1, 0)], speeds[min(i + 1, len(speeds) - 1)]
         if np.isinf(rough[i]):
-            return [Extreme(sign * float(rough[i]), float(speeds[i]))]
+            return [Reached(sign * float(rough[i]), float(speeds[i]))]
         room: Any = {"xatol": 1e-6 * ends[1]}
         top: Any = minimize_scalar(lambda one: -sign * at(one), bounds=ends, method="bounded", options=room)
-        found.append(Extreme(-sign * float(top.fun), float(top.x)))
+        found.append(Reached(-sign * float(top.fun), float(top.x)))
     return found
 
 
