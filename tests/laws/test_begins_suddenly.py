@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import vibopt as vo
 from vibopt.errors import InputError
 from vibopt.excitations.segments import together
+from vibopt.mechanics.beating import highest
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.verify.certify import measure
 
@@ -263,3 +264,31 @@ def test_a_slow_beat_that_hardly_fades_is_followed_to_its_greatest_value() -> No
     found = asked({"asked": TABLE["measures"]["place"]}, links=links, excitations={"it": force})
     times = np.linspace(370.0, 410.0, 50_001)
     assert found["asked"] == pytest.approx(np.abs(begun(400.0, 0.1 * c, speed, times)).max() / MASS, rel=1e-5)
+
+
+@pytest.mark.parametrize(("off", "ratio"), [(1e-5, 2.5e-6), (2e-5, 1e-5), (-1e-4, 1e-5)])
+def test_beats_that_fade_slower_than_they_beat_have_one_value_on_both_routes(off: float, ratio: float) -> None:
+    """Its envelope next to resonance, as in the books: 1 - e^(-d t + i (w - wd) t), times what is steady."""
+    speed = 20.0 * (1.0 + off)
+    force = {**TABLE["excitations"]["fan"], "amplitude": "1 N", "speed": f"{speed!r} rad/s"}
+    links = {"mount": {**TABLE["links"]["mount"], "damping": f"{2.0 * ratio * 20.0 * MASS!r} N s/m"}}
+    found = asked({"asked": TABLE["measures"]["place"]}, links=links, excitations={"it": force})
+    steady = 1.0 / (MASS * np.hypot(400.0 - speed**2, 40.0 * ratio * speed))
+    times = np.linspace(0.0, 4.0 * np.pi / (20.0 * abs(off)), 1_000_001)
+    beats = np.abs(1.0 - np.exp(times * (-20.0 * ratio + 1j * (speed - 20.0 * np.sqrt(1.0 - ratio**2)))))
+    assert found["asked"] == pytest.approx(steady * beats.max(), rel=abs(off))  # it begins with another speed
+
+
+@settings(derandomize=True, database=None, deadline=None, max_examples=25)
+@given(seed=st.integers(0, 10_000), count=st.integers(1, 4), length=st.sampled_from([3.0, 400.0]))
+def test_no_sample_of_beating_waves_is_higher(seed: int, count: int, length: float) -> None:
+    rng = np.random.default_rng(seed)
+    speeds = rng.uniform(0.0, 3.0) + rng.choice([0.0, 0.01, 1.0]) * rng.uniform(0.0, 1.0, count)
+    rates = 1j * speeds - 10.0 ** rng.uniform(-4.0, -1.0, count)
+    waves = rng.normal(size=count) + 1j * rng.normal(size=count)
+    value, at, left = highest(rates, waves, length, 0.0)
+    times = np.linspace(0.0, length, 200_001)
+    values = np.abs((waves @ np.exp(rates[:, None] * times)).real)
+    assert not left
+    assert values.max() * (1.0 - 1e-9) <= value <= values.max() * (1.0 + 1e-4)
+    assert abs((waves @ np.exp(rates * at)).real) == pytest.approx(value, rel=1e-12)

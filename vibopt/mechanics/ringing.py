@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
+from vibopt.mechanics.beating import highest
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.joints import UnlikeError
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, greatest
@@ -28,9 +29,11 @@ _ROUNDING, _APART, _ALIKE, _FAINT = 1e-15, 1e10, 1e-11, 1e-9
 which two are one, and of the greatest wave one that is none."""
 _STOPPED, _TOGETHER = 1e-9, 1e-10
 """Parts to which rounding brings the speed of a base that stops, and the difference of speeds that are one."""
-_FIRST, _QUICK, HORIZON, BEATS = 4.0, 16.0 * np.pi, 1000.0, 40.0
+_FIRST, _QUICK, HORIZON = 4.0, 16.0 * np.pi, 1000.0
 """Periods in the first window behind the load, of the slowest motion or of one in 1 / rate if that is shorter; each
-further one is twice as long; periods of the slowest motion in all, and times as many where beats are longer."""
+further one is twice as long; periods of the slowest motion in all."""
+_WINDOWS, _LONGEST = 4, 4e5
+"""Windows after which beats with what lasts are told by their waves, and periods over which they are followed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,15 +240,10 @@ class Behind:
         slowest = moving.min(axis=-1, initial=np.inf)
         return np.asarray(2.0 * np.pi / np.where(np.isfinite(slowest), slowest, 1.0))
 
-    @cached_property
+    @property
     def horizon(self) -> FloatArray:
-        """How long what rings on is followed, (n,), in 1 / rate: over two beats with what lasts, long as they are."""
-        if not self.lasts:
-            return HORIZON * self.period
-        speeds = np.abs(np.linalg.eigvals(self.whole[0, self.size :, self.size :]).imag)
-        apart = np.abs(np.abs(self.modes[0][0].imag)[:, None] - speeds).min(initial=np.inf)
-        beats = 4.0 * np.pi / max(float(apart), 1e-300)
-        return np.asarray(np.clip(beats, HORIZON * self.period, BEATS * HORIZON * self.period))
+        """How long what rings on is followed, (n,), in 1 / rate."""
+        return HORIZON * self.period
 
     @cached_property
     def modes(self) -> tuple[Numbers, Numbers]:
@@ -291,13 +289,14 @@ class _Followed:
         self.reads = machine.row(reading, behind.whole)
         self.row = self.reads[:, :size]
         self.sum = self.most = 0.0
+        self.lasting: _Lasting | None = None
         free = behind.start[:, :size]
         if behind.lasts:
-            lasting = _Lasting(machine.own[0], behind.whole[0], self.reads[0], behind.start[0])
+            self.lasting = lasting = _Lasting(machine.own[0], behind.whole[0], self.reads[0], behind.start[0])
             free = free - lasting.state
         self.drifting = (behind.drifts @ free[..., None])[..., 0]
         self.moving = free - self.drifting
-        if behind.lasts:
+        if self.lasting is not None:
             if np.isfinite(lasting.sum):
                 self.moving = lasting.undamped(behind, self.row[0], self.moving[0])[None]
             self.sum, self.most = lasting.sum, lasting.most if np.isfinite(lasting.sum) else np.inf
@@ -315,7 +314,7 @@ class _Followed:
             over = gone[alive] >= horizon[alive] * (1.0 - _SURE)
             found.open[alive[over]] = True
             alive = alive[~over]
-            if not len(alive):
+            if not len(alive) or (index == _WINDOWS and self._beats(gone)):
                 return
             length, along = behind.window(index)
             if len(alive) < len(length):
@@ -336,6 +335,30 @@ class _Followed:
             self.moving[alive] = (own @ self.moving[alive][..., None])[..., 0]
             gone[alive] += length
             index += 1
+
+    def _beats(self, gone: FloatArray) -> bool:
+        """Take up the greatest of all that fades beside what lasts, to the end; whether that could be done."""
+        (rates,), (shapes,) = self.behind.modes
+        if self.lasting is None or np.linalg.cond(shapes) > _APART:
+            return False
+        shares = np.linalg.solve(shapes, (self.behind.basis[0].T @ self.moving[0]).astype(complex)) * self._rows[0]
+        once, lasts = rates.imag >= 0.0, 1j * self.lasting.speeds
+        waves = np.concatenate([[self.still[0] + 0j], self.lasting.waves * np.exp(lasts * gone[0]),
+                                np.where(rates.imag > 0.0, 2.0, 1.0)[once] * shares[once]])  # fmt: skip
+        found, falls = self.found, -rates.real[np.abs(shares) > _FADED * self.sum]
+        length = min(
+            -np.log(_FADED) / max(float(falls.min(initial=np.inf)), 1e-300), _LONGEST * float(self.behind.period[0])
+        )
+        every = np.concatenate([[0.0], lasts, rates[once]])
+        value, at, found.open[0] = highest(every, waves, length, abs(float(found.value[0])))
+        if at >= 0.0:
+            part = (gone + at) / self.behind.machine.rate
+            signed = np.copysign(value, float((waves @ np.exp(every * at)).real))
+            found.take(np.array([signed]), self.ended + part, self.begun, part)
+        if self.most > abs(found.value[0]):
+            forever = np.array([np.inf])
+            found.take(np.array([self.most]), forever, self.begun, forever)
+        return True
 
     def _stays(self, seen: FloatArray) -> IntArray:
         """Machines that do not go on without end; what is left behind is taken up."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _NOTHING = 1e-9
 """Part of the weight that rounding may lift."""
-_HORIZON, _FADED = 1000.0, 1e-12
+_HORIZON, _FADED = 4e5, 1e-12
 """Periods over which what lasts is followed, and the part to which all else must fade."""
 
 
@@ -179,7 +179,7 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         return []
     if damping.any():
         return [
-            "Some mode is hardly damped: what begins suddenly is followed over a thousand periods of the slowest mode, "
+            "Some mode is hardly damped: what begins suddenly is followed over 400 000 periods of the slowest mode, "
             "and no further."
         ]
     if lasts:
@@ -212,7 +212,7 @@ def duration_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 
 def _slow(machine: Machine) -> bool:
-    """Whether some mode has not faded after a thousand periods of the slowest."""
+    """Whether some mode has not faded after 400 000 periods of the slowest."""
     poles = machine.poles()
     return bool(np.abs(poles.imag).min() * _HORIZON * 2.0 * np.pi < -np.log(_FADED) * np.abs(poles).min())
 

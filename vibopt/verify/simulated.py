@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
 from vibopt.mechanics.built import Course
 from vibopt.mechanics.combine import whole_orders
@@ -41,9 +41,9 @@ _LEVEL, _LEVELS = 1e-4, 200
 """Part of the greatest top by which others may be lower and still be it, and how many of them are looked at closely."""
 _ZOOMS, _ACROSS, _MANY = 5, 33, (50_000, 500_000)
 """Closer looks at each of them, and points of one; most samples of a stretch, without and beside what lasts."""
-_PERIODS, _LOOKS, _HORIZON, _BEATS = 3.0, 6, 1000.0, 40.0
-"""Periods of the slowest mode in a look behind the load, how many looks there are, periods in all, and times as many
-where beats with what lasts are longer."""
+_PERIODS, _LOOKS, _HORIZON, _BESIDE, _LONGEST = 3.0, 6, 1000.0, 200.0, 4e5
+"""Periods of the slowest mode in a look behind the load, how many looks there are, periods in all, beside what lasts
+before modes are told apart, and turns of the fastest over which they are then followed."""
 _INSIDE, _SOON = 1e-9, 1e-12
 """Part of a stretch, and of the time in which anything changes, by which signals are read inside: ends may be jumps."""
 _EVEN = 1e-9
@@ -82,7 +82,7 @@ class Simulated:
                 return best if best[0] >= found[0] else found  # of one body every later turn is no greater
             best = found if found[0] > best[0] * (1.0 + _EVEN) else best
         if self._lasting:
-            steady = self._steady(response)
+            best, steady = self._beating(best, response), self._steady(response)
             return (steady, float("inf")) if steady > best[0] * (1.0 + _EVEN) else best
         return self._ringing(best, response)
 
@@ -93,15 +93,7 @@ class Simulated:
 
     def _steady(self, response: TransientResponse) -> float:
         """Greatest of a response to what goes on for ever, when all else has faded."""
-        waves: list[complex] = []
-        speeds: list[float] = []
-        for one in self._lasting:
-            speed, own = np.array([2.0 * np.pi / one.length]), one.blows.get(0.0, 0.0) * one.length / (2.0 * np.pi)
-            size = np.array([own or float(one.signal(np.array([0.25 * one.length]))[0])], dtype=complex)
-            acts = {one.on: size}
-            motion = self.machine.shake(speed, *((acts, {}) if one.family == "bodies" else ({}, acts)))
-            waves.append(complex(response.steady.measure(self.machine, motion)[0]))
-            speeds.append(float(speed[0]))
+        speeds, waves = self._driven(response)
         for turns, wave in self._undamped(response):
             same = next((i for i, one in enumerate(speeds) if abs(one - turns) <= _NONE * 10.0 * turns), None)
             if same is not None:
@@ -118,8 +110,58 @@ class Simulated:
         values = np.abs(np.imag(np.array(waves) @ np.exp(1j * orders[:, None] * angles)))
         return max(_top(values, at) for at in _tops(np.concatenate([values[-2:-1], values, values[1:2]])))
 
+    def _driven(self, response: TransientResponse) -> tuple[list[float], list[complex]]:
+        """Speed and wave of each response to what goes on for ever."""
+        waves: list[complex] = []
+        speeds: list[float] = []
+        for one in self._lasting:
+            speed, own = np.array([2.0 * np.pi / one.length]), one.blows.get(0.0, 0.0) * one.length / (2.0 * np.pi)
+            size = np.array([own or float(one.signal(np.array([0.25 * one.length]))[0])], dtype=complex)
+            acts = {one.on: size}
+            motion = self.machine.shake(speed, *((acts, {}) if one.family == "bodies" else ({}, acts)))
+            waves.append(complex(response.steady.measure(self.machine, motion)[0]))
+            speeds.append(float(speed[0]))
+        return speeds, waves
+
     def _undamped(self, response: TransientResponse) -> list[tuple[float, complex]]:
         """Speed and wave of each vibration that was left and that nothing damps."""
+        rates, waves = self._free(response)
+        if not len(rates):
+            return []
+        rings = (rates.imag > 0.0) & (np.abs(rates.real) <= self._no_decay(rates))
+        waves = waves * np.exp(-1j * rates.imag * self._spans[-_LOOKS][0])
+        return [(float(rate.imag), complex(wave)) for rate, wave in zip(rates[rings], waves[rings], strict=True)]
+
+    @staticmethod
+    def _no_decay(rates: ComplexArray) -> FloatArray:
+        return np.asarray(np.maximum(_NONE * np.abs(rates), 1e-15 * np.abs(rates).max()))
+
+    def _beating(self, best: tuple[float, float], response: TransientResponse) -> tuple[float, float]:
+        """The greater of the best so far and of what fades slowly beside what lasts, turn by turn."""
+        rates, free = self._free(response)
+        falls = -rates.real[-rates.real > self._no_decay(rates)] if len(rates) else rates.real
+        if not len(falls):
+            return best
+        speeds, driven = self._driven(response)
+        low, lasts = self._spans[-_LOOKS][0], 1j * np.array(speeds)
+        every, waves = np.concatenate([lasts, rates]), np.concatenate([driven * np.exp(lasts * low), free])
+        begin, step = self._spans[-1][1] - low, 2.0 * np.pi / (_SAMPLES * float(np.abs(every.imag).max()))
+        end = min(begin - math.log(_GONE) / float(falls.min()), _LONGEST * step * _SAMPLES)
+
+        def value(times: FloatArray) -> FloatArray:
+            return np.asarray(np.abs(np.imag(waves @ np.exp(every[:, None] * times))))
+
+        while begin < end and float((np.abs(waves) * np.exp(every.real * begin)).sum()) > best[0] * (1.0 + _EVEN):
+            times = np.asarray(begin + step * np.arange(_CHUNK), dtype=float)
+            for at in _tops(value(times)):
+                fine = np.asarray(times[at] + step * np.linspace(-1.0, 1.0, 2001), dtype=float)
+                top = value(fine)
+                best = max(best, (float(top.max()), low + float(fine[top.argmax()])))
+            begin = float(times[-2])
+        return best
+
+    def _free(self, response: TransientResponse) -> tuple[ComplexArray, ComplexArray]:
+        """Rates of free vibrations beside what lasts, one of each pair, and the wave of each at the first look."""
         from scipy.linalg import eig
 
         system, loads = self._states.matrices
@@ -132,16 +174,17 @@ class Simulated:
                 free = free - np.imag(follows * np.exp(1j * speed * low))
         known: Any = eig(system, left=True, right=True)
         rates, left, shapes = known
-        faint = np.maximum(_NONE * np.abs(rates), 1e-15 * np.abs(rates).max())
-        rings = (rates.imag > faint) & (np.abs(rates.real) <= faint)
-        left, shapes, turns = left[:, rings].conj().T, shapes[:, rings], rates.imag[rings]
-        shares = 2.0 * np.linalg.solve(left @ shapes, left @ free) * np.exp(-1j * turns * low)
-        states = shapes * shares
+        once = (rates.imag >= 0.0) & (np.abs(rates) > _NONE * np.abs(rates).max())
+        rates, left, shapes = rates[once], left[:, once].conj().T, shapes[:, once]
+        if not len(rates) or np.linalg.cond(left @ shapes) > _DEFECTIVE:
+            return np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
+        states = shapes * np.linalg.solve(left @ shapes, left @ free) * np.where(rates.imag > 0.0, 2.0, 1.0)
         every = np.hstack([np.zeros((len(system), 1)), states.real, states.imag])
         quiet = np.full(every.shape[1], 2.0 * self._spans[-1][1])
         still, *read = (response.trace(self.machine, self._course(quiet, every)) * np.ones(len(quiet))).tolist()
-        count = len(turns)
-        return [(float(turns[i]), 1j * (read[i] - still + 1j * (read[count + i] - still))) for i in range(count)]
+        count = len(rates)
+        waves = [1j * (read[i] - still + 1j * (read[count + i] - still)) for i in range(count)]
+        return rates, np.array(waves, dtype=complex)
 
     @property
     def _over(self) -> tuple[Once, ...]:
@@ -186,11 +229,7 @@ class Simulated:
             moving, rings = decays[decays > _NONE * slow], (decays <= _NONE * slow) & (np.abs(poles) > _MET * slow)
             faded = -np.log(_GONE) / float(moving.min()) if len(moving) else _PERIODS * 2.0 * np.pi / slow
             faded = faded if len(moving) + rings.sum() == len(decays) else np.inf
-            speeds = 2.0 * np.pi / np.array([one.length for one in self._lasting])
-            apart = float(np.abs(np.abs(poles.real)[:, None] - speeds).min(initial=np.inf))
-            longest = _HORIZON * 2.0 * np.pi / slow
-            beats = min(max(longest, 4.0 * np.pi / max(apart, 1e-300)), _BEATS * longest)
-            return min(faded, beats) / _LOOKS + max(one.length for one in self._lasting)
+            return min(faded, _BESIDE * 2.0 * np.pi / slow) / _LOOKS + max(one.length for one in self._lasting)
         return _PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else max(one.length for one in self.excitations)
 
     @cached_property
