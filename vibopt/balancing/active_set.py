@@ -10,12 +10,11 @@ that many values of a bound are answered together; an answer alone is a batch of
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.records import dataclass
 
-Rows = NDArray[np.intp]
+Rows = IntArray
 STEPS = 12  # of Newton's method on given rows; it takes three to six
 EXCHANGES = 30
 SETTLED = 1e-9  # a step of this part of x is the last one: what is left after it is its square

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Prices, Question, Sectors, Solved, breaks, inside_arc, relative_gap
@@ -104,7 +103,7 @@ def _snapped(scene: Scaled, answer: Convex, arcs: list[tuple[Wedge, ...]], best:
     return replace(answer, x=near, value=value) if value < best.value else best
 
 
-Places = NDArray[np.intp]
+Places = IntArray
 SAME = 1e-9  # two unbalances this close (as a share of the greatest) are one
 
 
@@ -217,7 +216,7 @@ def _list(question: Question, column: ComplexArray) -> List:
     return x[fits], masses[fits], np.flatnonzero(fits), None if uses is None else uses[fits]
 
 
-def _allowed(question: Question, plane: int, values: ComplexArray) -> NDArray[np.bool_]:
+def _allowed(question: Question, plane: int, values: ComplexArray) -> BoolArray:
     """Which unbalances the cap and the forbidden sectors of a plane allow."""
     fine = np.abs(values) <= question.caps[plane] * (1.0 + SAME)
     slack = SAME * float(np.abs(values).max(initial=0.0))
@@ -226,7 +225,7 @@ def _allowed(question: Question, plane: int, values: ComplexArray) -> NDArray[np
     return np.asarray(fine)
 
 
-def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> NDArray[np.intp]:
+def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> IntArray:
     """For each wanted value the place of an equal option, or of some other one where there is none."""
     along = np.exp(-0.7123j)  # a direction in which options of a regular pattern do not hide each other
     order = np.argsort((options * along).real)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.scaled import EXACT, Dual, Exact, Scaled, into_wedge, weak_duality
 from vibopt.cones import Cones
 from vibopt.records import dataclass
 from vibopt.work import worked
 
-Rows = NDArray[np.intp]
+Rows = IntArray
 INSIDE = 20.0  # limits are drawn in by so many tolerances (2e-9 at most), the solver's own slack stays inside them
 
 
@@ -108,7 +107,7 @@ def _arcs(scene: Scaled, cones: Cones) -> None:
         cones.linear(dense, np.zeros(len(dense)))
 
 
-Places = NDArray[np.intp]
+Places = IntArray
 
 KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
 MANY_PLANES = 20

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.question import combined
 from vibopt.cones import Cones
 from vibopt.records import dataclass
@@ -108,7 +107,7 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
 
 def _sum(
     cones: Cones, one: Lengths, box: Box, scale: FloatArray, size: float, cost: float
-) -> tuple[FloatArray, NDArray[np.intp]]:
+) -> tuple[FloatArray, IntArray]:
     """The sum of the lengths over `size`: a row of those that are plain sums of shares, and helpers for the others."""
     bent = _bent(one, box)
     heads = cones.helpers(int(bent.sum()), cost)
@@ -151,7 +150,7 @@ class _Point:
     finite: bool
 
 
-def _bent(one: Lengths, box: Box) -> NDArray[np.bool_]:
+def _bent(one: Lengths, box: Box) -> BoolArray:
     """Which rows are no sums of shares that are not negative, (n_rows,)."""
     plain = np.zeros(box.size, dtype=bool)
     plain[: len(box.shares)] = [low >= 0.0 for low, _ in box.shares]

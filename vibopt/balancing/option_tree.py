@@ -6,9 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.continuous import solve_over_arcs
 from vibopt.balancing.convex_rounds import KEPT, Convex, solve_convex
 from vibopt.balancing.question import Sectors
@@ -18,7 +17,7 @@ from vibopt.frontier import Frontier
 from vibopt.records import dataclass
 from vibopt.work import Budget
 
-Places = NDArray[np.intp]
+Places = IntArray
 
 
 class Cells:

@@ -12,9 +12,8 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
 from vibopt.records import dataclass
@@ -282,11 +281,11 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
     return found
 
 
-def inside_arc(u: ComplexArray, low: float, high: float, slack: float) -> NDArray[np.bool_]:
+def inside_arc(u: ComplexArray, low: float, high: float, slack: float) -> BoolArray:
     """Which of u lie inside the open arc low..high [rad], further than `slack` [kg m] from its edges."""
     turn = 2.0 * np.pi
     width = (high - low) % turn or turn
     angle = (np.angle(u) - low) % turn
     edge = np.minimum(angle, width - angle)
-    inside: NDArray[np.bool_] = (angle < width) & (np.abs(u) * np.sin(np.clip(edge, 0.0, 0.5 * np.pi)) > slack)
+    inside: BoolArray = (angle < width) & (np.abs(u) * np.sin(np.clip(edge, 0.0, 0.5 * np.pi)) > slack)
     return inside

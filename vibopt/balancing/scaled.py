@@ -14,9 +14,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.question import Goal, Question, combined
 from vibopt.records import dataclass
 
@@ -42,7 +41,7 @@ class Scaled:
     g: ComplexArray
     F: ComplexArray
     f: ComplexArray
-    limited: NDArray[np.intp]
+    limited: IntArray
     caps: FloatArray
     mass: FloatArray
     total: float
@@ -118,7 +117,7 @@ class Exact:
         Pseudo-inverse of F[rows], shape (n_planes, n_rows).
     """
 
-    rows: NDArray[np.intp]
+    rows: IntArray
     base: ComplexArray
     free: ComplexArray
     inverse: ComplexArray

@@ -70,8 +70,8 @@ def whole_book() -> Book:
 
     context = click.Context(vibopt, info_name="vibopt")
     pages = []
-    for verb in VERBS:
-        pages.append(Topic(verb, COMMANDS, partial(_page, verb, vibopt, context)))
+    for verb, (_, line) in VERBS.items():
+        pages.append(Topic(verb, COMMANDS, partial(_page, verb, vibopt, context), line.rstrip(".")))
     topics = list(the_book().topics.values())
     after = max((k + 1 for k, one in enumerate(topics) if one.group in ("Begin", "Guides")), default=0)
     return Book([*topics[:after], *pages, *topics[after:]])

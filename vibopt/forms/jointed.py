@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.peak_in_time import matrices, reading
@@ -13,7 +12,7 @@ from vibopt.mechanics.joints import first_order
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.signals import Noise, Output
 
-Numbers = NDArray[Any]
+Numbers = np.ndarray[Any, np.dtype[Any]]
 _NOTHING = 1e-11
 """Part of its own size below which a share of the noise that is read at once is rounding."""
 

@@ -18,7 +18,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.displaced import decaying, reduced
@@ -32,7 +31,7 @@ from vibopt.signals import Noise, Output
 if TYPE_CHECKING:
     from vibopt.forms.root_mean_square import RootMeanSquare
 
-Numbers = NDArray[Any]
+Numbers = np.ndarray[Any, np.dtype[Any]]
 """Real, or complex with the imaginary part as a slope."""
 Matrices = Callable[[Numbers], tuple[Numbers, Numbers, Numbers] | None]
 """A, b, c at coefficients p (n_terms,)."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from vibopt.errors import InputError, way_out
 from vibopt.manual import reference
 from vibopt.manual.search import Index
-from vibopt.manual.topic import Section, Topic
+from vibopt.manual.topic import Section, Topic, plain
 
 GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
@@ -85,12 +85,14 @@ class Book:
 def the_book() -> Book:
     """The manual, but for the pages of the commands, which the command line adds."""
     written = {
-        name: Topic(name, group, partial(_guide_text, name)) for group, names in GROUPS.items() for name in names
+        name: Topic(name, group, partial(_guide_text, name), _title(name))
+        for group, names in GROUPS.items()
+        for name in names
     }
     made = [*reference.devices(), *reference.excitations(), *reference.responses(), *reference.balancing()]
     for one in [one for one in made if one.name in written]:
         guide = written[one.name]
-        written[one.name] = Topic(guide.name, guide.group, partial(_with_keys, guide, one))
+        written[one.name] = Topic(guide.name, guide.group, partial(_with_keys, guide, one), guide.about)
         made.remove(one)
     groups = list(GROUPS)
     first = [topic for topic in written.values() if topic.group in groups[:2]]
@@ -105,9 +107,18 @@ def _with_keys(guide: Topic, table: Topic) -> str:
 
 
 def _guide_text(name: str) -> str:
-    file = _CONTRIBUTING if name == "contributing" else _FOLDER / f"{name}.md"
     tables = reference.tables()
-    return _TABLE.sub(lambda found: tables[found[1]](), file.read_text(encoding="utf-8"))
+    return _TABLE.sub(lambda found: tables[found[1]](), _file(name).read_text(encoding="utf-8"))
+
+
+def _title(name: str) -> str:
+    """The heading above a guide, in its first line."""
+    with _file(name).open(encoding="utf-8") as lines:
+        return plain(next(lines).removeprefix("# ").strip())
+
+
+def _file(name: str) -> Path:
+    return _CONTRIBUTING if name == "contributing" else _FOLDER / f"{name}.md"
 
 
 __all__ = ["GROUPS", "Book", "the_book"]

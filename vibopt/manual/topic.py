@@ -25,11 +25,16 @@ class Section:
 
 @dataclass(frozen=True)
 class Topic:
-    """One page: `name` as it is asked for, `group` of the contents, and its Markdown or what makes it when read."""
+    """One page: `name` as it is asked for, `group` of the contents, and its Markdown or what makes it when read.
+
+    about
+        What it is about, where that is known without making the page; else "".
+    """
 
     name: str
     group: str
     source: str | Callable[[], str]
+    about: str = ""
 
     @cached_property
     def text(self) -> str:
@@ -52,8 +57,9 @@ class Topic:
     @property
     def line(self) -> str:
         """What it is about, for lists: its title, or its first sentence where the title is its name."""
-        if self.title != self.name:
-            return self.title
+        title = self.about or self.title
+        if title != self.name:
+            return title
         body = next(
             (
                 part

@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.records import dataclass
 
-Numbers = NDArray[Any]
+Numbers = np.ndarray[Any, np.dtype[Any]]
 """Real, or complex with the imaginary part as a slope."""
 _DEGREE, _FINE = 16, 65
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)

@@ -32,9 +32,9 @@ DECIBEL = "dB"
 MOST_FACTS = 3
 USUAL = {1: 50, 2: 21, 3: 9}
 """Values of each fact in a grid, by the number of facts."""
-_PART = re.compile(r"\s*([+−-]? ?\d+(?:\.\d+)?)\s*%\s*")
-_HOW = re.compile(r"(?P<values>.*?)(?:\s+(?P<how>log|linear))?\s*")
-_LIST = re.compile(r"\s*[,;]\s+|;")
+_PART = r"\s*([+−-]? ?\d+(?:\.\d+)?)\s*%\s*"
+_HOW = r"(?P<values>.*?)(?:\s+(?P<how>log|linear))?\s*"
+_LIST = r"\s*[,;]\s+|;"
 _WRITE = 'Write "5 mm..30 mm", a list "10, 12, 15 mm", or parts of what it is now, "-20 %..+20 %".'
 
 
@@ -146,8 +146,8 @@ def is_variable(job: Job, path: str) -> bool:
 
 def _text(job: Job, path: str, text: str, design: Answer[Any] | None) -> str:
     """One value of a variable that is held: the last of its range, or what was chosen where parts of it are varied."""
-    last = _parts_of(_HOW.fullmatch(text.strip())["values"])[-1]  # type: ignore[index]
-    if _PART.fullmatch(last) is None:
+    last = _parts_of(re.fullmatch(_HOW, text.strip())["values"])[-1]  # type: ignore[index]
+    if re.fullmatch(_PART, last) is None:
         return last.strip()
     now = None if design is None else chosen(job, design).get(path)
     if not isinstance(now, Entry):
@@ -158,18 +158,18 @@ def _text(job: Job, path: str, text: str, design: Answer[Any] | None) -> str:
 
 
 def _parts_of(text: str) -> list[str]:
-    return [one for one in (text.split("..") if is_range(text) else _LIST.split(text)) if one.strip()]
+    return [one for one in (text.split("..") if is_range(text) else re.split(_LIST, text)) if one.strip()]
 
 
 def _check(path: str, text: str) -> None:
-    parts = _parts_of(_HOW.fullmatch(text.strip())["values"])  # type: ignore[index]
+    parts = _parts_of(re.fullmatch(_HOW, text.strip())["values"])  # type: ignore[index]
     if len(parts) < 2 and not is_range(text):
         raise InputError(f'--vary {path}="{text}" is no range. {_WRITE}')
 
 
 def _varied(job: Job, path: str, text: str, held: bool) -> Varied:
     fact = fact_at(job, path)
-    found = _HOW.fullmatch(text.strip())
+    found = re.fullmatch(_HOW, text.strip())
     assert found is not None
     values, how = _absolute(fact, found["values"]), found["how"]
     try:
@@ -201,7 +201,7 @@ def _listed(fact: FactAt, parts: Sequence[str]) -> tuple[Quantity, ...]:
 
 def _absolute(fact: FactAt, text: str) -> str:
     """A range or list of parts of a number, "-20 %..+20 %", as that of the number."""
-    parts = [_PART.fullmatch(one) for one in _parts_of(text)]
+    parts = [re.fullmatch(_PART, one) for one in _parts_of(text)]
     if len(parts) < 2 or fact.dimension in ("ratio", "level") or None in parts:
         return text
     percents = [float(one[1].replace(" ", "").replace("−", "-")) for one in parts if one is not None]

@@ -13,7 +13,6 @@ from vibopt.mechanics.model import Model
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.response import place_of
-from vibopt.responses.stability_threshold import StabilityThreshold
 from vibopt.scene.assemble import model_of
 from vibopt.scene.check_spin import turning
 from vibopt.scene.drives import unit_lines
@@ -151,6 +150,8 @@ class Built:
     @cached_property
     def threshold(self) -> float:
         """The spin beyond which a whirl grows [rad/s]."""
+        from vibopt.responses.stability_threshold import StabilityThreshold
+
         return StabilityThreshold(response="stability_threshold").measure_static(self.machine)
 
     def compared(self, row: Checked, found: Measured) -> Checked:

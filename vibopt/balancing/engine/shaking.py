@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
-from scipy.special import binom
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob, Share
@@ -44,7 +43,8 @@ def truncated_orders(ratio: float, highest: int) -> FloatArray:
 @cache
 def _cosine_of_root(ratio: float, half: int) -> float:
     """Coefficient of cos(2 half a) in sqrt(1 - ratio² sin²(a)) / ratio."""
-    first = -2.0 * abs(float(binom(0.5, half))) * (ratio / 2.0) ** (2 * half)
+    binomial = math.prod((0.5 - j) / (j + 1.0) for j in range(half))
+    first = -2.0 * abs(binomial) * (ratio / 2.0) ** (2 * half)
     count = math.ceil(-_DIGITS / math.log(ratio)) + half
     k = np.arange(1.0, count)
     steps = (half + k - 1.5) * (half + k - 0.5) / (k * (2.0 * half + k)) * ratio**2

@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import nnls
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.records import dataclass
@@ -49,6 +48,8 @@ class Conics:
 
         The weights are those whose slopes best cancel at `near` (2,), so False says nothing.
         """
+        from scipy.optimize import nnls
+
         unit = self._unit()
         walls = _walls(self.low / unit, self.high / unit)
         rows = np.concatenate([self.rows * np.array([unit[0] ** 2, unit[1] ** 2, unit[0], unit[1], 1.0]), walls])
