@@ -22,7 +22,12 @@ Values = TypeVar("Values", FloatArray, ComplexArray)
 
 def some(number: Any) -> bool:
     """Whether a number is not zero, or one at least of many in an array."""
-    return bool(number.any()) if isinstance(number, np.ndarray) else bool(number)
+    return bool(np.count_nonzero(number)) if isinstance(number, np.ndarray) else bool(number)
+
+
+def every(chosen: BoolArray) -> bool:
+    """Whether all of them are."""
+    return bool(np.count_nonzero(chosen) == chosen.size)
 
 
 def crossing(function: Callable[[float], float], low: float, high: float) -> float:

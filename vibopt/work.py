@@ -127,6 +127,12 @@ def metered() -> Iterator[Meter]:
             outer.done += inner.done
 
 
+def done() -> float:
+    """Work of the answer under way so far [nominal ms]."""
+    meter = _METER.get()
+    return 0.0 if meter is None else meter.done
+
+
 @contextmanager
 def each_answer_within(seconds: float | None) -> Iterator[None]:
     """End the searches of every answer inside after `seconds` of it; None changes nothing."""

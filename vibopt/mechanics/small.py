@@ -8,8 +8,9 @@ What rounding could spoil is found by checks, and then there is no answer: the g
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import field
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations
 from math import comb
 
@@ -43,14 +44,34 @@ class Peak:
 
     at
         Its value and its speed.
-    slope, bend
-        First and second derivative of the log of the value in log x, (n_vars,) and (n_vars, n_vars), the
-        peak's own motion in them.
+    index, among
+        Its number among the points whose derivatives are found together, when one is first asked for.
     """
 
     at: Extreme
-    slope: FloatArray
-    bend: FloatArray
+    index: int
+    among: Moving
+
+    @property
+    def slope(self) -> FloatArray:
+        """Derivative of the log of the value in log x, its own motion in it, (n_vars,)."""
+        return np.asarray(self.among.derivatives[0][self.index])
+
+    @property
+    def bend(self) -> FloatArray:
+        """Second derivative, (n_vars, n_vars)."""
+        return np.asarray(self.among.derivatives[1][self.index])
+
+
+@dataclass(frozen=True)
+class Moving:
+    """Points of which `made` finds the slopes and bends, (n, n_vars) and (n, n_vars, n_vars)."""
+
+    made: Callable[[], tuple[FloatArray, FloatArray]]
+
+    @cached_property
+    def derivatives(self) -> tuple[FloatArray, FloatArray]:
+        return self.made()
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,10 +186,11 @@ class Ratio:
             doubt = np.maximum(made.doubt(v[kept], 0), made.doubt(v[kept], 1))
         if not (doubt <= _TRUSTED).all():
             return None
-        first, bend = self._derivatives(top, bottom, moves, v)
+        among = Moving(partial(self._derivatives, top, bottom, moves, v))
         size = self.size * made.size * made.unit**self.power
         value = np.exp(log) * size
-        return [Peak(Extreme(float(value[i]), float(v[i] * made.unit / self.order)), first[i], bend[i]) for i in kept]
+        speeds = v * made.unit / self.order
+        return [Peak(Extreme(float(value[i]), float(speeds[i])), i, among) for i in kept.tolist()]
 
     def _derivatives(
         self, top: list[ComplexArray], bottom: list[ComplexArray], moves: BoolArray, v: FloatArray

@@ -37,13 +37,7 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
     """A response of motion along a line is not one of what turns, and the other way round."""
     if not response.moves:
         return
-    turning, ends = places.turning(scene), places.ends(scene)
-    moving = _moving(scene)
-    if place in moving:
-        kinds = {place in turning}
-    else:
-        two = [ends[place]] if place in ends else [one for one in ends.values() if place in one]
-        kinds = {end in turning for one in two for end in one if end in moving}
+    kinds = _kinds_at(scene, place)
     around = response.moves == "axis"
     where = dotted(path)
     if len(kinds) > 1:
@@ -61,8 +55,14 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
 
 
 @places.once
-def _moving(scene: Scene) -> set[str]:
-    return {*scene.bodies, *scene.absorbers, *places.moving(scene)}
+def _kinds_at(scene: Scene, place: str) -> set[bool]:
+    """Whether what moves at a place turns; of a link or a support whether what it ends at does."""
+    turning, ends = places.turning(scene), places.ends(scene)
+    moving = {*scene.bodies, *scene.absorbers, *places.moving(scene)}
+    if place in moving:
+        return {place in turning}
+    two = [ends[place]] if place in ends else [one for one in ends.values() if place in one]
+    return {end in turning for one in two for end in one if end in moving}
 
 
 def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
@@ -77,15 +77,14 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
         if not every - places.turning(scene):
             what = f"the mass of all {response.sums[0]}"
             mistakes.add(path, f"{where} asks for {what}, but there is none that moves along a line.")
-    mode, many = said.get("mode", 1), max(places.freedoms(scene), 1)
-    if mode > many:
+    mode = said.get("mode", 1)
+    if mode > 1 and mode > (many := max(places.freedoms(scene), 1)):
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {many}.")
 
 
 def _missing(scene: Scene, response: Response, name: str | None) -> str:
     """Why a device has no such property; "" where it has, or where none is asked for."""
-    families = [family for _, family in response.places().values()]
-    if name is None or not (response.of_link or "absorber" in families):
+    if name is None or not (response.of_link or any(one == "absorber" for _, one in response.places().values())):
         return ""
     key, alone = response.response, len(scene.bodies) == 1
     for family, one, table in places.devices(scene):

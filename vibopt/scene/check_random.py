@@ -24,9 +24,8 @@ def check_random(scene: Scene, path: Path, response: Response, mistakes: Mistake
         return True
     if not _known(scene, path, response, mistakes, broken):
         return isinstance(response, HarmonicResponse)
-    wrong = [
-        name for name in response.due_to or scene.excitations if not response.counts(scene.excitations[name].sorts)
-    ]
+    asked = response.due_to or (() if names_for(scene, response) else tuple(scene.excitations))
+    wrong = [name for name in asked if not response.counts(scene.excitations[name].sorts)]
     if wrong and (response.due_to or len(wrong) == len(scene.excitations)):
         _misfit(scene, path, response, wrong[0], mistakes)
         return False

@@ -48,8 +48,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 def check_response(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of one limit, measure or goal, of a machine that is checked beside it."""
-    questions = (rubs_in, spins_in, whirl_fault)
-    if any(fault(scene, path, response, mistakes) for fault in questions):
+    one = scene, path, response, mistakes
+    if rubs_in(*one) or spins_in(*one) or whirl_fault(*one):
         return
     if response.signed and not _free(scene, path, response, mistakes):
         return
@@ -76,7 +76,8 @@ def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
 
 
 def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
-    given = [key for key in ("at_most", "at_least", "outside") if vars(response).get(key) is not None]
+    table = vars(response)
+    given = [key for key in ("at_most", "at_least", "outside") if table.get(key) is not None]
     name = dotted(path)
     if path[0] == "limits" and not given:
         extra = response.other_bound

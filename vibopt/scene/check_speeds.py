@@ -96,8 +96,10 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
 
 
 def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
-    where = dotted(path)
     lines = line_count(scene, names)
+    if lines == len(names) == 1:
+        return
+    where = dotted(path)
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
         mistakes.add(
@@ -156,6 +158,18 @@ def _joined(scene: Scene) -> bool:
     return all(end in points for two in places.ends(scene).values() for end in two)
 
 
+@places.once
+def _still(scene: Scene, place: str, *names: str) -> bool:
+    """Whether excitations lead to no motion of a place, or of what ends there; not of a place that is not there."""
+    ends, moved = places.ends(scene), places.shaken(scene, *names)
+    if place in places.moving(scene):
+        return place not in moved
+    if place in ends:
+        return not any(end in moved for end in ends[place])
+    there = any(end in moved for two in ends.values() if place in two for end in two if end != place)
+    return place in places.points(scene) and not there
+
+
 def reached(
     scene: Scene,
     path: Path,
@@ -165,16 +179,8 @@ def reached(
 ) -> bool:
     """Whether something arrives at a response; where nothing does it is a mistake, and not a limit that holds."""
     before = len(mistakes.found)
-    moving, ends, moved = places.moving(scene), places.ends(scene), places.shaken(scene, *names)
-    asked = {name for name, _ in response.places().values()}
-    for place in sorted(one for one in asked if one in ends or one in places.points(scene)):
-        if place in moving:
-            still = place not in moved
-        elif place in ends:
-            still = not any(end in moved for end in ends[place])
-        else:
-            still = not any(end in moved for two in ends.values() if place in two for end in two if end != place)
-        if still:
+    for place in sorted({name for name, _ in response.places().values()}):
+        if _still(scene, place, *names):
             where = dotted(path)
             mistakes.add(
                 path,

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
 
 
+_ALONE = np.ones(1)
+
+
 def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | TransientResponse) -> tuple[str, ...]:
     """Excitations that the response counts: those in `due_to`, else all of its sort: steady, random or transient."""
     if response.due_to is not None:
@@ -143,7 +146,7 @@ def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:
 @once
 def unit_lines(scene: Scene, name: str) -> tuple[Line, ...]:
     """Harmonics of an excitation along a direction of its own."""
-    return scene.excitations[name].lines(np.ones(1))
+    return scene.excitations[name].lines(_ALONE)
 
 
 def line_count(scene: Scene, names: Iterable[str]) -> int:

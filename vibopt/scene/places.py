@@ -22,7 +22,7 @@ def once(of: _Asked) -> _Asked:
 
     @wraps(of)
     def kept(scene: Scene, *more: Any) -> Any:
-        known, key = scene.__dict__, f"{name}.{'.'.join(more)}" if more else name
+        known, key = scene.__dict__, "\0".join((name, *more)) if more else name
         try:
             return known[key]
         except KeyError:

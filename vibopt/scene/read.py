@@ -301,7 +301,7 @@ class _Parts:
 
     def _expected(self) -> tuple[Mapping[str, Any], ...]:
         given = self.document.get("expected", [])
-        if not isinstance(given, list) or not all(isinstance(one, Mapping) for one in given):
+        if not isinstance(given, list) or not all(isinstance(one, (dict, Mapping)) for one in given):
             self.mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
             return ()
         return tuple(given)

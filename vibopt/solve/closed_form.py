@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibopt.arrays import FloatArray, IntArray
+from vibopt.arrays import FloatArray, IntArray, every, some
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
@@ -108,7 +108,7 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             rounds += 1
             best, ends = extreme(asked, rows)
             none = np.isnan(best[0])
-            if none.all():
+            if every(none):
                 status[left] = INFEASIBLE
                 break
             missed, fresh = _learn(asked, numbers, best)
@@ -116,10 +116,10 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             status[left[none]], status[left[done]] = INFEASIBLE, OPTIMAL
             x[:, left[done]], reach[:, left[done]] = best[:, done], ends[:, done]
             rest = ~(none | done)
-            if not rest.any():
+            if not some(rest):
                 break
             rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
-            if not rest.all():
+            if not every(rest):
                 left, numbers, rows = left[rest], take(numbers, rest), rows.some(rest)
     return Answers(status, x, reach, rounds)
 
@@ -148,7 +148,7 @@ def _learn(asked: Question, numbers: Numbers, x: FloatArray) -> tuple[FloatArray
         if kind.over_speeds:
             missed, w = worst(asked, numbers, index, x)
             greatest = np.maximum(greatest, missed)
-            if (missed > _DONE).any():
+            if some(missed > _DONE):
                 rows.append(harmonic_row(asked, numbers, index, w[None]))
     return greatest, rows
 

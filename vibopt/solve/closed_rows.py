@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, FloatArray, IntArray, some
+from vibopt.arrays import BoolArray, FloatArray, IntArray, every, some
 from vibopt.records import dataclass
 from vibopt.solve.closed_program import Number, Numbers, Question, coefficients
 
@@ -138,9 +138,9 @@ class Rows:
 
 def _chosen(rows: FloatArray, here: BoolArray) -> FloatArray:
     """The rows of a side (3, n, count); what is of another side asks for nothing."""
-    some = here.any(axis=1)
-    rows, here = rows[:, some], here[some]
-    return rows if rows.shape[2] == 1 or here.all() else np.where(here, rows, _NO_ROW)
+    there = np.logical_or.reduce(here, axis=1)
+    rows, here = rows[:, there], here[there]
+    return rows if rows.shape[2] == 1 or every(here) else np.where(here, rows, _NO_ROW)
 
 
 def ends_of_damping(asked: Question, count: int) -> FloatArray:
@@ -216,12 +216,12 @@ def _outermost(rows: FloatArray, span: tuple[float, float, float], sense: float)
     first = first - _ROOM * np.abs(first)
     k = np.full(rows.shape[2], start)
     for _ in range(2 * rows.shape[1] + 2):
-        new = np.where(k >= first, np.minimum(k, cap), np.minimum(k, rest)).min(axis=0, initial=start)
-        if (new == k).all():
+        new = np.minimum.reduce(np.where(k >= first, np.minimum(k, cap), np.minimum(k, rest)), axis=0, initial=start)
+        if every(new == k):
             break
         k = new
     reach = np.full(rows.shape[2], np.inf)
-    if start == np.inf and np.isposinf(k).any():
+    if start == np.inf and some(np.isposinf(k)):
         ends = 4.0 * np.where(np.isfinite(right), np.abs(right), 0.0).max(axis=0, initial=0.0)
         reach = np.where(np.isposinf(k), np.maximum(ends, far), np.inf)
         k = np.minimum(k, reach)

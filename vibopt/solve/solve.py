@@ -32,7 +32,7 @@ from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no
 from vibopt.solve.without_search import words as endless_words
 from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row
 from vibopt.verify.rated import parts_of
-from vibopt.work import answering, metered, worked
+from vibopt.work import answering, done, metered, worked
 
 _PATIENCE = 10_000.0
 """Work [nominal ms] after which no further loosening is looked for: each is another answer."""
@@ -86,7 +86,7 @@ def solve(
         design = _solved(scene, wish)
     if limit is not None and not design.proven:  # a complete proof needs no more search
         design = replace(design, claim=limit.added_to(design.claim))
-    return replace(design, work=meter.done)
+    return design if design.work == meter.done else replace(design, work=meter.done)
 
 
 @dataclass(frozen=True, slots=True)
@@ -429,6 +429,7 @@ def _answered(
         notes=notes_of(scene, chosen),
         details=found.details,
         places=parts_of(scene, chosen),
+        work=done(),
     )
 
 

@@ -498,11 +498,11 @@ def read_end(table: Mapping[str, object], key: str, dimension: str, *, amplitude
     """One end of { from, to }; QuantityError with its key, and a forgotten unit is that of the other end."""
     given = table[key]
     try:
-        if beside := _unit_beside(table.get("to" if key == "from" else "from"), given, dimension):
-            raise QuantityError(f'has no unit. Write "{given} {beside}".')
         return read_quantity(given, dimension, amplitude=amplitude)
     except QuantityError as error:
-        raise QuantityError(f"has a wrong {key}: {_given(given)} {error}") from None
+        beside = _unit_beside(table.get("to" if key == "from" else "from"), given, dimension)
+        wrong = f'has no unit. Write "{given} {beside}".' if beside else error
+        raise QuantityError(f"has a wrong {key}: {_given(given)} {wrong}") from None
 
 
 def _unit_beside(other: object, given: object, dimension: str) -> str:
